@@ -18,7 +18,6 @@ from textbook_goals import GoalSet, goal_sets
 from textbook_peers import START, Peers, solvers
 
 from kinematics import FiveAxisArm, preset
-from kinematics.five_axis.batch import branches_of_frames
 from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD, Angles
 from kinematics.frames.transforms import Transform
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
@@ -34,12 +33,7 @@ def truth(peers: Peers, goals: int = 60, few: int = 8) -> Section:
     arm = preset("minimover5").arm
     rows = []
     sets = goal_sets(arm, goals)
-    ours: dict[str, Solver] = {
-        "ours, one pose": lambda goal: _ours(arm, goal),
-        "ours, batch": lambda goal: _batch(arm, goal),
-    }
-    for name, solve in ours.items():
-        rows += _count(arm, name, solve, sets, goals)
+    rows += _count(arm, "ours", lambda goal: _ours(arm, goal), sets, goals)
     for peer in solvers(peers, arm):
         rows += _count(arm, peer.name, peer.solve, sets, few if peer.slow else goals)
     return Section(
@@ -54,11 +48,6 @@ def _ours(arm: FiveAxisArm, goal: Transform) -> list[Angles]:
     if found.angles is None or found.off_rad > ON_MANIFOLD_RAD:
         return []
     return [found.angles]
-
-
-def _batch(arm: FiveAxisArm, goal: Transform) -> list[Angles]:
-    found = branches_of_frames(arm, np.array([goal]))
-    return [tuple(row) for row in found.joints[0].tolist() if not math.isnan(row[0])]
 
 
 def _count(

@@ -1,4 +1,4 @@
-"""Write the list of an arm file's keys from its schema: `python docs/arm_file_keys.py`."""
+"""The page that lists the keys of an arm file, made from its schema."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from armdrive.config.sections import (
 from armdrive.registry import DIALECTS
 from armdrive.text.toml import Rule, rule_of, value
 
-PAGE = Path(__file__).parent / "arm-file-keys.md"
+PAGE = Path(__file__).parent / "reference" / "arm-file-keys.md"
 
 HEAD = """# The keys of an arm file
 
-Made from the schema by `python docs/arm_file_keys.py`. [arm-file.md](arm-file.md) shows a whole
+Made from the schema by `python docs/generated.py`. [arm-file.md](arm-file.md) shows a whole
 file and explains the tables by joint and by motor; this page lists every key of the other sections.
 A key that is left out has its default. `armdrive config show NAME --toml` prints all of them with
 their present values, and `armdrive config check NAME` says everything that is wrong.
@@ -81,7 +81,3 @@ def _allowed(rule: Rule) -> str:
 
 def _number(bound: float) -> str:
     return f"{bound:.12g}"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Write the reference of the Python calls from their docstrings: `python docs/reference.py`."""
+"""The reference of the Python calls, made from their docstrings; `generated.py` writes it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ import armdrive
 from armdrive.arm.gripper import Gripper
 from armdrive.text import json_forms
 
-PAGE = Path(__file__).parent / "reference.md"
-SCHEMA = Path(__file__).parent / "armdrive.schema.json"
+FOLDER = Path(__file__).parent / "reference"
+PAGE = FOLDER / "python-api.md"
+SCHEMA = FOLDER / "armdrive.schema.json"
 
 INNER = frozenset(("closed", "reference_request", "stops"))
 """Calls that the desk and the command line need, and a program has no use for."""
@@ -30,11 +31,11 @@ HEADING = re.compile(r"    # -- (.+?) -+")
 
 HEAD = """# The Python calls
 
-Made from the docstrings by `python docs/reference.py`; [python.md](python.md) is the page to begin
-with. Names with `_mm`, `_deg`, `_rad` and `_s` say their unit; `speed` is a fraction of the limits.
-`AsyncArm` and its gripper have every call of `Arm` and `arm.gripper` by the same name, awaited
-where it may wait. Errors are listed with their remedies in [errors.md](errors.md). Moves, poses,
-joint angles, the status and errors have one JSON form wherever they are read or written:
+Made from the docstrings by `python docs/generated.py`. Begin with
+[From Python](../how-to/python.md). Names with `_mm`, `_deg`, `_rad` and `_s` state their unit;
+`speed` is a fraction of the limits. `AsyncArm` and its gripper have every call of `Arm` and
+`arm.gripper` under the same name, awaited where it may wait. [Errors](errors.md) are listed with
+their remedies. Moves, poses, joint angles, the status and errors have one JSON form:
 [armdrive.schema.json](armdrive.schema.json).
 """
 
@@ -153,8 +154,3 @@ def _is_slot(found: object) -> bool:
 def schema() -> str:
     """Return the JSON schema of moves, poses, joint angles, status and errors."""
     return json.dumps(json_forms.schema(), indent=1) + "\n"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    SCHEMA.write_text(schema(), encoding="utf-8")

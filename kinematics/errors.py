@@ -34,12 +34,12 @@ class KinematicsError(ValueError):
 
 
 class BadNumber(KinematicsError):
-    """A value that is not a finite number; `name` says which one."""
+    """A value that is not a finite number, or an angle of many turns; `name` says which one."""
 
-    def __init__(self, name: str, value: object) -> None:
+    def __init__(self, name: str, value: object, rule: str = "must be a finite number") -> None:
         self.name = name
         self.value = value
-        super().__init__(f"{name} must be a finite number, not {value!r}")
+        super().__init__(f"{name} {rule}, not {value!r}")
 
 
 class JointLimit(KinematicsError):
@@ -412,6 +412,20 @@ def finite(name: str, value: object) -> float:
     if number - number != 0.0:  # NaN and both infinities differ from themselves
         raise BadNumber(name, value)
     return number
+
+
+MOST_TURN_RAD = 4.0 * math.pi
+"""Two turns: no pose needs more, and an angle in degrees soon exceeds them."""
+
+
+def hand_angle(name: str, value: object) -> float:
+    """Return an angle of a pose in rad, or raise `BadNumber`: beyond two turns it is in degrees."""
+    angle = finite(name, value)
+    if -MOST_TURN_RAD <= angle <= MOST_TURN_RAD:
+        return angle
+    in_degrees = f"Pose.of({name.replace('_rad', '_deg')}=...)"
+    rule = f"must be within two turns, {MOST_TURN_RAD:.2f} rad either way (degrees: {in_degrees})"
+    raise BadNumber(name, value, rule)
 
 
 def positive(name: str, value: float) -> float:

@@ -38,6 +38,8 @@ from kinematics.chains.links import JointKind as JointKind
 from kinematics.chains.links import LinkType as LinkType
 from kinematics.chains.links import a_matrix as a_matrix
 from kinematics.chains.links import link_type as link_type
+from kinematics.chains.reach import Reach as Reach
+from kinematics.chains.reach import sampled_reach as sampled_reach
 from kinematics.chains.tables import chain_of_rows as chain_of_rows
 from kinematics.chains.tables import rows_of as rows_of
 from kinematics.chains.tables import table_text as table_text
@@ -74,9 +76,7 @@ from kinematics.five_axis.rates import FiveAxisSingularity as FiveAxisSingularit
 from kinematics.five_axis.rates import Nearness as Nearness
 from kinematics.five_axis.rates import five_axis_singularities as five_axis_singularities
 from kinematics.five_axis.rates import task_jacobian as task_jacobian
-from kinematics.five_axis.workspace import Reach as Reach
 from kinematics.five_axis.workspace import Section as Section
-from kinematics.five_axis.workspace import sampled_reach as sampled_reach
 from kinematics.five_axis.workspace import section as section
 from kinematics.frames.graph import FrameGraph as FrameGraph
 from kinematics.frames.graph import solve_loop as solve_loop

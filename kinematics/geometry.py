@@ -16,6 +16,13 @@ from kinematics.spaces import Joints, Pose
 
 Point = tuple[float, float, float]
 
+AXIS_MM = 1e-6
+"""A tip nearer to the base axis than this is on it, and no direction is outwards.
+
+Rounding of a pose's coordinates moves a tip by some 1e-13 mm, a motor step by 0.1 mm: the bound
+is far from both. On the axis the base may take any angle, and the tip is off by this at most.
+"""
+
 Hand = tuple[float, ...]
 """How the hand is held, in numbers of the follower's own kind: only that follower reads them."""
 

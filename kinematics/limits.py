@@ -47,6 +47,14 @@ class JointRange:
         """Return the angle of the range nearest to this one."""
         return min(max(angle_rad, self.low_rad), self.high_rad)
 
+    def turned(self, angle_rad: float, seed_rad: float) -> float:
+        """Return the turn of an angle that a joint of this range should take; see `turn_into`."""
+        return turn_into(angle_rad, self.low_rad, self.high_rad, seed_rad)
+
+    def nearest(self, angle_rad: float, seed_rad: float) -> float:
+        """Return the angle of the range whose direction is nearest to that of another angle."""
+        return self.clamp(self.turned(angle_rad, seed_rad))
+
     def widened(self, angle_rad: float) -> JointRange:
         """Return the range that holds this angle as well."""
         return JointRange(min(self.low_rad, angle_rad), max(self.high_rad, angle_rad))
@@ -78,23 +86,41 @@ def refuse_worst(broken: Sequence[LimitViolation]) -> None:
         raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
 
 
+TAU_REST = 2.4492935982947064e-16
+"""2 pi less `math.tau`, the nearest float: what a turn of `math.tau` leaves out."""
+
+
 def wrap(angle: float) -> float:
-    """Return the same direction within (-pi, pi]."""
+    """Return the same direction within (-pi, pi].
+
+    The sine and cosine of an angle count its turns by 2 pi and not by the nearest float. So does
+    this: else 1e8 turns would point the hand 2.4e-8 rad elsewhere, some 9 um at the tip.
+    """
     turned = math.remainder(angle, math.tau)
+    if turned != angle:
+        turns = round((angle - turned) / math.tau)
+        turned = math.remainder(turned - turns * TAU_REST, math.tau)
     return turned if turned > -math.pi else math.pi
 
 
 def turn_near(angle: float, near: float) -> float:
     """Return the turn of `angle` (by whole circles) that is nearest to another angle."""
-    return near + wrap(angle - near)
+    return near + wrap(wrap(angle) - near)
+
+
+MANY_TURNS_RAD = 100.0
+"""Beyond this an angle is wrapped before its turns are counted; below it they cost no digits."""
 
 
 def turn_into(angle: float, low: float, high: float, seed: float) -> float:
     """Return the turn of `angle` (by whole circles) that a joint of this range should take.
 
     Of the turns within the range, the one nearest to `seed`; if none is within it, the one that
-    misses it least. An angle within the tolerance of a limit becomes the limit.
+    misses it least. An angle within the tolerance of a limit becomes the limit. A range may be
+    endless on either side, or on both.
     """
+    if not -MANY_TURNS_RAD < angle < MANY_TURNS_RAD:
+        angle = wrap(angle)
     near = angle + round((seed - angle) / math.tau) * math.tau
     floor, ceiling = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
     if floor <= near <= ceiling:

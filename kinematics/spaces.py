@@ -8,12 +8,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, overload
 
-from kinematics.errors import BadNumber, Coordinates, KinematicsError, finite, suggestion
+from kinematics.errors import (
+    BadNumber,
+    Coordinates,
+    KinematicsError,
+    finite,
+    hand_angle,
+    suggestion,
+)
 
 _UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
 """What an angle in rad is multiplied by."""
@@ -33,7 +40,8 @@ class Pose:
     x, y, z in mm from the point of the table under the base axis, z up. Pitch is the elevation
     of the hand above the horizontal, seen in the vertical plane through the base axis and the
     tip, outwards: -pi/2 points at the table. Roll is about the hand's own axis, in the hand's
-    frame. Raises `BadNumber` for anything that is not a finite number.
+    frame. Raises `BadNumber` for anything that is not a finite number, and for an angle of more
+    than two turns: -90 is meant in degrees.
 
     `yaw_rad` is None except for an arm of six joints, which points its hand where it likes: its
     pitch is the elevation of the hand, and its yaw the direction, about the vertical and counted
@@ -48,10 +56,12 @@ class Pose:
     yaw_rad: float | None = None
 
     def __post_init__(self) -> None:
-        for name in _COORDINATES:
+        for name in _LENGTHS:
             object.__setattr__(self, name, finite(name, getattr(self, name)))
+        for name in _ANGLES:
+            object.__setattr__(self, name, hand_angle(name, getattr(self, name)))
         if self.yaw_rad is not None:
-            object.__setattr__(self, "yaw_rad", finite("yaw_rad", self.yaw_rad))
+            object.__setattr__(self, "yaw_rad", hand_angle("yaw_rad", self.yaw_rad))
 
     @classmethod
     def of(
@@ -110,8 +120,10 @@ class Pose:
         )
 
 
-_COORDINATES = tuple(field.name for field in fields(Pose) if field.name != "yaw_rad")
-"""What every pose has."""
+_LENGTHS = ("x_mm", "y_mm", "z_mm")
+_ANGLES = ("pitch_rad", "roll_rad")
+_COORDINATES = (*_LENGTHS, *_ANGLES)
+"""The coordinates of every pose; some arms add a yaw."""
 
 
 class RollFrame(Enum):

@@ -1,4 +1,4 @@
-"""docs/adding-a-controller.md is carried out to the letter: its files, its row, its commands."""
+"""Everything on the page about adding a controller works: its files, its row, its commands."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from pages import ROOT, page
 
-ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs" / "adding-a-controller.md").read_text(encoding="utf-8")
+PAGE = page("adding-a-controller")
 FILES = re.findall(r"^`([\w./]+\.py)`:\n\n```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
 DIFFS = re.findall(r"^```diff\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
 COMMANDS = re.search(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)[1].splitlines()

@@ -113,7 +113,7 @@ def test_every_exception_is_needed():
         ("from armdrive.sim import grbl", True),
         ("import firmware_protocol.canopen.cob", True),
         ('x = "minimover5-mks"', False),
-        ('x = "put grbl-Mega-5X on it (docs/grbl.md)"', False),
+        ('x = "put grbl-Mega-5X on it (docs/controllers/grbl.md)"', False),
         ('"""About the mks dialect."""', False),
         ("from armdrive.dialects.words import plain", False),
     ],

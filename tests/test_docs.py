@@ -5,9 +5,9 @@ import math
 import pkgutil
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
+from pages import DOCS, PAGES, ROOT, blocks, page
 
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
@@ -18,14 +18,11 @@ from armdrive.text.toml import rule_of
 from kinematics import preset
 from kinematics.geometry import Tool
 
-DOCS = Path(__file__).parent.parent / "docs"
-ROOT = DOCS.parent
-PAGES = sorted([*DOCS.glob("*.md"), ROOT / "README.md"])
 PACKAGES = ("armdrive", "firmware_protocol", "kinematics", "tui")
 
 
 def shown_arm_file():
-    text = (DOCS / "arm-file.md").read_text(encoding="utf-8")
+    text = page("arm-file")
     return tomllib.loads(re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1])
 
 
@@ -66,7 +63,7 @@ def meanings():
 
 @pytest.mark.parametrize(("section", "key", "words"), meanings())
 def test_the_comments_of_the_shown_arm_file_are_those_of_the_schema(section, key, words):
-    text = (DOCS / "arm-file.md").read_text(encoding="utf-8")
+    text = page("arm-file")
     shown = f"\n\n{re.search(r'```toml(.*?)```', text, re.DOTALL)[1]}"
     blocks = [
         block for block in shown.split("\n\n") if block.lstrip("\n").startswith(f"[{section}]")
@@ -99,18 +96,51 @@ def test_the_shown_arm_file_shows_the_defaults():
         assert math.isclose(ours.steps_per_unit, theirs.steps_per_unit, rel_tol=1e-4)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_links_lead_somewhere(page):
-    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(path):
+    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
         if "://" not in target:
-            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+            assert (path.parent / target).exists(), f"{path.name} links to {target}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_a_link_that_is_named_for_a_module_leads_to_it(page):
-    text = page.read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", [path for path in PAGES if DOCS in path.parents], ids=str)
+def test_a_link_of_the_site_stays_within_it(path):
+    for target in re.findall(r"\]\(([^)#]+)", path.read_text(encoding="utf-8")):
+        assert "://" in target or DOCS in (path.parent / target).resolve().parents, target
+
+
+def pages_in(nav) -> list[str]:
+    """Return every page of a table of contents."""
+    if isinstance(nav, str):
+        return [nav]
+    inner = nav.values() if isinstance(nav, dict) else nav
+    return [name for each in inner for name in pages_in(each)]
+
+
+def test_every_page_stands_once_in_the_table_of_contents():
+    site = tomllib.loads((ROOT / "zensical.toml").read_text(encoding="utf-8"))
+    there = [path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")]
+    assert sorted(pages_in(site["project"]["nav"])) == sorted(there)
+
+
+def test_the_shown_homing_is_read():
+    (shown,) = [text for text in blocks(page("arm-file"), "toml") if "[homing]" in text]
+    config = parse_arm(tomllib.loads('model = "teachmover"\n' + shown), name="shown")
+    assert config.homing.groups == ((3,), (2,), (1, 4, 5))
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_page_that_the_program_names_exists(package):
+    for path in sorted((ROOT / package).rglob("*.py")):
+        for name in re.findall(r"\bdocs/[\w/.-]+\.md", path.read_text(encoding="utf-8")):
+            assert (ROOT / name).is_file(), f"{path.relative_to(ROOT)} names {name}"
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+def test_a_link_that_is_named_for_a_module_leads_to_it(path):
+    text = path.read_text(encoding="utf-8")
     for name, target in re.findall(r"\[`?([\w/]+\.py)`?\]\(([^)#]+)", text):
-        assert f"/{target}".endswith(f"/{name}"), f"{page.name} calls {target} {name}"
+        assert f"/{target}".endswith(f"/{name}"), f"{path.name} calls {target} {name}"
 
 
 def suffixes(path: str) -> list[str]:
@@ -137,12 +167,12 @@ def test_a_module_that_names_another_by_its_file_names_one_that_is_there(package
         assert named <= MODULES | MADE_UP, f"{path.relative_to(ROOT)}: {named - MODULES}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_a_page_names_no_module_that_is_not_there(page):
-    text = page.read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.name)
+def test_a_page_names_no_module_that_is_not_there(path):
+    text = path.read_text(encoding="utf-8")
     named = set(re.findall(rf"(?<![\w/.])(?:{'|'.join(PACKAGES)}|tests)/[\w/]+\.py\b", text))
     made = set(re.findall(r"^`([\w/]+\.py)`:$", text, re.MULTILINE))  # and its text follows
-    assert named - made <= MODULES, f"{page.name}: {named - made - MODULES}"
+    assert named - made <= MODULES, f"{path.name}: {named - made - MODULES}"
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
+from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from textual import _time, actions, events, on
@@ -15,12 +16,17 @@ from textual.actions import ActionParseResult
 from textual.app import App
 from textual.dom import DOMNode
 from textual.driver import Driver
+from textual.errors import NoWidget
 from textual.filter import Monochrome
 from textual.message import Message
 from textual.timer import Timer
 
+from tui.frame import StopButton
+from tui.keys.keyboard import Keyboard
 from tui.keys.presses import StaleInput, SuspensionDetector, UrgentKeys
 from tui.terminal import ending_driver, is_served, lasting_driver
+
+STYLES = Path(__file__).with_name("desk.tcss")
 
 SUSPENDED_S = 1.0
 """An app that polls more often than this, and did nothing for so long, was suspended."""
@@ -57,6 +63,8 @@ class InputFilter:
         """Called after a suspension, with its length; what was typed since is dropped."""
         self.on_starved: Callable[[float], object] = _ignore
         """Called when the program was kept from its work: keys may be late."""
+        self.on_dropped: Callable[[], object] = _ignore_drop
+        """Called when a key was dropped because it came too late to count."""
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._key: events.Key | None = None
@@ -71,6 +79,10 @@ class InputFilter:
     def was_suspended(self) -> None:
         """Note that the system reports a suspension; safe in a signal handler."""
         self._suspension.report()
+
+    def begin(self) -> None:
+        """Count absences from now on: what takes long while the app starts is none."""
+        self._suspension = SuspensionDetector()
 
     def alive(self) -> None:
         """Note that the app runs; to be called often, and before any key is acted on."""
@@ -102,7 +114,12 @@ class InputFilter:
         """Return whether a key has come too late to count."""
         self.alive()
         came_s = self.monotonic_s() - self.key_age_s()
-        return self._urgent_keys.overtook(key) or self._stale.is_stale(came_s)
+        if self._urgent_keys.overtook(key):
+            return True
+        stale = self._stale.is_stale(came_s)
+        if stale and key.key not in self.urgent:
+            self.on_dropped()
+        return stale
 
     def drops_mouse(self, event: events.MouseEvent) -> bool:
         """Return whether a mouse event has come too late to count."""
@@ -112,6 +129,10 @@ class InputFilter:
 
 def _ignore(time_s: float) -> None:
     """Do nothing about an absence."""
+
+
+def _ignore_drop() -> None:
+    """Do nothing about a key that was dropped."""
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on
@@ -140,9 +161,13 @@ class KeyApp(App[int], inherit_bindings=False):
     without a stop where a file of keys has moved ours.
     """
 
+    CSS_PATH = STYLES
     ENABLE_COMMAND_PALETTE = False  # it would add a key of its own; ours stands in the table
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012 - as App declares it
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (32, "-tall")]  # noqa: RUF012
     stop_keys: Collection[str] = ()
     """No widget may keep these for itself."""
+    keys: Keyboard
 
     def __init__(self) -> None:
         self.input = InputFilter()
@@ -175,6 +200,15 @@ class KeyApp(App[int], inherit_bindings=False):
         """Do what the stop keys do."""
         raise NotImplementedError
 
+    async def action_do_row(self, name: str) -> None:
+        """Do what a row of the table of keys does, as if its key had been pressed on its screen."""
+        row = self.keys.row(name)
+        self.show_place(row.place)
+        await self.run_action(row.action, self.screen_stack[0] if row.place else self)
+
+    def show_place(self, place: str) -> None:
+        """Go to the screen of this id, where the app has several."""
+
     @on(Driver.SignalResume)
     def _repaint(self) -> None:
         """Paint everything: the terminal may have shown something else meanwhile."""
@@ -201,13 +235,21 @@ class KeyApp(App[int], inherit_bindings=False):
             with self.input.acting_on(event):
                 await self._on_key_event(event)
             return
-        if (
-            isinstance(event, events.MouseEvent)
-            and not event.is_forwarded
-            and self.input.drops_mouse(event)
-        ):
-            return
+        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
+            if isinstance(event, events.MouseDown) and self._is_on_stop(event):
+                self.action_stop_arm()
+                return
+            if self.input.drops_mouse(event):
+                return
         await super().on_event(event)
+
+    def _is_on_stop(self, event: events.MouseDown) -> bool:
+        """Return whether the mouse is on the STOP button, which no dialog covers."""
+        try:
+            widget, _ = self.screen_stack[0].get_widget_at(int(event.x), int(event.y))
+        except (NoWidget, IndexError):
+            return False
+        return isinstance(widget, StopButton)
 
     async def _on_key_event(self, event: events.Key) -> None:
         """Take a key that has come, or that no widget wanted."""

@@ -7,14 +7,15 @@ from functools import partial
 from typing import Protocol
 
 from armdrive.errors import ArmError
+from armdrive.moves import ParkMove
 from armdrive.render.side_view import ArmScene
 from armdrive.status import State, Status, Trust
 from kinematics.errors import KinematicsError
 from tui.arm_port import DeskArm, Done
 from tui.arm_view import scene_of
+from tui.conduct import after_reset, link_back, look_for_it
 from tui.dialogs import STANDS_SO, Dialogs, PostureScreen
 from tui.keys.keyboard import Keyboard
-from tui.panels import after_reset, link_back, look_for_it
 
 
 class ArmLink:
@@ -144,6 +145,7 @@ class ArmControl:
             return
         if self._link.status.simulated:
             self._disarm("the simulated operator is at work")
+            self._say("the simulated operator brings the arm to its reference posture ...")
             self._call(arm.home, "the simulated operator referenced the arm")
             return
         try:
@@ -164,6 +166,30 @@ class ArmControl:
             return
         text = f"Remembered ({status.trust_reason}): {status.joints}"
         self._ask(text, self._scene(), self._arm.confirm_restored)
+
+    def park(self, speed: float) -> None:
+        """Draw the park posture, and go there if the answer is yes."""
+        if self._link.says_lost():
+            return
+        arm, move = self._arm, ParkMove(speed)
+        try:
+            preview = arm.preview(move)
+        except (ArmError, KinematicsError) as error:
+            self._say(str(error))
+            return
+        if preview.refusal is not None or preview.end is None:
+            self._say(str(preview.refusal))
+            return
+        scene = scene_of(arm.model, preview.end, self._link.status.gripper_mm)
+        text = f"THE ARM WILL MOVE to its park posture, drawn here, at {speed:.0%} of its speed."
+        stops = arm.stops
+        self._ask(
+            text,
+            scene,
+            lambda: arm.start(move, stops=stops).wait(),
+            "parked",
+            asked="Is its way clear?",
+        )
 
     def switch_motors(self) -> None:
         """Switch the motor current on; off only after a question, since the arm sags then."""

@@ -15,6 +15,7 @@ from textual.binding import BindingType
 from textual.screen import Screen
 
 from armdrive.errors import ArmError
+from armdrive.status import Status, Trust
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_port import DeskArm, Done, outcome
@@ -28,12 +29,24 @@ from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.rows import STOP
 from tui.keys.table import SCREENS, jog_pairs, spoken
 from tui.log.screen import LogScreen
-from tui.look import CSS, Looks
+from tui.look import Looks
 from tui.move.screen import MoveScreen
 from tui.points.screen import PointsScreen
 from tui.screens import DeskScreen, ScreenHost, Screens
-from tui.settings import DeskMemory, JogSettings, left_at, manner_of, recall, remember, set_as
-from tui.terminal import on_ending_signals
+from tui.settings import (
+    REAL_SPEED,
+    SIMULATED_SPEED,
+    ArmMemory,
+    DeskMemory,
+    JogSettings,
+    Manner,
+    left_at,
+    manner_of,
+    recall,
+    remember,
+    set_as,
+)
+from tui.terminal import KeyUp, on_ending_signals
 
 POLL_S = 0.05
 """How often the arm's latest status is looked at, however often it changes."""
@@ -58,12 +71,16 @@ def _theory_screen() -> DeskScreen:
     return TheoryScreen()
 
 
+def _first_screen(status: Status, left: ArmMemory) -> str:
+    """Return the screen to begin at: the last one, but the jog screen without a position."""
+    return "" if status.trust is Trust.UNKNOWN else left.screen
+
+
 class Desk(KeyApp):
     """One arm and its screens. Every way out of it, and every change of screen, stops a jog."""
 
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = bindings("")
-    CSS = CSS
     MODES: ClassVar = {
         "jog": JogScreen,
         "move": MoveScreen,
@@ -73,7 +90,6 @@ class Desk(KeyApp):
         "log": LogScreen,
     }
     DEFAULT_MODE = SCREENS[0].id
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012 - as App declares it
 
     def __init__(
         self,
@@ -97,13 +113,14 @@ class Desk(KeyApp):
         self._handle_signals = handle_signals
         self._memory = memory
         self._left = DeskMemory(instructed=True) if memory is None else recall(memory)
-        if first:
-            self._left = replace(self._left, screen=first)
+        left = self._left.of(arm.status)
+        self._first = first or _first_screen(arm.status, left)
         geometry = arm.model.arm
         pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
         self._joint_names = geometry.joint_names
-        self.settings = set_as(JogSettings(pairs=pairs, frames=arm.frames), self._left)
-        self.manner = manner_of(self._left)
+        speed = SIMULATED_SPEED if arm.status.simulated else REAL_SPEED
+        self.settings = set_as(JogSettings(pairs=pairs, frames=arm.frames, speed=speed), left)
+        self.manner = manner_of(left, Manner() if arm.status.simulated else Manner(speed=0.25))
         """How the move screen's goals are given and gone to."""
         self.message = ""
         """The last message; each screen has a hint of its own for when there is none."""
@@ -117,6 +134,7 @@ class Desk(KeyApp):
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
         self.input.on_resumed, self.input.on_starved = self.screens.resumed, self.screens.starved
+        self.input.on_dropped = self._say_dropped
         self.link = ArmLink(
             arm, keys, say=say, disarm=disarm, close_dialogs=self.screens.close_dialogs
         )
@@ -157,12 +175,17 @@ class Desk(KeyApp):
         self.set_keymap(self.keys.keymap())
         self.looks.put_on(self.looks.name)
         self.set_interval(POLL_S, self.poll)
+        self.call_after_refresh(self.input.begin)
         if self.pad is not None:
             self.pad.start()
-        if self._left.screen in self.MODES:
-            self.screens.go_to(self._left.screen)
+        if self._first in self.MODES:
+            self.screens.go_to(self._first)
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
+
+    def _say_dropped(self) -> None:
+        """Say why a key had no effect: a key that is dropped without a word seems broken."""
+        self.message = "a key was dropped, since this program had stood still: press it again"
 
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))
@@ -191,17 +214,24 @@ class Desk(KeyApp):
         self.message = ""
         self.screens.go_to(screen)
 
+    def show_place(self, place: str) -> None:
+        """Go to the screen on which a row of the table of keys counts."""
+        if place and place != self.place.place:
+            self.action_show_screen(place)
+
     def action_view(self, what: str) -> None:
         """Move the camera about the arm that is drawn."""
         if not move_cameras(self.screen, what):
             self.say("no arm is drawn here")
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Offer what the tables have, and nothing of the framework's own."""
+        """Offer what can be done here, what people look for by other words, and the looks."""
         del screen
+        here = self.place.place
+        known = (row for row in self.keys.rows if row.also and row.place not in ("", here))
         return commands(
-            self.keys.at(self.place.place),
-            lambda row: self.run_action(row.action, self.place if row.place else self),
+            (*self.keys.at(here), *known),
+            self.action_do_row,
             self.looks.put_on,
         )
 
@@ -244,6 +274,12 @@ class Desk(KeyApp):
         self.opens = path
         self.action_leave()
 
+    def on_key_up(self, event: KeyUp) -> None:
+        """End what a jog key holds as soon as the terminal reports its release."""
+        key, hand = self.keys.jog_key(event.key), self.screens.hand
+        if key is not None and hand is not None:
+            hand.key_up(key)
+
     def on_app_blur(self) -> None:
         """Disarm when the terminal says that another window has the keyboard."""
         self.screens.disarm("the terminal lost the keyboard focus")
@@ -260,13 +296,9 @@ class Desk(KeyApp):
             self.pad.close()
         if self._memory is None:
             return
-        left = left_at(
-            self.settings,
-            self.manner,
-            self.current_mode,
-            self._left.look if self.no_color else self.looks.name,
-            instructed=self._left.instructed,
-        )
+        look = self._left.look if self.no_color else self.looks.name
+        arm = left_at(self.settings, self.manner, self.current_mode)
+        left = replace(self._left.with_arm(self.link.status, arm), look=look)
         with contextlib.suppress(OSError):  # a desk that is forgotten harms nobody
             remember(self._memory, left)
 

@@ -183,22 +183,27 @@ class StillPalette(CommandPalette):
 
 def commands(
     rows: Iterable[DeskKey],
-    run: Callable[[DeskKey], Awaitable[object]],
+    run: Callable[[str], Awaitable[object]],
     put_on: Callable[[str], None],
 ) -> Iterator[SystemCommand]:
-    """Yield the rows that are not a motion held by a key, which `run` does, and the looks."""
+    """Yield what the palette offers: rows, which `run` does by their ids, and the looks.
+
+    Keys that jog are not among them: a motion that a key holds cannot be chosen from a list.
+    """
     for row in rows:
-        if row.description and row.id not in NOT_LISTED:
-            title, more = _said(row)
-            yield SystemCommand(title, more, partial(run, row))
+        if (row.description or row.also) and row.id not in NOT_LISTED:
+            title, more = _title_of(row)
+            yield SystemCommand(title, more, partial(run, row.id))
     for look in LOOKS:
         yield SystemCommand(f"look: {look.name}", look.summary, partial(put_on, look.name))
 
 
-def _said(row: DeskKey) -> tuple[str, str]:
-    """Return what is searched and what is only read: names and first sentence, and the rest."""
+def _title_of(row: DeskKey) -> tuple[str, str]:
+    """Return what the palette searches: name, key, first sentence and other words; and the rest."""
     first, _, rest = row.tooltip.partition(". ")
-    return f"{row.description} ({label(row.keys[0])}): {first.removesuffix('.')}", rest
+    also = f" (also: {row.also})" if row.also else ""
+    name = row.description or row.id
+    return f"{name} ({label(row.keys[0])}): {first.removesuffix('.')}{also}", rest
 
 
 Answer = TypeVar("Answer")

@@ -1,4 +1,4 @@
-"""How an app looks: its themes and its layout.
+"""How an app looks: its themes. The layout is in desk.tcss.
 
 No theme is needed to understand the desk: whatever has a colour has a word or a mark as well.
 """
@@ -85,20 +85,3 @@ class Looks:
         """Put on the next look."""
         self.put_on(look_after(self.name).name)
         self._chosen(self.name)
-
-
-CSS = """
-#title, #footer { height: 1; text-style: reverse; }
-#title.-real { background: $error; color: $text; text-style: bold; }
-#banner { height: auto; display: none; background: $error; color: $text; text-style: bold; }
-#banner.-shown { display: block; }
-#body { height: 1fr; }
-#remarks { height: auto; min-height: 1; max-height: 4; }
-ArmView { height: 1fr; }
-ModalScreen { align: center middle; }
-SearchIcon { display: none; }
-.dialog { width: 90%; max-width: 100; height: 90%; border: solid $primary; padding: 0 1; }
-.short { height: auto; }
-.dialog PlainText { height: auto; }
-"""
-"""How the desk, its screens and its dialogs are laid out."""

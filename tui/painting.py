@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Any
 
 from rich.color import ColorSystem
@@ -15,6 +16,9 @@ from textual.widgets import Static
 
 from armdrive.errors.printable import printable_lines
 
+Span = tuple[str, str]
+"""A text and its style."""
+
 
 class PlainText(Static):
     """Text that is shown as it is, and repainted only when it has changed.
@@ -23,21 +27,31 @@ class PlainText(Static):
     an escape sequence in the text to the terminal: text may come from a file or a device.
     """
 
-    def __init__(self, *, id: str) -> None:  # noqa: A002
-        super().__init__("", id=id, markup=False)
-        self._shown = ""
+    def __init__(self, *, id: str, classes: str = "") -> None:  # noqa: A002
+        super().__init__("", id=id, classes=classes, markup=False)
+        self._spans: tuple[Span, ...] = ()
 
     @property
     def shown(self) -> str:
         """The text as it stands."""
-        return self._shown
+        return "".join(text for text, _ in self._spans)
 
-    def show(self, text: str) -> None:
-        """Show this text from now on."""
-        shown = printable_lines(text)
-        if shown != self._shown:
-            self._shown = shown
-            self.update(Content(shown))
+    def show(self, *parts: str | Span) -> None:
+        """Show these texts from now on, one after the other."""
+        spans = tuple(_printable_span(part) for part in parts)
+        if spans != self._spans:
+            self._spans = spans
+            self.update(Content.assemble(*spans))
+
+    def show_lines(self, lines: Iterable[Span]) -> None:
+        """Show lines, each in its own style."""
+        ended = [(f"{text}\n", style) for text, style in lines]
+        self.show(*ended[:-1], *((text[:-1], style) for text, style in ended[-1:]))
+
+
+def _printable_span(part: str | Span) -> Span:
+    text, style = (part, "") if isinstance(part, str) else part
+    return printable_lines(text), style
 
 
 # Sending only the spans that changed, not each row from its beginning. When a widget asks for a
@@ -46,9 +60,9 @@ class PlainText(Static):
 # many rows then costs three times as many bytes.
 
 _ONE_CELL_EACH = re.compile(
-    "[ -~\\xa0-\\xac\\xae-\\u02ff\\u2500-\\u259f\\u2800-\\u28ff]*"
+    "[ -~\\xa0-\\xac\\xae-\\u02ff\\u2500-\\u259f\\u25cb\\u25cf\\u2800-\\u28ff]*"
 ).fullmatch
-"""Latin letters, lines and blocks, braille."""
+"""Latin letters, lines, blocks, dots and braille."""
 
 
 class SpansUpdate(ChopsUpdate):

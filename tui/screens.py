@@ -7,24 +7,27 @@ arm alive while it is not shown: `disarm` is called before another screen or a d
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, cast
 
 from textual import events, on
 from textual.app import App, ComposeResult
-from textual.containers import Container
+from textual.containers import Container, Vertical
 from textual.screen import Screen
 
-from armdrive.status import Status
+from armdrive.status import State, Status, Trust
 from kinematics.spaces import Joints
 from tui.arm_port import DeskArm, Done
+from tui.arm_view import SpaceView
+from tui.conduct import at_work, conduct_of, remarks
 from tui.control import ArmControl, ArmLink
+from tui.frame import KeyLine, SafetyPanel, ScreenTabs
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
-from tui.keys.table import summary_of, titled
+from tui.keys.table import summary_of
 from tui.painting import PlainText, send_spans_alone
-from tui.panels import at_work, banner, remarks, title
 from tui.settings import JogSettings, Manner
 
 
@@ -74,7 +77,7 @@ class ScreenHost(Protocol):
 
 
 class DeskScreen(Screen[None]):
-    """One screen of the desk. Nothing on it is focused unless somebody chooses it."""
+    """One screen of the desk. Nothing on it has the focus at first."""
 
     AUTO_FOCUS = ""
     place: ClassVar[str] = ""
@@ -100,13 +103,23 @@ class DeskScreen(Screen[None]):
         return False
 
     @property
+    def says(self) -> str:
+        """The words after the badge of the arm's state, while nothing forbids motion."""
+        return ""
+
+    @property
+    def settings_text(self) -> str:
+        """How the keys of this screen move the arm, in a few words."""
+        return ""
+
+    @property
     def idle(self) -> tuple[str, ...]:
         """Rows of the table of keys that would change nothing now, by id."""
         return ()
 
     @property
     def hint(self) -> str:
-        """What is said while nothing else has been."""
+        """The message while there is no other."""
         return summary_of(self.place)
 
     def disarm(self, reason: str) -> None:
@@ -114,16 +127,31 @@ class DeskScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Lay out what every screen has; the middle is the screen's own."""
-        yield PlainText(id="title")
-        yield PlainText(id="banner")
+        keys = self.desk.keys
+        yield ScreenTabs(self.place, keys)
+        yield SafetyPanel(keys)
         with Container(id="body"):
             yield from self.compose_body()
         yield PlainText(id="remarks")
-        yield PlainText(id="footer")
+        yield KeyLine(id="footer")
 
     def compose_body(self) -> ComposeResult:
         """Lay out the middle of the screen."""
         yield from ()
+
+    def arm_panel(self) -> ComposeResult:
+        """Lay out the panel in which the arm is drawn."""
+        desk, keys = self.desk, self.desk.keys
+        with Vertical(id="arm") as panel:
+            panel.border_title = "Arm"
+            panel.border_subtitle = f"{keys.label('view-next')} view, drag to turn"
+            yield SpaceView(
+                desk.arm.model,
+                braille=desk.braille,
+                unknown=f"position unknown: press {keys.label('reference')}",
+                clock=desk.clock,
+                id="space",
+            )
 
     def on_mount(self) -> None:
         """Note that there is room to show the arm in."""
@@ -145,25 +173,61 @@ class DeskScreen(Screen[None]):
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
         desk = self.desk
-        width = self.size.width
-        looked_for, paused_here = desk.arm.reconnects, desk.link.paused_here
-        program = at_work(tells() if (tells := desk.arm.program) else {})
-        forbids = banner(status, desk.keys, looked_for=looked_for, paused_here=paused_here)
-        said = remarks(status, desk.message or self.hint, bannered=bool(forbids))
-        self.text("title").show(title(status, titled(self.place), width, program))
-        self.text("banner").show(desk.spoken(forbids))
+        conduct = conduct_of(
+            status,
+            desk.keys,
+            armed=self.armed,
+            says=self.says,
+            looked_for=desk.arm.reconnects,
+            paused_here=desk.link.paused_here,
+            program=at_work(tells() if (tells := desk.arm.program) else {}),
+        )
+        conduct = replace(
+            conduct,
+            forbids=desk.spoken(conduct.forbids),
+            position=desk.spoken(conduct.position),
+        )
+        said = remarks(status, desk.message or self.hint, bannered=bool(conduct.forbids))
+        rows = desk.keys.next_keys(self.place, self.idle, self.first_keys(status))
+        self.query_one(SafetyPanel).show(conduct, self.settings_text)
         self.text("remarks").show(desk.spoken(said))
-        self.text("footer").show(desk.keys.footer(self.place, width, self.idle))
-        self.text("title").set_class(not status.simulated, "-real")
-        self.text("banner").set_class(bool(forbids), "-shown")
+        self.query_one(KeyLine).show_keys(rows, self.query_one(KeyLine).content_size.width)
         self.show_body(status)
+
+    def first_keys(self, status: Status) -> tuple[str, ...]:
+        """Return the rows, by id, that lead out of what keeps the arm from being driven."""
+        by_state = {
+            State.DISCONNECTED: ("reconnect",),
+            State.ERROR_STOP: ("reset",),
+            State.DISABLED: ("motors",),
+        }
+        by_trust = {
+            Trust.UNKNOWN: ("reference",),
+            Trust.SUSPECT: ("reference",),
+            Trust.RESTORED: ("confirm",),
+        }
+        return by_state.get(status.state, ()) or by_trust.get(status.trust, ())
 
     def show_body(self, status: Status) -> None:
         """Show this status in the middle of the screen."""
 
+    def show_panel(self, name: str, text: str) -> None:
+        """Show a text in its panel; hide the panel while there is none."""
+        panel = self.text(name)
+        panel.show(text)
+        panel.display = bool(text)
+
     def text(self, name: str) -> PlainText:
         """Return one of the screen's texts."""
         return self.query_one(f"#{name}", PlainText)
+
+
+def panels(**titles: str) -> Iterator[PlainText]:
+    """Yield a titled panel of text for each id."""
+    for name, title in titles.items():
+        panel = PlainText(id=name, classes="panel")
+        panel.border_title = title
+        yield panel
 
 
 class Screens:
@@ -198,11 +262,11 @@ class Screens:
             self.current.disarm(reason)
 
     def resumed(self, time_s: float) -> None:
-        """Let no key move the arm that was typed while the desk was suspended for so long."""
+        """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
         self.disarm(f"this screen had stood still for {time_s:.1f} s")
 
     def starved(self, time_s: float) -> None:
-        """Let no key move the arm that may have waited for the desk for so long."""
+        """Note that keys may have waited for the desk for this long; those move nothing."""
         if self.hand is not None:
             self.hand.doubt(time_s)
 

@@ -3,34 +3,40 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from armdrive.errors import BadRequest
 from armdrive.motion.frames import BASE
 from armdrive.moves import Jog, Space
+from armdrive.status import Status
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
-from tui.keys.table import JOG_PAIRS, JogPair
+from tui.keys.table import JOG_PAIRS, MM_AXES, JogPair
 
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
-"""Sizes of one increment, in degrees for angles and mm for the rest."""
+"""Sizes of one step, in degrees for angles and mm for the rest."""
 
 SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
 """Fractions of the joint speed limits, for jogging and for planned motion."""
 
+SIMULATED_SPEED, REAL_SPEED = 0.25, 0.1
+"""The jog speed on an arm that this desk has not seen before: a real one starts slowly."""
+
 
 @dataclass(frozen=True, slots=True)
 class JogSettings:
-    """Mode, increment and speed. Every change gives new settings; the ends of a row hold.
+    """Mode, steps and speed. Every change gives new settings; the ends of a row hold.
 
     `pairs` are the jog keys of the arm, `frames` the frames it knows.
     """
 
     space: Space = Space.JOINT
-    increment_index: int = INCREMENTS.index(2.0)
-    speed_index: int = SPEEDS.index(0.25)
+    step_deg: float = 2.0
+    step_mm: float = 2.0
+    speed: float = SIMULATED_SPEED
     pairs: tuple[JogPair, ...] = JOG_PAIRS
     frames: tuple[str, ...] = (BASE,)
     frame: str = BASE
@@ -39,16 +45,6 @@ class JogSettings:
     def cartesian(self) -> bool:
         """Whether keys move the finger tips rather than joints."""
         return self.space is Space.CARTESIAN
-
-    @property
-    def increment(self) -> float:
-        """One increment, in degrees or mm."""
-        return INCREMENTS[self.increment_index]
-
-    @property
-    def speed(self) -> float:
-        """The fraction of the speed limits."""
-        return SPEEDS[self.speed_index]
 
     def other_mode(self) -> JogSettings:
         """Switch between joint and Cartesian mode."""
@@ -59,18 +55,25 @@ class JogSettings:
         place = self.frames.index(self.frame) + 1
         return replace(self, frame=self.frames[place % len(self.frames)])
 
-    def with_increment(self, steps: int) -> JogSettings:
-        """Go along the row of increments."""
-        index = min(max(self.increment_index + steps, 0), len(INCREMENTS) - 1)
-        return replace(self, increment_index=index)
+    def with_step(self, by: int) -> JogSettings:
+        """Change the step of the present mode: in degrees for joints, in mm for the tip."""
+        if self.cartesian:
+            return replace(self, step_mm=neighbour(INCREMENTS, self.step_mm, by))
+        return replace(self, step_deg=neighbour(INCREMENTS, self.step_deg, by))
 
-    def with_speed(self, steps: int) -> JogSettings:
-        """Go along the row of speeds."""
-        return replace(self, speed_index=min(max(self.speed_index + steps, 0), len(SPEEDS) - 1))
+    def with_speed(self, by: int) -> JogSettings:
+        """Go faster or more slowly."""
+        return replace(self, speed=neighbour(SPEEDS, self.speed, by))
+
+    def step_along(self, axis: str) -> float:
+        """Return one step along an axis: in mm, or in degrees where the axis turns."""
+        return self.step_mm if axis in MM_AXES else self.step_deg
 
     def increment_of(self, key: str) -> Jog:
         """Return the jog of one tap on a jog key: a distance."""
-        return self._jog(key, self.increment)
+        pair = self.pair_of(key)
+        step = 0.0 if pair is None else self.step_along(pair.axis(cartesian=self.cartesian))
+        return self._jog(key, step)
 
     def direction_of(self, key: str) -> Jog:
         """Return the jog of a held jog key: a direction."""
@@ -102,30 +105,62 @@ class Manner:
     speed: float = 0.5
 
 
-# What the desk remembers until the next time. None of it moves anything: the keys begin disarmed
-# whatever was left.
+def neighbour(values: tuple[float, ...], value: float, by: int) -> float:
+    """Return the value `by` places further in a table, at most its last or first."""
+    return values[min(max(values.index(value) + by, 0), len(values) - 1)]
+
+
+# What the desk remembers until the next time, for each arm by itself: what was set on a simulated
+# arm says nothing about a real one. None of it moves anything: the keys begin disarmed.
 
 MOST_BYTES = 65536
+MOST_ARMS = 40
+"""The desk forgets the arms that it has not seen for the longest time."""
 
 
 @dataclass(frozen=True, slots=True)
-class DeskMemory:
-    """What was left. Empty words and noughts where nothing is known."""
+class ArmMemory:
+    """What was set on one arm. Empty words and zeros where nothing is known."""
 
     screen: str = ""
-    look: str = ""
     mode: str = ""
     frame: str = ""
-    increment: float = 0.0
+    step_deg: float = 0.0
+    step_mm: float = 0.0
     speed: float = 0.0
-    instructed: bool = False
-    """Whether somebody has read the first screen."""
     move_mode: str = ""
     move_speed: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class DeskMemory:
+    """How the desk was left: its look, whether its first screen was read, and each arm's settings.
+
+    `arms` has the arm seen last at its end.
+    """
+
+    look: str = ""
+    instructed: bool = False
+    arms: Mapping[str, ArmMemory] = field(default_factory=dict)
+
+    def of(self, status: Status) -> ArmMemory:
+        """Return what was set on this arm; nothing of an arm that is new."""
+        return self.arms.get(arm_key(status), ArmMemory())
+
+    def with_arm(self, status: Status, left: ArmMemory) -> DeskMemory:
+        """Return the memory with what was set on this arm now."""
+        key = arm_key(status)
+        others = [(name, each) for name, each in self.arms.items() if name != key]
+        return replace(self, arms=dict([*others[1 - MOST_ARMS :], (key, left)]))
+
+
+def arm_key(status: Status) -> str:
+    """Return the name under which an arm is remembered; a simulated one is another arm."""
+    return f"{'simulated' if status.simulated else 'real'} {status.arm}"
+
+
 def memory_file() -> Path:
-    """Return the file that is remembered in."""
+    """Return the file that the desk remembers in."""
     return places.states() / "desk.json"
 
 
@@ -137,12 +172,10 @@ def recall(path: Path) -> DeskMemory:
         return DeskMemory()
     if not isinstance(found, dict):
         return DeskMemory()
-    known: dict[str, Any] = {
-        field.name: found[field.name]
-        for field in fields(DeskMemory)
-        if field.name in found and _fits(found[field.name], field.default)
-    }
-    return DeskMemory(**known)
+    given = found.pop("arms", {})
+    arms = given if isinstance(given, dict) else {}
+    known = {name: ArmMemory(**_fitting(ArmMemory, each)) for name, each in arms.items()}
+    return DeskMemory(**_fitting(DeskMemory, found), arms=known)
 
 
 def remember(path: Path, what: DeskMemory) -> None:
@@ -150,45 +183,56 @@ def remember(path: Path, what: DeskMemory) -> None:
     replace_file(path, json.dumps(asdict(what), indent=1))
 
 
-def set_as(settings: JogSettings, what: DeskMemory) -> JogSettings:
+def set_as(settings: JogSettings, left: ArmMemory) -> JogSettings:
     """Return the settings as they were left, as far as they exist for this arm."""
-    if what.mode in [space.value for space in Space]:
-        settings = replace(settings, space=Space(what.mode))
-    if what.frame in settings.frames:
-        settings = replace(settings, frame=what.frame)
-    if what.increment in INCREMENTS:
-        settings = replace(settings, increment_index=INCREMENTS.index(what.increment))
-    if what.speed in SPEEDS:
-        settings = replace(settings, speed_index=SPEEDS.index(what.speed))
+    if left.mode in [space.value for space in Space]:
+        settings = replace(settings, space=Space(left.mode))
+    if left.frame in settings.frames:
+        settings = replace(settings, frame=left.frame)
+    if left.step_deg in INCREMENTS:
+        settings = replace(settings, step_deg=left.step_deg)
+    if left.step_mm in INCREMENTS:
+        settings = replace(settings, step_mm=left.step_mm)
+    if left.speed in SPEEDS:
+        settings = replace(settings, speed=left.speed)
     return settings
 
 
-def manner_of(what: DeskMemory) -> Manner:
-    """Return how goals were given and gone to at the move screen, as far as that makes sense."""
-    manner = Manner()
-    if what.move_mode in [space.value for space in Space]:
-        manner = replace(manner, cartesian=what.move_mode == Space.CARTESIAN.value)
-    if what.move_speed in SPEEDS:
-        manner = replace(manner, speed=what.move_speed)
+def manner_of(left: ArmMemory, manner: Manner) -> Manner:
+    """Return how goals were given and gone to at the move screen, as far as that makes sense.
+
+    `manner` is used on an arm that is new.
+    """
+    if left.move_mode in [space.value for space in Space]:
+        manner = replace(manner, cartesian=left.move_mode == Space.CARTESIAN.value)
+    if left.move_speed in SPEEDS:
+        manner = replace(manner, speed=left.move_speed)
     return manner
 
 
-def left_at(
-    settings: JogSettings, manner: Manner, screen: str, look: str, *, instructed: bool
-) -> DeskMemory:
-    """Return what is to be remembered of a desk."""
+def left_at(settings: JogSettings, manner: Manner, screen: str) -> ArmMemory:
+    """Return what is to be remembered of an arm's desk."""
     move_space = Space.CARTESIAN if manner.cartesian else Space.JOINT
-    return DeskMemory(
+    return ArmMemory(
         screen=screen,
-        look=look,
         mode=settings.space.value,
         frame=settings.frame,
-        increment=settings.increment,
+        step_deg=settings.step_deg,
+        step_mm=settings.step_mm,
         speed=settings.speed,
-        instructed=instructed,
         move_mode=move_space.value,
         move_speed=manner.speed,
     )
+
+
+def _fitting(kind: type[ArmMemory] | type[DeskMemory], given: object) -> dict[str, Any]:
+    """Return the fields of a kind that a file gives, as far as they are of the right type."""
+    known = given if isinstance(given, dict) else {}
+    return {
+        each.name: known[each.name]
+        for each in fields(kind)
+        if each.name in known and _fits(known[each.name], each.default)
+    }
 
 
 def _fits(value: object, like: object) -> bool:

@@ -39,7 +39,7 @@ def run_desk(
     reopens: bool = False,
     gamepad: str | None = None,
 ) -> DeskEnd:
-    """Show the desk until somebody leaves it, and return how that was.
+    """Show the desk until the user leaves it, and return how that was.
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
     `first` is the id of the screen to begin at, instead of the one that was left; `hint` is said

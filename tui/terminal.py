@@ -10,20 +10,31 @@ import asyncio
 import codecs
 import contextlib
 import os
+import re
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import IO, Any
 
 from textual import messages
+from textual._xterm_parser import XTermParser
 from textual.driver import Driver
+from textual.message import Message
 
 if sys.platform != "win32":
     import termios
 
 PLAIN: Mapping[str, str] = MappingProxyType(
-    {"°": "d", "…": ".", "✓": "x", **dict.fromkeys("─━▔", "-"), **dict.fromkeys("│┃▎▊▌▐", "|")}
+    {
+        "°": "d",
+        "…": ".",
+        "✓": "x",
+        "●": "o",
+        "○": "o",
+        **dict.fromkeys("─━▔", "-"),
+        **dict.fromkeys("│┃▎▊▌▐", "|"),
+    }
     | dict.fromkeys("┌┐└┘├┤┬┴┼╭╮╰╯", "+")
     | dict.fromkeys(("■", *map(chr, range(0x2580, 0x258A))), "#")
 )
@@ -53,7 +64,7 @@ class LastingFile:
         codecs.register_error(PLAINLY, plainly)
 
     def write(self, text: str) -> int:
-        """Write, if there is still somebody to read it."""
+        """Write, if the terminal is still there."""
         if self._encoding:
             text = text.encode(self._encoding, PLAINLY).decode(self._encoding)
         with contextlib.suppress(OSError, ValueError):
@@ -61,7 +72,7 @@ class LastingFile:
         return len(text)
 
     def flush(self) -> None:
-        """Flush, if there is still somebody to read it."""
+        """Flush, if the terminal is still there."""
         with contextlib.suppress(OSError, ValueError):
             self._file.flush()
 
@@ -70,8 +81,42 @@ class LastingFile:
         return getattr(self._file, name)
 
 
+# Releases of keys, which the framework's parser cannot read. A terminal with kitty's keyboard
+# protocol reports them once it is asked to: `CSI 113;1:3 u` is the release of q, `1:2` its repeat.
+# https://sw.kovidgoyal.net/kitty/keyboard-protocol/
+
+REPORT_RELEASES = "\x1b[=2;2u"
+"""Adds the reports of repeats and releases to what the framework has asked for."""
+
+RELEASED = "3"
+_EVENT_TYPE = re.compile(r"(\x1b\[[\d:]*;\d*):(\d)(.*)", re.DOTALL)
+
+
+class KeyUp(Message):
+    """A key was let go."""
+
+    def __init__(self, key: str) -> None:
+        super().__init__()
+        self.key = key
+
+
+class ReleaseParser(XTermParser):
+    """The framework's parser, which also tells releases from presses and repeats."""
+
+    def _sequence_to_key_events(self, sequence: str, alt: bool = False) -> Iterable[Any]:
+        found = _EVENT_TYPE.fullmatch(sequence)
+        if found is None:
+            yield from super()._sequence_to_key_events(sequence, alt)
+            return
+        before, kind, after = found.groups()
+        for event in super()._sequence_to_key_events(f"{before}{after}", alt):
+            yield KeyUp(event.key) if kind == RELEASED else event
+
+
 def lasting_driver(driver: type[Driver]) -> type[Driver]:
     """Return such a driver that outlives its terminal, and goes on after a suspension."""
+    if suspends(driver):
+        sys.modules[driver.__module__].XTermParser = ReleaseParser  # type: ignore[attr-defined]
 
     class Lasting(driver):  # type: ignore[misc, valid-type]
         def __init__(self, *words: Any, **more: Any) -> None:
@@ -89,6 +134,8 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
             super().start_application_mode()
             if suspends(driver):
                 self._mode = mode_of(self.fileno)
+                self.write(REPORT_RELEASES)
+                self.flush()
 
         def _sigtstp_application(self, *_: Any) -> None:
             self._soon(super()._sigtstp_application)
@@ -109,7 +156,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
         def _go_on(self) -> None:
             if not self._app.is_running or self._writer_thread is None:
                 return  # the terminal is not ours
-            if self._must_signal_resume:  # by SIGTSTP: it was given back, and is taken anew
+            if self._must_signal_resume:  # by SIGTSTP: it was given back, and is taken again
                 super()._sigcont_application()
             else:
                 self._take_terminal()
@@ -117,7 +164,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
         def _take_terminal(self) -> None:
             """Take up a terminal that a SIGSTOP has kept this program from giving back.
 
-            The framework would begin anew: with a second thread that reads the keys, and so that
+            The framework would start over: with a second thread that reads the keys, and so that
             it leaves the terminal in the end as it stands now, not as it was before.
             """
             set_mode(self.fileno, self._mode)
@@ -131,7 +178,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
 
 
 def suspends(driver: type[Driver]) -> bool:
-    """Tell whether a driver is one of those that hear of their suspension: on Unix terminals."""
+    """Return whether a driver is told of its suspension: those of Unix terminals are."""
     return hasattr(driver, "_sigcont_application")
 
 
@@ -176,14 +223,14 @@ def ending_driver(driver: type[Driver]) -> type[Driver]:
                 self._app.post_message(messages.ExitApp())
 
         def process_message(self, message: Any) -> None:
-            if not self.exit_event.is_set():  # whoever it was for has gone
+            if not self.exit_event.is_set():  # the app it was for has ended
                 super().process_message(message)
 
     return Ending
 
 
 def lasting_write(write: Callable[[bytes], int]) -> Callable[[bytes], int]:
-    """Return what writes as long as somebody reads, and raises nothing when nobody does."""
+    """Return a function that writes, and raises nothing when the other end is closed."""
 
     def written(data: bytes) -> int:
         try:

@@ -1,6 +1,6 @@
 """Watching an arm that another program drives: its status, a stop, a pause, a slower tempo.
 
-Leaving stops nothing: the arm is somebody else's. A thread hears of it and keeps the latest view;
+Leaving stops nothing: another program drives the arm. A thread receives and keeps the latest view;
 the screen looks at that, so that neither waits for the other.
 """
 
@@ -29,30 +29,56 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
+from tui.conduct import (
+    BADGES,
+    DOTS,
+    PAUSED,
+    QUIET,
+    UNKNOWN,
+    WRONG,
+    Conduct,
+    View,
+    at_work,
+    number_text,
+)
+from tui.frame import KeyLine, SafetyPanel
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.remap import load_keys
 from tui.keys.table import STOP
-from tui.look import CSS, Looks
+from tui.look import Looks
 from tui.painting import PlainText
-from tui.panels import TITLE_GAP, UNKNOWN, View, at_work, number_text, parted
+from tui.program import WatchedProgram
+from tui.screens import panels
 from tui.settings import memory_file, recall
 
-# What is said of such an arm, from the plain data of its status.
+# The words about such an arm, made from the plain data of its status.
 
 TEMPOS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
 
 
-def title(name: str, view: View, width: int) -> str:
-    """Say which arm is watched, and whether it is real, the latter first lest it is cut off."""
+def conduct(name: str, view: View, ended: str) -> Conduct:
+    """Return what is known about an arm that another program drives."""
     if not view:
-        return f"WATCHING {name}"[:width].ljust(width)
+        badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
+        return Conduct(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
     kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
-    arm = f"{name} ({view.get('title', '?')}) on {view.get('link', '?')}"
     told = view.get("program")
     program = at_work(told) if isinstance(told, Mapping) else ""
-    gap = TITLE_GAP if program else 0
-    return parted(f"{kind}, WATCHED: {arm}", gap, program, width, len(kind))
+    arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"
+    paused = view.get("paused")
+    badge = PAUSED if paused else BADGES.get(str(view.get("state")), (UNKNOWN, QUIET))
+    time_s = number_text(view.get("stop_time_s"), 2)
+    return Conduct(
+        arm="  ".join(filter(None, (arm, program))),
+        real=not view.get("simulated"),
+        badge=("NOT WATCHED", WRONG) if ended else badge,
+        says="another program drives it",
+        forbids=f"NOT WATCHED ANY MORE: {ended}" if ended else "",
+        dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
+        position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
+        stopping=f"stops within {number_text(view.get('stop_distance_mm'))} mm, {time_s} s",
+    )
 
 
 def lines(view: View) -> str:
@@ -136,7 +162,7 @@ class HeldArmSource(Protocol):
         """Yield its status whenever it has changed, until it gives the arm back."""
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where nobody answers."""
+        """Ask for something; raises `ArmError` where no program answers."""
 
 
 class HeldArm:
@@ -150,7 +176,7 @@ class HeldArm:
         return follow_holder(self._name, EVERY_S)
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where nobody answers."""
+        """Ask for something; raises `ArmError` where no program answers."""
         return ask_holder(self._name, request, **words)
 
 
@@ -161,11 +187,11 @@ class WatchScreen(Screen[None]):
     """A picture and words of what another program says of its arm."""
 
     AUTO_FOCUS = ""
-    CSS = """
-    #panel { width: 1fr; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #watched { height: auto; }
-    """
     _laid_out = False
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._program = WatchedProgram()
 
     @property
     def watching(self) -> Watching:
@@ -175,37 +201,31 @@ class WatchScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         """Lay the screen out: the arm on the left, words and numbers on the right."""
         app = self.watching
-        yield PlainText(id="title")
-        yield PlainText(id="banner")
+        yield SafetyPanel(app.keys)
         with Container(id="body"), Horizontal():
             yield SpaceView(app.model, braille=app.braille, id="space")
-            with VerticalScroll(id="panel", can_focus=False):
-                yield PlainText(id="watched")
+            with VerticalScroll(id="panels", can_focus=False):
+                yield from panels(program="Program", watched="Status")
         yield PlainText(id="remarks")
-        yield PlainText(id="footer")
+        yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
-        """Show what was heard before there was room for it."""
+        """Show what had arrived before there was room for it."""
         self._laid_out = True
         self.call_after_refresh(self.watching.poll)
 
     def show(self, view: View, ended: str, message: str) -> None:
-        """Show what is known, why it is no longer new, and what was said last."""
+        """Show what is known, why it is no longer new, and the last message."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
         app, width = self.watching, self.size.width
-        texts = {
-            "title": title(app.arm_name, view, width),
-            "banner": f"NOT WATCHED ANY MORE: {ended}" if ended else "",
-            "watched": lines(view),
-            "remarks": f"! {message}" if message else "",
-            "footer": app.keys.footer("watch", width),
-        }
-        for name, text in texts.items():
-            self.query_one(f"#{name}", PlainText).show(text)
-        self.query_one("#banner").set_class(bool(ended), "-shown")
-        real = bool(view) and not view.get("simulated")
-        self.query_one("#title").set_class(real, "-real")
+        self.query_one(SafetyPanel).show(conduct(app.arm_name, view, ended))
+        program = self.query_one("#program", PlainText)
+        program.show_lines(self._program.lines(view.get("program")))
+        program.display = bool(program.shown)
+        self.query_one("#watched", PlainText).show(lines(view))
+        self.query_one("#remarks", PlainText).show(message)
+        self.query_one(KeyLine).show_keys(app.keys.next_keys("watch"), width)
         self.query_one(SpaceView).show(moment(view, app.model))
 
 
@@ -229,10 +249,9 @@ COMMON = (STOP, "quit", "look")
 
 
 class Watching(KeyApp):
-    """An app that shows somebody else's arm."""
+    """An app that shows an arm that another program drives."""
 
     TITLE = "armdrive"
-    CSS = CSS
     BINDINGS: ClassVar[list[BindingType]] = [
         *bindings("watch"),
         *(each for each in bindings("") if getattr(each, "id", "") in COMMON),
@@ -266,7 +285,7 @@ class Watching(KeyApp):
         return WatchScreen()
 
     def on_mount(self) -> None:
-        """Begin to hear, and to show what was heard."""
+        """Begin to receive views, and to show them."""
         self.looks.put_on(self.looks.name)
         self.set_keymap(self.keys.keymap())
         threading.Thread(target=self._hear, name="armdrive-watch", daemon=True).start()
@@ -336,7 +355,7 @@ class Watching(KeyApp):
 def run_watch(
     name: str, model: ArmModel, *, ascii_only: bool = False, keys: Keyboard | None = None
 ) -> int:
-    """Show an arm that another program drives, until somebody leaves; return the exit code.
+    """Show an arm that another program drives, until the user leaves; return the exit code.
 
     Nothing here moves the arm, and leaving does not stop it.
     """

@@ -1,4 +1,4 @@
-"""The options that say which arm a command is about, and how far its position is trusted."""
+"""The options that choose an arm, and whether to trust its position."""
 
 from __future__ import annotations
 
@@ -10,14 +10,29 @@ from armdrive.registry import DIALECTS
 
 def add_arm_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose an arm."""
-    group = parser.add_argument_group("which arm (none: the simulated TeachMover)")
+    group = parser.add_argument_group(
+        "which arm", "Without one of these options, the default arm or the simulated TeachMover."
+    )
+    dialects = ", ".join(DIALECTS)
     group.add_argument("--arm", metavar="NAME", help="an arm file, by name or path")
-    group.add_argument("--sim", metavar="DIALECT", choices=list(DIALECTS), help="a simulated arm")
+    group.add_argument(
+        "--sim", metavar="DIALECT", choices=list(DIALECTS), help=f"a simulated arm: {dialects}"
+    )
     group.add_argument("--port", metavar="PORT", help="a serial port or a pyserial URL")
-    group.add_argument("--dialect", choices=list(DIALECTS), help="what the arm on --port speaks")
-    group.add_argument("--baud", type=count, help="baud rate of --port")
-    group.add_argument("--fresh", action="store_true", help="a simulated arm: forget its world")
+    group.add_argument(
+        "--dialect",
+        metavar="DIALECT",
+        choices=list(DIALECTS),
+        help="the language of the arm on --port, one of the same",
+    )
+    group.add_argument("--baud", type=count, metavar="RATE", help="the baud rate of --port")
+    group.add_argument("--fresh", action="store_true", help="start the simulated arm over")
     add_json_option(parser)
+
+
+def names_arm(options: argparse.Namespace) -> bool:
+    """Return whether the options name an arm; otherwise the default one is meant."""
+    return bool(options.arm or options.sim or options.port)
 
 
 def add_allow_restored(parser: argparse.ArgumentParser) -> None:
@@ -25,15 +40,15 @@ def add_allow_restored(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-restored",
         action="store_true",
-        help="trust the position that an earlier command remembered, without asking",
+        help="trust the position that an earlier command saved, without asking",
     )
 
 
 def add_pace_option(parser: argparse._ActionsContainer) -> None:
-    """Add `--pace`, for a command that lets a simulated arm go as fast as the computer can."""
+    """Add `--pace`, for a command that runs a simulated arm as fast as the computer can."""
     parser.add_argument(
         "--pace",
         type=positive,
         metavar="FACTOR",
-        help="a simulated arm: so many times as fast as real time (else as fast as can be)",
+        help="run a simulated arm this many times as fast as real time (default: no waiting)",
     )

@@ -1,9 +1,8 @@
-"""Loads the modules of commands: each only when its command is called.
+"""Loads the modules of a command only when the command is called.
 
 The tables of commands and actions name their functions as `drive.move:move`, so that help and a
-wrong option do not wait for what only the work needs. Every import is written out here, where
-readers and the walls between packages see it; modules that need the same libraries are loaded
-together.
+wrong option load nothing more. Every import is written out here, where readers and import-linter
+see it; modules that need the same libraries are loaded together.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from typing import Any
 
 
 def load(place: str) -> Any:
-    """Return what stands in a module of the command line, written `drive.move:move`."""
+    """Return an object of a module of the command line, written `drive.move:move`."""
     group, _, rest = place.partition(".")
     module, _, name = rest.partition(":")
     return getattr(_GROUPS[group](module), name)
@@ -117,6 +116,10 @@ def _set_up(module: str) -> ModuleType:
             from armdrive.cli.set_up import can_monitor, can_setup
 
             return {"can_monitor": can_monitor, "can_setup": can_setup}[module]
+        case "completion":
+            from armdrive.cli.set_up import completion
+
+            return completion
         case "config":
             from armdrive.cli.set_up import config
 

@@ -1,27 +1,29 @@
-"""Options and numbers that any command may have. A wrong number is named, never a traceback."""
+"""Parsers of commands and actions, their help, and the kinds of values that options take."""
 
 from __future__ import annotations
 
 import argparse
 import inspect
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
+from armdrive.cli.commands import RENAMED_OPTIONS
 from armdrive.errors import BadRequest
+from armdrive.text.speed import parse_speed
+from kinematics.errors import nearest_word
 
-Command = Callable[[argparse.Namespace], int]
-"""Carries a command out, and returns the exit code."""
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arguments:
-    """What may be typed after a command, and the text that ends its help.
+    """The options of a command, and the text that ends its help: notes and examples.
 
-    Where none is given, that is what the declaring function's docstring says after its first line.
+    By default the text is the docstring of `declare`, without its first line.
     """
 
     declare: Declare
@@ -37,8 +39,7 @@ class Arguments:
 class Action:
     """An action of a command, as `list` of `points`: its line of help, its function, its options.
 
-    The function is written `drive.points:show`: loading.py loads its module to carry the action
-    out.
+    The function is written `drive.points:show`; loading.py loads its module when the action runs.
     """
 
     summary: str
@@ -48,8 +49,8 @@ class Action:
 
 
 def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) -> None:
-    """Add the actions of a command, one of which has to be named."""
-    listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    """Add the actions of a command; the caller has to name one of them."""
+    listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION", prog=parser.prog)
     for name, row in actions.items():
         words = help_of(row.summary, Arguments(row.declare, row.epilog))
         action = listed.add_parser(name, help=row.summary, **words)
@@ -57,11 +58,66 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
         action.set_defaults(function=row.function)
 
 
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Prints a usage line of one line: names of options stand below it, with what they mean."""
+
+    def add_usage(
+        self,
+        usage: str | None,
+        actions: Iterable[argparse.Action],
+        groups: Iterable[argparse._MutuallyExclusiveGroup],  # noqa: ARG002
+        prefix: str | None = None,
+    ) -> None:
+        """Show what has to be typed, and that there are options."""
+        needed = [each for each in actions if each.required or not each.option_strings]
+        others = argparse.Action(["OPTIONS"], "options", nargs=0)
+        super().add_usage(usage, [*needed, others], (), prefix)
+
+
+class CommandParser(argparse.ArgumentParser):
+    """An argument parser whose errors are exceptions, which the runner prints as any other."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise `BadRequest` with what is wrong and where to find help."""
+        words = message.removeprefix("argument ")
+        if found := re.fullmatch(_UNKNOWN, words):
+            word = found[1].partition("=")[0]
+            words = f"there is no option {word}" if word[0] == "-" else f"{word!r} is one too many"
+            if renamed := RENAMED_OPTIONS.get(f"{self.prog} {word}"):
+                words += f", type {renamed} instead"
+            else:
+                words += _nearest(word, self._option_string_actions)
+        elif found := re.fullmatch(_CHOICE, words):
+            known = [word.strip("'") for word in found[3].split(", ")]
+            words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
+            words += _nearest(found[2], known)
+        elif words.startswith(_REQUIRED):
+            missing = words.removeprefix(_REQUIRED)
+            known = [each.choices for each in self._actions if each.metavar == missing]
+            choices = ", ".join(map(str, known[0] or ())) if known else ""
+            words = f"required: {missing}{f', one of {choices}' if choices else ''}"
+        elif (option := self._option_string_actions.get(words.partition(":")[0])) is not None:
+            form = option.metavar if isinstance(option.metavar, str) else ""
+            words = words.replace(":", f" {form}:" if form else ":", 1)
+        raise BadRequest(f"{words}; see `{self.prog} --help`")
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    near = nearest_word(word, known)
+    return f" (did you mean {near}?)" if near else ""
+
+
+_UNKNOWN = r"(?s)unrecognized arguments: (\S+).*"
+_CHOICE = r"(?s)(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)"
+_REQUIRED = "the following arguments are required: "
+"""Complaints of argparse that are put into other words here, with the words that are known."""
+
+
 def help_of(summary: str, arguments: Arguments) -> Any:
-    """Return what an argument parser has to know to print the help of a command or an action."""
+    """Return the arguments of a parser that make the help of a command or an action."""
     return {
         "description": summary[0].upper() + summary[1:] + ".",
-        "formatter_class": argparse.RawDescriptionHelpFormatter,
+        "formatter_class": HelpFormatter,
         "epilog": arguments.help_end,
     }
 
@@ -76,9 +132,12 @@ _MOST_DIGITS = 18
 """Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
 
 
+JSON_OPTION = "--json"
+
+
 def add_json_option(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument(JSON_OPTION, action="store_true", help="print JSON")
 
 
 def typed_number(text: str) -> float:
@@ -119,8 +178,11 @@ def count(text: str) -> int:
 
 
 def fraction(text: str) -> float:
-    """Return a number above 0 and up to 1."""
-    value = number(text)
-    if not 0.0 < value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not above 0 and up to 1")
-    return value
+    """Return a speed as a fraction of the limits, for argparse's `type=`."""
+    try:
+        return parse_speed(text)
+    except BadRequest as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+SPEED_HELP = "a fraction of the limits: 0.5 or 50%%"

@@ -1,44 +1,64 @@
 """Printing for people and for programs: sentences, or one JSON document a line.
 
-Everything that the command line prints goes through this module, and what is not printable is
-shown as an escape: text may come from a file or a device, and a terminal acts on what it is sent.
+Everything that the command line prints goes through this module. Text may come from a file or a
+device, and a terminal acts on control characters, so this module prints those as escapes.
 
-A command returns a `Result`, or several: `present` decides which of its two forms is printed. A
-command that takes long says meanwhile what it does by `tell`, and shows results as they come by
-`show`; `--json` silences the first.
+A command returns a `Result`, or several, and `present` prints one of its two forms. A command that
+takes long reports its progress with `tell`, which `--json` silences, and prints results early with
+`show`.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import queue
+import os
 import sys
-import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Any, Self, TextIO
+from enum import Enum
+from typing import Any, TextIO
 
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
 
 
+class Ink(Enum):
+    """Colours of words on a terminal, as the numbers of ANSI's "select graphic rendition"."""
+
+    GOOD = "32"
+    CAUTION = "33"
+    BAD = "1;31"
+    FAINT = "2"
+
+
+@dataclass(frozen=True, slots=True)
+class Inked:
+    """A part of a line that a terminal shows in a colour."""
+
+    text: str
+    ink: Ink
+
+
+Line = str | tuple[str | Inked, ...]
+"""One line for people. Its parts hold no colours of their own: what a device sends stays text."""
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a command comes to: a document for programs, lines for people, and an exit code.
+    """The outcome of a command: a document for programs, lines for people, and an exit code.
 
-    Lines that are made while they are printed cost nothing with `--json`. Without a document, the
-    lines are for people alone.
+    A generator of lines runs only if the lines are printed. Without a document, `--json` prints
+    nothing.
     """
 
     document: Mapping[str, Any] | None
-    lines: str | Iterable[str] = ()
+    lines: str | Iterable[Line] = ()
     code: int = 0
 
 
 Outcome = int | Result | Iterable[Result]
-"""What a command returns: results to be printed, or the exit code where it has printed them."""
+"""What a command returns: results to print, or its exit code if it has printed them itself."""
 
 
 def present(outcome: Outcome, options: argparse.Namespace) -> int:
@@ -63,19 +83,21 @@ def show(result: Result, options: argparse.Namespace) -> None:
 
 
 def tell(options: argparse.Namespace, text: str) -> None:
-    """Print a line for people on the way to the result."""
+    """Print a line about progress, except with `--json`."""
     if not as_json(options):
         say(text)
 
 
 def as_json(options: argparse.Namespace) -> bool:
-    """Return whether the options ask for JSON: then nothing is asked, and no progress told."""
+    """Return whether the options ask for JSON, so that no questions are asked."""
     return bool(getattr(options, "json", False))
 
 
-def say(text: str) -> None:
+def say(line: Line) -> None:
     """Print one line, in the words of the command line."""
-    put(f"{printable(presented(text, COMMAND_LINE))}\n")
+    coloured = has_colour(sys.stdout)
+    parts = (line,) if isinstance(line, str) else line
+    _send("".join(_shown(part, coloured=coloured) for part in parts) + "\n", sys.stdout)
 
 
 def say_lines(text: str) -> None:
@@ -98,7 +120,8 @@ def put(text: str, *, control: str = "", output: TextIO | None = None) -> None:
 
     `control` is written before it and is not escaped: sequences of our own that move the cursor.
     """
-    _write(sys.stdout if output is None else output, text, control)
+    stream = sys.stdout if output is None else output
+    _send(control + _printable(text, stream), stream)
 
 
 def draw_over(lines: Sequence[str], *, control: str, line_end: str) -> None:
@@ -106,52 +129,53 @@ def draw_over(lines: Sequence[str], *, control: str, line_end: str) -> None:
 
     `control` and `line_end` are sequences of our own, and are written as they are.
     """
-    shown = [encodable(printable(line), sys.stdout.encoding) for line in lines]
-    sys.stdout.write(control + "".join(f"{line}{line_end}" for line in shown))
-    sys.stdout.flush()
+    shown = (_printable(printable(line), sys.stdout) for line in lines)
+    _send(control + "".join(f"{line}{line_end}" for line in shown), sys.stdout)
+
+
+ERROR_LABEL = "armdrive:"
+"""Begins every error; a terminal shows it in red."""
 
 
 def put_error(text: str) -> None:
     """Write text to the error output as `put` does."""
-    _write(sys.stderr, text, "")
+    label = ""
+    if text.startswith(ERROR_LABEL) and has_colour(sys.stderr):
+        label, text = _in_ink(ERROR_LABEL, Ink.BAD), text.removeprefix(ERROR_LABEL)
+    put(text, control=label, output=sys.stderr)
 
 
-def _write(output: TextIO, text: str, control: str) -> None:
-    shown = encodable(printable_lines(text), getattr(output, "encoding", None))
-    output.write(f"{control}{shown}")
+def _printable(text: str, output: TextIO) -> str:
+    """Return text with escapes for what is not printable, or not in the encoding of a stream."""
+    return encodable(printable_lines(text), getattr(output, "encoding", None))
+
+
+def _send(text: str, output: TextIO) -> None:
+    output.write(text)
     output.flush()
 
 
-# Progress of a running call, printed by a thread of its own: a blocked terminal must not block
-# the engine.
+# Colours.
+
+WITHOUT_SCREEN = ("dumb", "unknown")
+"""Values of `TERM` for terminals that only print line after line: they neither draw nor colour."""
 
 
-class TerminalReporter:
-    """Prints lines that the engine's thread hands over without waiting."""
+def has_colour(output: TextIO) -> bool:
+    """Return whether to write colours: to a terminal that knows them, unless NO_COLOR is set."""
+    return (
+        output.isatty()
+        and not os.environ.get("NO_COLOR")
+        and os.environ.get("TERM", "").lower() not in WITHOUT_SCREEN
+        and (os.name != "nt" or "WT_SESSION" in os.environ)  # older consoles print the sequences
+    )
 
-    def __init__(self, *, silent: bool) -> None:
-        self._silent = silent
-        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._print, name="reporter", daemon=True)
 
-    def tell(self, line: str) -> None:
-        """Hand a line over."""
-        self._lines.put(line)
+def _shown(part: str | Inked, *, coloured: bool) -> str:
+    text = part if isinstance(part, str) else part.text
+    shown = _printable(printable(presented(text, COMMAND_LINE)), sys.stdout)
+    return _in_ink(shown, part.ink) if coloured and isinstance(part, Inked) else shown
 
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._lines.put(None)
-        self._thread.join()
-
-    def _print(self) -> None:
-        while (line := self._lines.get()) is not None:
-            if not self._silent:
-                say(line)
+def _in_ink(text: str, ink: Ink) -> str:
+    return f"\x1b[{ink.value}m{text}\x1b[0m"

@@ -1,4 +1,4 @@
-"""Runs one command: parses its options, turns every error into one sentence and an exit code."""
+"""Runs one command: parses its options, and turns every error into one line and an exit code."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import argparse
 import contextlib
 import json
 import os
-import re
-import shlex
 import signal
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+from armdrive.cli.commands import COMMANDS, INSTEAD
 from armdrive.cli.loading import load
-from armdrive.cli.options import Arguments, help_of
-from armdrive.cli.presenter import Outcome, as_json, complain, present, put_error
-from armdrive.errors import ArmError
+from armdrive.cli.options import JSON_OPTION, Arguments, CommandParser, help_of
+from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present
+from armdrive.cli.remedies import with_arm
+from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message
-from armdrive.errors.table import error_view, named, tagged
+from armdrive.errors.table import error_view, tagged
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem, nearest_word
 
 REFUSED = 3
@@ -33,7 +33,7 @@ FAULT = 70
 
 
 class CommandEnded(BaseException):
-    """A signal asked this program to end; it passes everything that catches errors."""
+    """A signal asked this program to end; no `except Exception` on the way catches it."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -41,33 +41,18 @@ class CommandEnded(BaseException):
         super().__init__(f"ended by {name}; an arm that moved was stopped")
 
 
-class CommandParser(argparse.ArgumentParser):
-    """An argument parser whose errors print nothing that a terminal would act on.
-
-    They quote what was typed.
-    """
-
-    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        """End the program as `ArgumentParser` does, with a printable message."""
-        super().exit(status, None if message is None else as_message(message))
-
-
 def run_command(name: str, summary: str, function: str, words: list[str]) -> int:
     """Parse the words of a command, load and run it, and return its exit code.
 
-    What a command needs to run is loaded once its words are understood: help and a wrong option
-    do not wait for it. An action of a command has a function of its own.
+    The command's own modules are loaded after its words are understood, so that help and a wrong
+    option do not wait for them. Each action of a command has its own function.
     """
     _fill_closed_streams()
-    group = function.partition(".")[0]
-    arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
-    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, arguments))
-    options = argparse.Namespace(function=function)
+    options = argparse.Namespace(function=function, json=JSON_OPTION in words)
     try:
-        arguments.declare(parser)
-        parser.parse_args(words, options)
+        command_parser(name, summary, function).parse_args(words, options)
         command: Callable[[argparse.Namespace], Outcome] = load(options.function)
-        with _signals(), _threads_told():
+        with _signals(), _threads_reported():
             return present(command(options), options)
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
@@ -81,7 +66,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
     except KinematicsError as error:
         return _say(options, error, REFUSED)
     except BrokenPipeError:
-        # whoever read our output has gone (armdrive ... | head): end quietly
+        # the reader of our output has gone (armdrive ... | head): end quietly
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
@@ -92,19 +77,33 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         return _say(options, _unexpected(error), FAULT)
 
 
-def refuse(word: str, known: Collection[str]) -> int:
-    """Say that there is no such command, and which one may be meant; return the exit code."""
-    code = named("BadRequest").code
-    near = nearest_word(word, known)
-    hint = f"did you mean `armdrive {near}`?" if near else "`armdrive --help` lists them all"
-    put_error(as_message(f"armdrive: [{code}] there is no command {word!r}; {hint}\n"))
-    return USAGE
+def command_parser(name: str, summary: str, function: str) -> CommandParser:
+    """Return the parser of a command."""
+    group = function.partition(".")[0]
+    arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
+    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, arguments))
+    arguments.declare(parser)
+    return parser
+
+
+def refuse(words: list[str]) -> int:
+    """Say that there is no such command, and what to type instead; return the exit code."""
+    _fill_closed_streams()
+    word = next((each for each in (" ".join(words[:2]), words[0]) if each in INSTEAD), words[0])
+    if word in INSTEAD:
+        hint = f"type `{INSTEAD[word]}`"
+    elif near := nearest_word(word, COMMANDS):
+        hint = f"did you mean `armdrive {near}`?"
+    else:
+        hint = "`armdrive --help` lists all commands"
+    options = argparse.Namespace(json=JSON_OPTION in words)
+    return _say(options, BadRequest(f"there is no command {word!r}: {hint}"), USAGE)
 
 
 def _fill_closed_streams() -> None:
-    """Let a stream that was closed before we began lead nowhere (`armdrive run x.arm <&-`).
+    """Point standard streams that were closed at the start to the null device (`armdrive ... <&-`).
 
-    Else Python has none of that name, and the next port that opens gets its number.
+    Python sets such a stream to None, and the next port to be opened would get its file number.
     """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
@@ -112,23 +111,23 @@ def _fill_closed_streams() -> None:
 
 
 def _in_words(error: OSError) -> OSError:
-    """Return an error of the system that reads as a sentence, with the file that it is about."""
+    """Return an error of the operating system as a sentence with its file."""
     if error.filename is None or not error.strerror:
         return error
     file = os.fsdecode(error.filename)
     return OSError(
-        f"{file} cannot be used ({error.strerror}): make room or its folder writable, or set "
-        "ARMDRIVE_HOME to a folder that is"
+        f"{file} cannot be used ({error.strerror}): free some space, make its folder writable, or "
+        "set ARMDRIVE_HOME to a writable folder"
     )
 
 
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
-    """Put an error on a line of its own, for the person or, with `--json`, for the program."""
+    """Print an error on a line of its own, with `--json` as JSON; return the exit code."""
     if as_json(options):
         complain(json.dumps(error_view(error)))
     else:
         sentence = as_message(with_arm(presented(tagged(error), COMMAND_LINE), options))
-        complain(f"armdrive: {sentence}")
+        complain(f"{ERROR_LABEL} {sentence}")
     return code
 
 
@@ -151,74 +150,36 @@ def _signals() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-# Errors that nobody foresaw.
+# Unexpected errors: faults of armdrive itself.
 
 
 def _raises_unexpected() -> bool:
-    """Tell whether the environment asks for the exception itself."""
+    """Return whether the environment asks for the traceback."""
     return os.environ.get("ARMDRIVE_TRACEBACK", "") not in ("", "0")
 
 
 @contextlib.contextmanager
-def _threads_told() -> Iterator[None]:
-    """Have an unforeseen error in a thread told in the same way while a command runs."""
+def _threads_reported() -> Iterator[None]:
+    """Report unexpected errors in threads in the same way while a command runs."""
     if _raises_unexpected():
         yield
         return
     before = threading.excepthook
-    threading.excepthook = _tell_of_thread
+    threading.excepthook = _report_thread
     try:
         yield
     finally:
         threading.excepthook = before
 
 
-def _tell_of_thread(found: threading.ExceptHookArgs) -> None:
+def _report_thread(found: threading.ExceptHookArgs) -> None:
     if found.exc_value is not None and not isinstance(found.exc_value, SystemExit):
         with contextlib.suppress(OSError, ValueError):  # the error output is closed
-            complain(f"armdrive: {tagged(_unexpected(found.exc_value))}")
+            complain(f"{ERROR_LABEL} {tagged(_unexpected(found.exc_value))}")
 
 
 def _unexpected(error: BaseException) -> Exception:
-    """Write the details of an error down; return the one that says where they are."""
-    from armdrive.cli.unexpected import Unexpected  # slow to import, and hardly ever needed
+    """Save the details of an error; return an error whose message says where."""
+    from armdrive.cli.unexpected import Unexpected  # slow to import, and rarely needed
 
     return Unexpected(error)
-
-
-# Remedies name a command. Where this command named its arm, the next one has to name it as well.
-
-_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "verify")
-"""The commands that remedies tell to run, and that act on the arm that their options name."""
-
-_MENDING = "`armdrive doctor --mend`"
-"""Needs the arm file: it says what is expected."""
-
-_COMMAND = rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`"
-
-
-def with_arm(sentence: str, options: argparse.Namespace) -> str:
-    """Return a sentence whose commands name the arm as the options of this one did."""
-    words = _named(options)
-    if not words:
-        return sentence
-    if getattr(options, "arm", None):
-        mending = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
-        sentence = sentence.replace(_MENDING, mending)
-    return re.sub(_COMMAND, lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
-
-
-def _insert(command: str, words: str) -> str:
-    if "--arm" in command:
-        return command
-    name, _, rest = command.partition(" ")
-    return " ".join(filter(None, (name, words, rest)))
-
-
-def _named(options: argparse.Namespace) -> str:
-    given = [
-        (f"--{name}", str(value))
-        for name in ("arm", "sim", "port", "dialect")
-        if (value := getattr(options, name, None))
-    ]
-    return shlex.join(word for pair in given for word in pair)

@@ -1,43 +1,38 @@
-"""The terminal that a command runs in: whether a screen can be drawn there, and what is typed."""
+"""The terminal that a command runs in: whether it can draw, and what a person types."""
 
 from __future__ import annotations
 
 import os
 import sys
 
-from armdrive.cli.presenter import put
+from armdrive.cli.presenter import WITHOUT_SCREEN, put
 from armdrive.errors import BadRequest
-
-WITHOUT_SCREEN = ("dumb", "unknown")
-"""What `TERM` says of terminals that only print line after line: the framework draws nothing there,
-and a desk that nobody sees would hold an arm.
-"""
 
 
 def require_screen(what: str, otherwise: str) -> None:
-    """Raise `BadRequest` unless a person can see a screen here, saying what does without one."""
+    """Raise `BadRequest` if the terminal cannot draw; `otherwise` names what works without."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise BadRequest(f"{what} needs a terminal; {otherwise}")
     kind = os.environ.get("TERM", "")
     if kind.lower() in WITHOUT_SCREEN:
         raise BadRequest(
-            f"{what} needs a terminal that draws, and this one says TERM={kind}; {otherwise}. "
-            "Where it does draw, say so: TERM=xterm-256color armdrive ..."
+            f"{what} needs a terminal that can draw, and this one has TERM={kind}; {otherwise}. "
+            "If it can draw after all, use: TERM=xterm-256color armdrive ..."
         )
 
 
 def typed(prompt: str) -> str | None:
-    """Return the next line of the input, from the terminal or a pipe; None where it has ended."""
+    """Return the next line of the input, from the terminal or a pipe; None at its end."""
     put(prompt)
     line = sys.stdin.readline()
     if not line:
-        put("\n")  # what is said next does not stand behind the prompt
+        put("\n")  # the next text starts on a new line, not after the prompt
         return None
     return line.strip()
 
 
 def agreed(question: str) -> bool:
-    """Ask a question at the terminal; anything but a yes is a no."""
+    """Ask a question at the terminal; any answer but yes means no."""
     if not sys.stdin.isatty():
         return False
     answer = typed(question)

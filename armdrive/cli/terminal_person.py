@@ -84,9 +84,9 @@ SPEED = 0.25
 TIP_AXES = ("x", "y", "z")
 
 HELP = (
-    "NAME AMOUNT jogs (degrees, or mm of the gripper), several on a line: shoulder -2 gripper 3; "
-    "x, y, z AMOUNT jog the tip by mm where the position is known; show draws the posture again; "
-    "desk opens the desk; done confirms; quit ends without"
+    "NAME AMOUNT jogs a joint in degrees or the gripper in mm: shoulder -2 gripper 3; x, y, z "
+    "AMOUNT jogs the tip in mm, once the position is known; show draws the posture again; desk "
+    "opens the desk; done confirms; quit leaves without confirming"
 )
 CLEAR, MOTORS_ON = "ok", "on"
 
@@ -100,22 +100,22 @@ class TerminalOperator:
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
         """Go through what comes before the first jog; False where the person wants no more."""
-        say("Step 1 of 3. Clear the arm's way, and keep a hand at the switch of its power.")
+        say("Step 1 of 3. Clear the arm's way, and keep a hand on its power switch.")
         if not _types(CLEAR, "Its way is clear"):
             return False
         if off:
-            say("Step 2 of 3. Its motors are off, or not known to be on. Hold the arm: it is")
-            say("held where it stands, once they are switched on.")
+            say("Step 2 of 3. Its motors are off, or may be. Hold the arm with your hand: once")
+            say("they are switched on, they hold it where it is.")
             if not _types(MOTORS_ON, "Switch them on"):
                 return False
             arm.enable()
         else:
-            say("Step 2 of 3. Its motors are held, or come on with the first jog.")
+            say("Step 2 of 3. Its motors are on, or will be with the first jog.")
         return True
 
     def __call__(self, request: PostureRequest) -> bool:
         """Have the arm jogged to the posture until the person says that it is there."""
-        say("Step 3 of 3. Bring the arm to this posture (side view, and from above):")
+        say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
         say(f"{HELP}.")
         while (line := typed("> ")) is not None:
@@ -176,10 +176,8 @@ def difference(request: PostureRequest) -> str:
     parts = [f"{name} {angle:+.1f}" for name, angle in left.items() if abs(angle) >= 0.05]
     if status.gripper_mm is not None and abs(request.opening_mm - status.gripper_mm) >= 0.05:
         parts.append(f"{GRIPPER_AXIS} {request.opening_mm - status.gripper_mm:+.1f}")
-    sure = (
-        "" if status.trust is Trust.REFERENCED else f", if the {status.trust.value} position holds"
-    )
-    return f"still to go by the registers{sure}: {', '.join(parts) or 'nothing'}"
+    sure = "" if status.trust is Trust.REFERENCED else f" (position {status.trust.value})"
+    return f"still to go, according to the registers{sure}: {', '.join(parts) or 'nothing'}"
 
 
 def axes_of(arm: JoggedArm) -> tuple[str, ...]:

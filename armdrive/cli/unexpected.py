@@ -1,8 +1,8 @@
-"""The last resort: an error that nobody foresaw becomes one sentence, and a file with the details.
+"""Turns an unexpected error into one sentence, and saves the details in a file.
 
-Such an error is a fault of armdrive itself. A person can do nothing with its traceback, and text
-in it may come from a file or a device. `ARMDRIVE_TRACEBACK=1` in the environment lets it through,
-for tests and for whoever looks for the fault: runner.py, which loads this module when it needs it.
+Such an error is a fault of armdrive itself. Its traceback does not help a user, and may contain
+text from a file or a device. With `ARMDRIVE_TRACEBACK=1` in the environment, runner.py lets the
+traceback through, for tests and for debugging.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 
 DETAILS = "unexpected.txt"
-"""The file of the last fault, in the state folder."""
+"""The file with the details of the last fault, in the state folder."""
 
 MOST_LINES = 400
-"""Lines of a traceback that are kept. One of an endless recursion has thousands that are alike."""
+"""Lines of a traceback to keep; an endless recursion makes thousands of similar lines."""
 
-_MOST_REASON = 200  # characters: an unforeseen error may quote a whole file
+_MOST_REASON = 200  # characters: the message may quote a whole file
 
 
 class Unexpected(Exception):
-    """An error that nobody foresaw; making it writes the details down."""
+    """A fault of armdrive itself; creating the exception saves the details."""
 
     def __init__(self, error: BaseException) -> None:
         reason = shortened(f"{type(error).__name__}: {error}".split("\n")[0], _MOST_REASON)
@@ -38,7 +38,7 @@ class Unexpected(Exception):
 
 
 def _written(error: BaseException) -> str:
-    """Write the details down; return the words that say where they are."""
+    """Save the details; return the sentence that says where."""
     path = places.states() / DETAILS
     try:
         replace_file(path, _details(error))
@@ -52,7 +52,7 @@ def _written(error: BaseException) -> str:
 
 
 def _details(error: BaseException) -> str:
-    """Return what to report: when, which version, which command, and the traceback."""
+    """Return the details: time, version, command and traceback."""
     lines = "".join(traceback.format_exception(error, chain=True)).splitlines()
     if len(lines) > MOST_LINES:
         half = MOST_LINES // 2

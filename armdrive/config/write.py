@@ -25,7 +25,7 @@ _MOST_DIGITS = 17
 
 MEANINGS: Mapping[str, str] = {
     "steps_per_mm": "gripper motor, steps per mm of opening",
-    SLIDING: "its lost motion at reversals; see backlash.md",
+    SLIDING: "its lost motion at reversals",
     "reference": "the posture that a reference is taken in",
     "park": "where it parks, by default 30 mm above the reference",
     "tool": "a tool in the fingers: its point, seen from the finger tips",
@@ -34,7 +34,7 @@ MEANINGS: Mapping[str, str] = {
     "speeds_deg_s": "at full load",
     "accelerations_deg_s2": "of planned motion, instead of full speed after motion.ramp_s",
     "steps_per_turn": "motor steps per turn of the joint; directions are signs, below",
-    TURNING: "lost motion at reversals, of what the motor turns; see backlash.md",
+    TURNING: "lost motion at reversals, of what the motor turns",
     "motor_signs": "-1 where a motor counts the other way",
     "joint_signs": "-1 where a joint's positive direction is the other one",
     "sees": "joint = share; a negative one where it counts the other way",

@@ -1,6 +1,6 @@
-"""Every error that a person can meet, with the number that the command line ends with.
+"""Every error that a person can meet, with the exit code of the command line.
 
-    ArmError                      1   root: something is wrong, and the sentence says what to do
+    ArmError                      1   root: something is wrong, and the message says what to do
     +-- Refused                   3   nothing was sent, nothing moved
     |   +-- BadRequest            2   a word or number of the call itself is wrong
     |   |   +-- UnknownPoint      2   no point or sequence has that name
@@ -8,38 +8,38 @@
     |   +-- NotReferenced         3   planned motion needs a position that can be trusted
     |   +-- OperatorNeeded        3   a person has to look at the arm first
     |   +-- WrongState            3   not allowed in the present state of the arm
-    |   +-- OutOfBounds           3   a limit or a guard would be passed
+    |   +-- OutOfBounds           3   the motion would violate a limit or a guard
     |   +-- SettingsDiffer        3   the device is set up for another arm
-    |   +-- ArmInUse              4   another program holds the arm
-    +-- InputTimeout              1   an input did not become what was waited for in time
-    +-- WaitTimeout               1   a motion had not ended when its wait was given up
-    +-- Stopped                   5   a motion ended early because somebody stopped it
+    |   +-- ArmInUse              4   another program is driving the arm
+    +-- InputTimeout              1   an input did not change before the timeout
+    +-- WaitTimeout               1   a motion took longer than the timeout of the call
+    +-- Stopped                   5   a motion was stopped before its goal
     |   +-- PendantStop           5   the STOP key of the pendant
-    +-- DeviceFault               6   the controller said no, or something else than expected
-    |   +-- NoAnswer              6   the deadline passed without an answer
-    |   +-- PositionMismatch      6   the read-back differs from what was commanded
-    |   +-- ProgramHalfWritten    6   a program did not come into the arm's memory whole
+    +-- DeviceFault               6   the controller refused, or gave an unexpected answer
+    |   +-- NoAnswer              6   the timeout passed without an answer
+    |   +-- PositionMismatch      6   the read-back differs from the commanded position
+    |   +-- ProgramHalfWritten    6   the program in the arm's memory is incomplete
     +-- LinkError                 4
     |   +-- PortUnavailable       4   the port cannot be opened
-    |   |   +-- NoSuchPort        4   there is no such device, or nothing behind it
+    |   |   +-- NoSuchPort        4   the port does not exist, or no device is behind it
     |   |   +-- PortInUse         4   another program has it
-    |   |   +-- PortForbidden     4   the user may not open it
-    |   |   +-- NoConnection      4   nobody answers at the other end of the network
-    |   +-- LinkLost              4   the wire broke
+    |   |   +-- PortForbidden     4   the user has no permission
+    |   |   +-- NoConnection      4   the host on the network does not answer
+    |   +-- LinkLost              4   the connection was lost
     +-- ArmFileError              2   an arm file that cannot be used
     +-- PointsFileError           2   a file of points that cannot be used
-    |   +-- PointsChanged         2   somebody else has changed a point meanwhile
-    +-- PendantFileError          2   a file of a pendant's program that cannot be used
+    |   +-- PointsChanged         2   another program changed a point after it was read
+    +-- PendantFileError          2   a pendant program that cannot be used
     +-- StateFileError            1   a state file that cannot be used
     +-- RecordingError            2   a recording that cannot be used
     +-- KeyFileError              2   a file of the desk's keys that cannot be used
-    +-- ProgramError              2   a program that cannot be read, or that cannot go on
+    +-- ProgramError              2   a program that cannot be read or cannot continue
 
-`ProgramError` stands in programs/problems.py.
+programs/problems.py defines `ProgramError`.
 
-What the kinematics refuse in a call of an arm is a `Refused` too (kinematic.py): a goal that
-cannot be reached is both that and `kinematics.Unreachable`, and ends with 3. What each means for
-the arm and what to do stands in table.py, by `error.code`.
+A refusal of the kinematics in a call of an arm is a `Refused` too (kinematic.py): an unreachable
+goal is both that and a `kinematics.Unreachable`, with exit code 3. table.py says for each
+`error.code` what the error does to the arm, and what to do.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ if TYPE_CHECKING:  # every module imports this one, and few need a pose
 
 
 class ArmError(Exception):
-    """Root of armdrive's errors. The message says what was wrong and what to do.
+    """Root of armdrive's errors. The message says what is wrong and what to do.
 
-    A message may quote what came from a file or a device, so as text it is always printable.
+    A message may quote a file or a device; `str` escapes what is not printable.
     """
 
     exit_code: ClassVar[int] = 1
     code: ClassVar[str] = "E001"
-    """The code under which the catalogue (`armdrive errors`) has this kind of error."""
+    """The code of this kind of error in the catalogue (`armdrive errors`)."""
 
     def __str__(self) -> str:
         return as_message(super().__str__())
@@ -90,19 +90,19 @@ class UnknownPoint(BadRequest, KeyError):
 
 
 class BadArgument(BadRequest, TypeError):
-    """An argument of a call is of the wrong kind, missing, or one that the call does not have."""
+    """An argument of a call is of the wrong kind, missing or unknown."""
 
     code = "E115"
 
 
 class NotReferenced(Refused):
-    """Planned motion needs a trusted position; `home` gives one."""
+    """Planned motion needs a trusted position; `home` establishes one."""
 
     code = "E203"
 
 
 class OperatorNeeded(Refused):
-    """The arm has no switches: a person must confirm its posture before it has a reference."""
+    """A person has to look at the arm: it has no switches that would find its reference."""
 
     code = "E204"
 
@@ -114,10 +114,10 @@ class WrongState(Refused):
 
 
 class OutOfBounds(Refused):
-    """Some point of the motion would pass a joint limit or a guard.
+    """A point of the motion would violate a joint limit or a guard.
 
     `name` is the joint or guard, `value` and `bound` are in the unit that the message names, and
-    `nearest` is the nearest pose that is allowed, where the goal itself was at fault.
+    `nearest` is the nearest allowed pose if the goal itself is at fault, else None.
     """
 
     code = "E205"
@@ -139,32 +139,32 @@ class OutOfBounds(Refused):
 
 
 class SettingsDiffer(Refused):
-    """The device is not set up as the arm file says; the message gives the mending lines."""
+    """The device's settings differ from the arm file; the message has the lines that fix them."""
 
     code = "E206"
 
 
 class ArmInUse(Refused):
-    """Another program holds the arm."""
+    """Another program is driving the arm."""
 
     exit_code = 4
     code = "E408"
 
 
 class InputTimeout(ArmError, TimeoutError):
-    """An input did not become what was waited for before the deadline. Nothing was stopped."""
+    """An input did not change before the timeout. Nothing was stopped."""
 
     code = "E114"
 
 
 class WaitTimeout(ArmError, TimeoutError):
-    """A motion had not ended within the time that the call was ready to wait; it goes on."""
+    """A motion took longer than the timeout of the call; it continues."""
 
     code = "E106"
 
 
 class Stopped(ArmError):
-    """A motion ended early because somebody stopped it."""
+    """A motion was stopped before its goal."""
 
     exit_code = 5
     code = "E301"
@@ -177,29 +177,29 @@ class PendantStop(Stopped):
 
 
 class DeviceFault(ArmError):
-    """The controller answered something else than it should have."""
+    """The controller refused, or gave an unexpected answer."""
 
     exit_code = 6
     code = "E501"
 
 
 class NoAnswer(DeviceFault):
-    """The controller did not answer before the deadline that was computed for it."""
+    """The controller did not answer within its timeout."""
 
     code = "E502"
 
 
 class PositionMismatch(DeviceFault):
-    """The controller's registers are not where the acknowledged motion should have left them."""
+    """The controller's registers differ from the goal of the acknowledged motion."""
 
     code = "E503"
 
 
 class ProgramHalfWritten(DeviceFault):
-    """A program was not brought into the arm's own memory whole, or reads otherwise there.
+    """A program was not written completely to the arm's own memory, or reads back differently.
 
-    `written` are the numbers of the rows that are in the arm, `doubtful` of those that may be, or
-    read otherwise; the others are as they were before.
+    `written` are the numbers of the rows that are in the arm; `doubtful` those that may be there,
+    or read back differently. All other rows are unchanged.
     """
 
     code = "E505"
@@ -213,7 +213,7 @@ class ProgramHalfWritten(DeviceFault):
 
 
 class LinkError(ArmError):
-    """Something is wrong with the wire."""
+    """Something is wrong with the connection."""
 
     exit_code = 4
     code = "E401"
@@ -226,7 +226,7 @@ class PortUnavailable(LinkError):
 
 
 class NoSuchPort(PortUnavailable):
-    """There is no such device, or nothing behind it."""
+    """The port does not exist, or no device is behind it."""
 
     code = "E403"
 
@@ -238,19 +238,19 @@ class PortInUse(PortUnavailable):
 
 
 class PortForbidden(PortUnavailable):
-    """The user may not open the port."""
+    """The user has no permission to open the port."""
 
     code = "E405"
 
 
 class NoConnection(PortUnavailable):
-    """Nobody answers at that host and port."""
+    """The host does not answer at that network port."""
 
     code = "E406"
 
 
 class LinkLost(LinkError):
-    """The wire broke: cable pulled, adapter gone, simulated device ended."""
+    """The connection was lost: cable pulled, adapter gone, simulated device ended."""
 
     code = "E407"
 
@@ -270,13 +270,13 @@ class PointsFileError(ArmError):
 
 
 class PointsChanged(PointsFileError):
-    """A point or a sequence was changed in the file since it was read: nothing was written."""
+    """Another program changed a point or a sequence after it was read: nothing was written."""
 
     code = "E110"
 
 
 class PendantFileError(ArmError):
-    """A file of a pendant's program that cannot be used; the message names the line."""
+    """A pendant program that cannot be used; the message names the line."""
 
     exit_code = 2
     code = "E112"
@@ -289,7 +289,7 @@ class StateFileError(ArmError):
 
 
 class RecordingError(ArmError):
-    """A flight recorder's file that cannot be used; the message says which line and why."""
+    """A recording that cannot be used; the message says which line and why."""
 
     exit_code = 2
     code = "E107"

@@ -1,10 +1,9 @@
-"""What the arguments of a public call must be: one check for all calls, by their annotations.
+"""Checks the arguments of public calls by their annotations, with one mechanism for all calls.
 
-A class of public calls is decorated with `checked_calls(RULES)`. `RULES` says for each annotation,
-as it is written in the signature, what a value must be; `"frame: str"` is the rule of parameters of
-that name. A wrong value is an `ArmError` that names the parameter. It is raised before the call
-begins, so nothing has been sent, and no state has changed. The same holds for a wrong count, and
-for a keyword that the call does not have.
+A class of public calls is decorated with `checked_calls(RULES)`. `RULES` has a rule for each
+annotation, as it is written in the signature; `"frame: str"` is the rule for parameters of that
+name. A wrong value raises an `ArmError` that names the parameter, before the call begins: nothing
+has been sent, and no state has changed. So do too many arguments and unknown keywords.
 """
 
 from __future__ import annotations
@@ -26,27 +25,27 @@ LONGEST_SHOWN = 80
 """Characters of a wrong value that an error quotes."""
 
 Rule = Callable[[str, object], object]
-"""Returns the value that an argument is taken for, or raises the error that names it."""
+"""Returns the checked value of an argument, or raises the error that names the argument."""
 
 
 def anything(_: str, value: object) -> object:
-    """Take any value."""
+    """Accept any value."""
     return value
 
 
 def number(name: str, value: object) -> object:
-    """Take a finite number, one of numpy's too; raises `BadNumber`."""
+    """Accept a finite number, also numpy's; raises `BadNumber`."""
     checked = finite(name, value)
     return value if type(value) in (int, float) else checked
 
 
 def limit(name: str, value: object) -> object:
-    """Take a number that limits something, which infinity does not."""
+    """Accept a number that limits something; infinity means no limit."""
     return value if value == math.inf and isinstance(value, float) else number(name, value)
 
 
 def whole(name: str, value: object) -> int:
-    """Take a whole number, one of numpy's too; raises `BadNumber` for what is no number at all."""
+    """Accept a whole number, also numpy's; raises `BadNumber` for anything but a number."""
     finite(name, value)
     if isinstance(value, SupportsIndex):
         with contextlib.suppress(TypeError):  # an array has an index as well, and refuses
@@ -55,7 +54,7 @@ def whole(name: str, value: object) -> int:
 
 
 def flag(name: str, value: object) -> bool:
-    """Take True or False, or 1 or 0."""
+    """Accept True or False, or 1 or 0."""
     if isinstance(value, bool):
         return value
     with contextlib.suppress(KinematicsError):
@@ -85,7 +84,7 @@ call = expected("a function", "", callable)
 
 
 def several(each: Rule, words: str, example: str) -> Rule:
-    """Return the rule for a list or tuple, each of whose values has a rule. Text is no list."""
+    """Return the rule for a list or tuple whose values all follow a rule. Text is not a list."""
 
     def rule(name: str, value: object) -> object:
         if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping):
@@ -109,7 +108,7 @@ BASIC: Mapping[str, Rule] = {
 
 
 def wrong(name: str, value: object, words: str, example: str = "") -> BadArgument:
-    """Return the error of an argument: what it must be, what it is, and one that is right."""
+    """Return the error for an argument: what it must be, what it is, and an example."""
     shown = repr(value)
     if len(shown) > LONGEST_SHOWN:
         shown = f"{shown[:LONGEST_SHOWN]}..."
@@ -118,7 +117,7 @@ def wrong(name: str, value: object, words: str, example: str = "") -> BadArgumen
 
 
 def rule_of(name: str, annotation: str, rules: Mapping[str, Rule]) -> Rule | None:
-    """Return the rule of a parameter, `"frame: str"`, or of its annotation; None of neither."""
+    """Return the rule of a parameter, `"frame: str"`, or of its annotation, or None."""
     plain = annotation.removesuffix(" | None")
     rule = rules.get(f"{name}: {plain}", rules.get(plain))
     if rule is None or plain == annotation:
@@ -126,7 +125,7 @@ def rule_of(name: str, annotation: str, rules: Mapping[str, Rule]) -> Rule | Non
     return lambda name, value: None if value is None else rule(name, value)
 
 
-# How the public calls of a class come to be checked.
+# Applying the rules to the public calls of a class.
 
 C = TypeVar("C", bound=type)
 Method = Callable[..., Any]
@@ -135,9 +134,9 @@ _EVERY, _NAMED = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
 
 
 class Arguments:
-    """The arguments of one call: how many there are, their names, and their rules.
+    """The parameters of one method: their number, names and rules.
 
-    They are worked out at the first call: a program makes few of all calls.
+    The signature is read at the first call, because a program uses few of all methods.
     """
 
     def __init__(self, method: Method, rules: Mapping[str, Rule]) -> None:
@@ -159,7 +158,7 @@ class Arguments:
     def taken(
         self, words: tuple[Any, ...], named: dict[str, Any]
     ) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        """Return the arguments as the call takes them, `self` the first; raises `BadArgument`."""
+        """Return the checked arguments of a call, `self` first; raises `BadArgument`."""
         try:
             bound = self._signature.bind(*words, **named)
         except TypeError as error:
@@ -185,7 +184,7 @@ class Arguments:
 
 
 def checked(rules: Mapping[str, Rule]) -> Callable[[Method], Method]:
-    """Have the arguments of a call checked, and what the kinematics refuse be an `ArmError`."""
+    """Return a decorator that checks arguments, and makes kinematic refusals `ArmError`s."""
 
     def decorate(method: Method) -> Method:
         if (waiting := waiting_part(method)) is not None:
@@ -223,7 +222,7 @@ def _is_public(name: str) -> bool:
 
 
 def checked_calls(rules: Mapping[str, Rule], *only: str) -> Callable[[C], C]:
-    """Have every public call of a class checked, those that it inherits too; or some alone."""
+    """Return a decorator that checks every public call of a class, or only the named ones."""
     check = checked(rules)
 
     def decorate(kind: C) -> C:

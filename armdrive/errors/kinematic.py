@@ -1,8 +1,8 @@
-"""What the kinematics refuse in a call of an arm: each of these errors is of both packages.
+"""Refusals of the kinematics in a call of an arm: each is an error of both packages.
 
-The kinematics know nothing of an arm that is driven, so their errors are no `ArmError`. A program
-that drives an arm catches `ArmError` alone, and reads `error.code`; one that catches
-`kinematics.Unreachable` goes on to work, since a refusal is that as well.
+The kinematics know nothing of driving an arm, so their errors are not `ArmError`s. A program that
+drives an arm only has to catch `ArmError`, and reads `error.code`; a program that catches
+`kinematics.Unreachable` works too, because a refusal is that as well.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from armdrive.errors import BadRequest, Refused
 
 
 class KinematicsError(Refused, mathematics.KinematicsError):
-    """The kinematics refuse the call, for what the sentence says."""
+    """The kinematics refuse the call; the message says why."""
 
     code = "E601"
 
 
 class BadNumber(BadRequest, mathematics.BadNumber):
-    """Text, nothing, NaN or an infinity stands where a number belongs; `name` says where."""
+    """Text, None, NaN or infinity instead of a number; `name` says where."""
 
     code = "E602"
 
@@ -39,7 +39,7 @@ class Unreachable(KinematicsError, mathematics.Unreachable):
 
 
 class PathBroken(KinematicsError, mathematics.PathBroken):
-    """A line, an arc or a route leaves the reach, or the arm's posture, on its way."""
+    """Along a line, an arc or a route, the arm would leave its reach or change its posture."""
 
     code = "E605"
 
@@ -71,10 +71,10 @@ def checked_number(name: str, value: object) -> float:
 
 
 def refusal_of(error: mathematics.KinematicsError) -> Refused:
-    """Return the same refusal as an `ArmError`, with all that the error tells."""
+    """Return the same refusal as an `ArmError`, with all attributes of the error."""
     if isinstance(error, Refused):
         return error
     kind = next(_REFUSALS[each] for each in type(error).__mro__ if each in _REFUSALS)
-    made = kind.__new__(kind, *error.args)  # not made anew: the sentence is already there
+    made = kind.__new__(kind, *error.args)  # without __init__: the message is complete
     vars(made).update(vars(error))
     return made.with_traceback(error.__traceback__)

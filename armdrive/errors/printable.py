@@ -1,14 +1,15 @@
-"""Making text from files, devices and the command line safe to print.
+"""Makes text from files, devices and the command line safe to print.
 
-A terminal acts on what it is sent. A title in an arm file, a device's banner or a file name could
-move the cursor, change colors, rename the window or reverse the order of the letters. So whatever
-reaches a person passes through here: a character that is not printable is shown as its escape.
+A terminal acts on control characters. A title in an arm file, a device's banner or a file name
+could move the cursor, change colors, rename the window or reverse the order of the letters. So all
+text that a person sees passes through here, and a character that is not printable becomes an
+escape.
 """
 
 from __future__ import annotations
 
 LONGEST_LINE = 2_000
-"""Characters. A longer line of a message quotes input at length; its middle is left out."""
+"""Characters. A longer line of a message quotes its input at length, and loses its middle."""
 
 ELLIPSIS = " ... "
 _KEPT_AT_END = 400  # an error says what to do at its end
@@ -32,7 +33,7 @@ def printable_lines(text: str) -> str:
 def as_message(text: str) -> str:
     """Return a message with printable lines of bounded length.
 
-    A message may quote what was wrong, and that may have thousands of digits.
+    A message may quote a wrong value, which may have thousands of digits.
     """
     return "\n".join(shortened(printable(line)) for line in text.split("\n"))
 

@@ -1,4 +1,4 @@
-"""The catalogue as people read it: a list, one row in full, and the page docs/errors.md."""
+"""The catalogue as people read it: a list, one row in full, and docs/reference/errors.md."""
 
 from __future__ import annotations
 
@@ -11,25 +11,28 @@ from armdrive.errors.table import ENTRIES, GROUPS, CatalogueEntry
 _PAGE_BEGINS = """\
 # Every error
 
-What a message means, what it means for the arm, and what to do. The code stands in brackets before
-the sentence: `armdrive: [E203] planned motion needs ...`. Every error of a call of an arm is an
-`ArmError`, and in a program the code is `error.code`. What the kinematics refuse in such a call is
-both: `move_to` raises an `Unreachable` that is an `ArmError` and a `kinematics.Unreachable`. The
-mathematics alone raise errors of their own, whose row is `armdrive.errors.table.entry(error)`.
-`armdrive errors CODE` prints one row, `armdrive errors --find lost,wire` those with both words, and
-`armdrive errors --markdown` this page. On the log of the desk (F7) `e` searches it.
+What each error means, what it does to the arm, and what to do. The code stands in brackets before
+the message: `armdrive: [E203] planned motion needs ...`. `armdrive errors CODE` prints one row,
+`armdrive errors --find lost,cable` the rows with both words, and `armdrive errors --markdown` this
+page. On the log of the desk (F7) `e` searches it.
 
-With `--json` a command that fails prints one object on its error output: `code`, `title`,
-`message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
+In Python, every error of a call of an arm is an `ArmError`, and `error.code` is its code. A refusal
+of the kinematics is both: `move_to` raises an `Unreachable` that is an `ArmError` and a
+`kinematics.Unreachable`. The kinematics alone raise errors of their own, whose row is
+`armdrive.errors.table.entry(error)`.
 
-Text from files, devices and the command line is never printed as it is. Whatever a terminal would
-act on, or not show, stands there as an escape: `\\x1b` for the escape character, `\\u202e` for one
-that turns the direction of writing. That holds for every output: sentences, tables, drawings, the
+With `--json` a failing command prints one object on standard error: `code`, `title`, `message`,
+`effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`. Text from files,
+devices and the command line is printed with its control characters escaped (`\\x1b`).
+
+Text from files, devices and the command line is never printed raw. Characters that a terminal would
+act on, or not show, are printed as escapes: `\\x1b` for the escape character, `\\u202e` for one
+that reverses the direction of writing. That holds for every output: messages, tables, drawings, the
 shell, the desk and the log. A very long line loses its middle. `--json` escapes as JSON does.
 
 If armdrive itself has a fault, it says so in one sentence (E005), writes the traceback to
-`unexpected.txt` in the state folder, and ends with 70. `ARMDRIVE_TRACEBACK=1` in the environment
-prints the traceback instead.
+`unexpected.txt` in the state folder, and ends with exit code 70. `ARMDRIVE_TRACEBACK=1` in the
+environment prints the traceback instead.
 """
 
 
@@ -42,6 +45,10 @@ def listing() -> Iterator[str]:
             yield f"  {row.code}  {row.title:<{width}}  {row.name}"
 
 
+INDENT = len("  remedy  ")
+"""Columns before the text of a row that is printed in full."""
+
+
 def in_full(row: CatalogueEntry) -> Iterator[str]:
     """Return the lines of one row."""
     yield f"{row.code}: {row.title} ({row.name})"
@@ -51,7 +58,7 @@ def in_full(row: CatalogueEntry) -> Iterator[str]:
 
 
 def page() -> str:
-    """Return docs/errors.md."""
+    """Return docs/reference/errors.md."""
     parts = [_PAGE_BEGINS, *_actions()]
     for group, rows in GROUPS.items():
         parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")
@@ -72,7 +79,8 @@ def _actions() -> Iterator[str]:
         "|---|---|---|---|\n"
     )
     for row in ACTIONS:
-        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {row.key} |\n"
+        key = row.desk.strip("{}")
+        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {key} |\n"
     for phrase in PHRASES:
         key = re.sub(r"press \{([a-z-]+)\}", r"\1", phrase.desk)
         yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {key} |\n"

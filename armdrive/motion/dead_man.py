@@ -23,11 +23,19 @@ HOLD_LONGEST_S = 0.25
 HOLD_INTERVALS = 3.0
 
 GATE_S = 0.03
-BACKLOG_EVENTS = 4
+GATE_EVENTS = 7
 """This many events in less than `GATE_S` are a backlog.
 
-A 33 Hz keyboard needs 91 ms for four repeats; even 60 ms of jitter leave 31 ms. A stalled link
-delivers its backlog within a few milliseconds.
+The fastest keyboards repeat every 15 ms, so three repeats fit into that time. A computer that was
+busy for 35 ms just before adds three more.
+"""
+
+BURST_S = 0.008
+BURST_EVENTS = 4
+"""This many events in less than `BURST_S` are a backlog.
+
+A stalled link delivers its backlog within a few milliseconds. A computer that was busy for 35 ms
+delivers three events at once, and the next one 10 ms later.
 """
 
 WATCH_S = 2.0  # a key that returns within this time may be the start of a backlog
@@ -157,6 +165,13 @@ class DeadMan:
         gate_s = math.inf if self._gate is None else self._gate.due_s
         return min(gate_s, math.inf if self.held is None else self._until_s)
 
+    def key_up(self, key: str, now_s: float) -> tuple[Action, ...]:
+        """Take the release of a key, if the terminal reports it; return the actions."""
+        actions = self.tick(now_s)
+        gate = self._gate
+        waits = gate is not None and gate.repeat and gate.key == key
+        return actions + self._let_go() if waits or key == self.held else actions
+
     def release_all(self, now_s: float) -> tuple[Action, ...]:
         """End any hold. Repeats that arrive later may be a backlog."""
         self._watch_until_s = now_s + WATCH_S
@@ -187,7 +202,8 @@ class DeadMan:
         return Increment(key)
 
     def _gather(self, gate: _Gate) -> tuple[Action, ...]:
-        if gate.events >= BACKLOG_EVENTS:
+        burst = gate.events >= BURST_EVENTS and gate.last_s - gate.opened_s < BURST_S
+        if burst or gate.events >= GATE_EVENTS:
             return self.disarm(BACKLOG_REASON)
         self._gate = gate
         return ()

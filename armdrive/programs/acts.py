@@ -1,9 +1,9 @@
-"""What a program asks of an arm, act by act: the seam between a program and its performer.
+"""What a program asks of an arm, act by act: the interface between a program and its performer.
 
-A program's machine gives acts; a performer carries each out and gives the machine its answer.
-Acts are whole when given: places are absolute, numbers are computed, so that an act that was
-interrupted can be written down, and be done again from wherever it broke off. Units: mm, deg where
-a name says so, s; `speed` is a fraction of the limits.
+A program's machine gives acts; a performer carries out each and returns its answer to the machine.
+An act is complete in itself: its places are absolute and its numbers computed, so an interrupted
+act can be written down and repeated from wherever it was interrupted. Units: mm, deg where a name
+says so, s; `speed` is a fraction of the limits.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from armdrive.programs.language.values import PlaceValue, Value
 from armdrive.programs.problems import SourceMark
 
 ProgramMove = Motion | GraspMove | MoveSequence
-"""What a program moves by: no jog is in a program."""
+"""The moves of a program; it has no jogs."""
 
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """Carry out a move. A grasp is answered with its width in mm, 0 for nothing."""
+    """Carry out a move. The answer to a grasp is the width in mm, 0 if it found nothing."""
 
     move: ProgramMove
     name: str = ""
-    """What the program calls the place, for people."""
+    """The program's name of the place, for people."""
 
 
 @dataclass(frozen=True, slots=True)
 class Home:
-    """Reference the arm, where nobody has yet."""
+    """Reference the arm, unless its position is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,26 +52,30 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class AwaitInputs:
-    """Wait until inputs, counted from 1, are high and low; with a deadline, answered with a bool.
+    """Wait until inputs, counted from 1, are high and low.
 
-    Answered True when they are; False when `within_s` is over first. Without it, it waits on.
+    The answer is True when they are, and False if `within_s` passes first.
     """
 
     high: tuple[int, ...] = ()
     low: tuple[int, ...] = ()
     within_s: float | None = None
 
+    def __str__(self) -> str:
+        wanted = {**dict.fromkeys(self.high, "on"), **dict.fromkeys(self.low, "off")}
+        return " and ".join(f"input {number} is {state}" for number, state in wanted.items())
+
 
 @dataclass(frozen=True, slots=True)
 class ReadInput:
-    """Read an input, counted from 1; answered with a bool."""
+    """Read an input, counted from 1. The answer is a bool."""
 
     number: int
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Look where the arm stands; answered with that place. Sends nothing that moves."""
+    """Ask where the arm stands; the answer is that place. Moves nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +89,7 @@ class Remember:
 
 @dataclass(frozen=True, slots=True)
 class Say:
-    """Tell the person a line of text, made of values."""
+    """Show the person a line of text, made of values."""
 
     text: str
     values: tuple[Value, ...] = field(default=(), compare=False)
@@ -111,15 +115,26 @@ _MOVE_NAMES = MappingProxyType({GripperMove: "Fingers", GraspMove: "Grasp", Park
 
 
 def act_name(act: Act) -> str:
-    """Return what people are told that an act is."""
+    """Return the name of an act, as people read it."""
     if isinstance(act, Go):
         return _MOVE_NAMES.get(type(act.move), "Go")
     return type(act).__name__
 
 
+def waiting_text(act: Act) -> str:
+    """Return what an act waits for, as people read it; "" if it does not wait."""
+    match act:
+        case Delay(time_s=time_s) if time_s > 0.0:
+            return f"waiting {time_s:g} s"
+        case AwaitInputs(within_s=limit_s):
+            limit = "" if limit_s is None else f", for {limit_s:g} s at most"
+            return f"waiting until {act}{limit}"
+    return ""
+
+
 @dataclass(frozen=True, slots=True)
 class RunStage:
-    """An act of a program, and where it stands there; `calls` are the calls that led to it."""
+    """An act of a program and its place there; `calls` are the calls that led to it."""
 
     act: Act
     mark: SourceMark

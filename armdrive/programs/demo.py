@@ -1,7 +1,7 @@
 """The demonstration: take three blocks of unknown width and stack them, and check that they stand.
 
-It is an ordinary program on an ordinary `Arm`; nothing in it knows that the arm is simulated,
-except the check at the end, which looks at the simulated world itself and not at any register.
+It is an ordinary program on an ordinary `Arm`. Only the check at the end uses the simulation: it
+looks at the simulated world itself and not at any register.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from armdrive.status import Trust
 from kinematics.spaces import Pose
 
 SAFE_MM = 60.0
-"""Height of the straight lifts above where a block is taken or put."""
+"""Height of the straight lifts above the places of the blocks."""
 CLEARANCE_MM = 12.0
-"""How much wider than a block the fingers open to let it go, so that no neighbour is touched."""
+"""How much wider than a block the fingers open to release it without touching another."""
 NEAR_ENOUGH_MM = 2.0
 DOWN_DEG = -90.0
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One block: how it is called, its size, where it lies and where it belongs (bottom centre)."""
+    """One block: its name, its size, where it lies and where it belongs (bottom centre)."""
 
     name: str
     width_mm: float
@@ -45,14 +45,14 @@ JOBS = (
 
 @dataclass(frozen=True, slots=True)
 class CarriedBlock:
-    """What was found out about one block on the way."""
+    """A block that was carried, and its measured width."""
 
     job: Job
     measured_mm: float
 
 
 def perform(arm: Arm, jobs: tuple[Job, ...], tell: Callable[[str], None]) -> list[CarriedBlock]:
-    """Reference the arm where it is not, carry every block to its place, and park."""
+    """Reference the arm if necessary, carry every block to its place, and park."""
     if arm.status.trust is not Trust.REFERENCED:
         tell("referencing: the fingers go to the mark on the table")
         arm.home()

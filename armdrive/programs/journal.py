@@ -1,7 +1,7 @@
-"""What is written down before every act of a program, so that it can be taken up again.
+"""The journal of a running program, from which it can be resumed.
 
-One small file an arm, beside its record: which program, what it knows, and where the arm stood when
-the act began. It outlives a power cut, and is gone when the program has ended well.
+Before every act the journal is written: the program, its state, and where the arm stood. There is
+one small file for each arm. It survives a power cut, and is deleted when the program ends well.
 """
 
 from __future__ import annotations
@@ -52,12 +52,12 @@ class Standing:
 
 @dataclass(frozen=True, slots=True)
 class JournalEntry:
-    """A program that was interrupted, or is under way.
+    """A program that was interrupted, or is running.
 
-    `snapshot` is its machine's, and gives the act that was under way once more; `began` is where
-    the arm stood when that act began, None where nobody knew, and `move` the move that it was then
-    to make, resolved, None where it was none or refused. `loop` counts from 1, `loops` is how many
-    were asked for. `why` says what ended it, if anybody could still write that down.
+    A machine restored from `snapshot` gives the interrupted act again. `began` is where the arm
+    stood when that act began, None if that was unknown; `move` is its resolved move, None if it had
+    none or was refused. `loop` counts from 1 and `loops` is how many were asked for. `why` says
+    what ended the program, if there was time to write it down.
     """
 
     arm: str
@@ -74,7 +74,7 @@ class JournalEntry:
 
 
 class Journal:
-    """Writes the journal of one run, as one of those who look on."""
+    """Writes the journal of one run, as one of its onlookers."""
 
     def __init__(
         self, arm: Arm, performer: Performer, program: Path, sha256: str, loops: int
@@ -88,7 +88,7 @@ class Journal:
         self._entry: JournalEntry | None = None
 
     def begins(self, step: RunStep, machine: Machine) -> None:
-        """Write down where the program is. Raises `StateFileError`: then the act does not begin."""
+        """Write down where the program is. After a `StateFileError` the act does not begin."""
         self._write(
             JournalEntry(
                 self._arm.config.name,
@@ -105,7 +105,7 @@ class Journal:
         )
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Wait for the next act: until then, this one would be done once more."""
+        """Do nothing: until the next act is written down, a resumed program repeats this one."""
 
     def broke_off(self, error: BaseException) -> None:
         """Write down why the program ended early, if anything had begun."""
@@ -123,7 +123,8 @@ class Journal:
             replace_file(self.path, to_text(entry))
         except OSError as error:
             raise StateFileError(
-                f"nothing moves that could not be taken up again: {self.path} cannot be written "
+                f"the program could not be resumed after an interruption, so nothing moves: "
+                f"{self.path} cannot be written "
                 f"({error.strerror or error})"
             ) from None
 
@@ -134,7 +135,7 @@ def journal_file(arm: str) -> Path:
 
 
 def standing(arm: Arm) -> Standing | None:
-    """Return where an arm stands, None where nobody knows."""
+    """Return where an arm stands, or None if that is unknown."""
     with arm.pace.lock:
         there, known = arm.core.position.coordinates, arm.core.position_known
     return Standing(dict(there.joints.deg), there.opening_mm) if known else None
@@ -150,8 +151,8 @@ def interrupted(arm: str) -> JournalEntry:
         return from_text(DISK.read_own(path, LONGEST + 1))
     except StateFileError as error:
         raise StateFileError(
-            f"the journal {path} {error}: resume with the armdrive that wrote it, or begin the "
-            "program anew"
+            f"the journal {path} {error}: resume with the armdrive that wrote it, or start the "
+            "program again"
         ) from None
     except FileNotFoundError:
         raise Refused(f"no program of {arm} was interrupted: there is nothing to resume") from None
@@ -161,7 +162,7 @@ def interrupted(arm: str) -> JournalEntry:
         ) from None
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise StateFileError(
-            f"the journal {path} is damaged ({error}): delete it, and begin the program anew"
+            f"the journal {path} is damaged ({error}): delete it, and start the program again"
         ) from None
 
 
@@ -187,7 +188,7 @@ def from_text(text: bytes) -> JournalEntry:
     if number != FORMAT:  # asked first: another format may compute its checksum differently
         raise StateFileError(f"has format {number!s:.9}, and this armdrive reads {FORMAT}")
     if entries.pop(_CHECK, None) != _check(entries):
-        raise ValueError("its checksum is another one")
+        raise ValueError("its checksum is wrong")
     del entries["format"]
     began, move = entries.pop("began"), entries.pop("move")
     return JournalEntry(
@@ -208,29 +209,29 @@ def _removed(path: Path) -> None:
     except OSError as error:
         raise StateFileError(
             f"the program has ended, but {path} cannot be removed ({error.strerror or error}): "
-            "remove it, or it could be taken up once more"
+            "remove it, or the program could be resumed once more"
         ) from None
 
 
-# Whether a program may be taken up where it was interrupted: only where the arm stands there.
+# Whether an interrupted program may be resumed: only if the arm is still where it was.
 #
-# What is left of the interrupted act is done from wherever it broke off. So the arm has to stand
-# where that act began, on its way, or at its end; and its position has to be one to be trusted.
+# The interrupted act is finished from where the arm is. So the arm must stand where that act began,
+# on its path, or at its end, and its position must be trusted.
 
 NEAR_RAD = math.radians(3.0)
-"""A posture whose joints are all as near as this is on the way: motors may stray between bursts."""
+"""How far every joint may be from a posture on the path: motors deviate between bursts."""
 
 NEAR_MM = 2.0
-"""Fingers as near as this are where they should be."""
+"""How far the fingers may be from where they should be."""
 
 
 def taken_up(
     plan: RunPlan, source: ArmProgram, path: Path, arm: Arm | None, *, how: str, move: str
 ) -> RunPlan:
-    """Return the plan of a program that goes on where it was interrupted. Raises `Refused`.
+    """Return the plan of a program that resumes where it was interrupted. Raises `Refused`.
 
-    Without `arm` it cannot be asked where it stands. `how` is the command that takes the program
-    up, `move` the one that moves this arm.
+    Without `arm` nothing is known about where it stands. `how` is the command that resumes the
+    program, `move` the one that moves this arm.
     """
     entry = interrupted(source.config.name)
     require_same_program(entry, source.program.digest, str(path.resolve()))
@@ -248,31 +249,31 @@ def taken_up(
 
 
 def require_same_program(entry: JournalEntry, sha256: str, path: str) -> None:
-    """Raise `Refused` where a program is not the one that was interrupted."""
+    """Raise `Refused` if a program is not the interrupted one."""
     if entry.sha256 != sha256:
         changed = entry.program == path
         raise Refused(
-            f"{path} was changed since it was interrupted in line {entry.line}: begin it anew"
+            f"{path} was changed since it was interrupted in line {entry.line}: start it again"
             if changed
             else f"the program that was interrupted is {entry.program}, in line {entry.line}, and "
-            f"not {path}: resume that one, or begin this one anew"
+            f"not {path}: resume that one, or start this one again"
         )
 
 
 def require_place(
     arm: Arm, entry: JournalEntry, act: Act, how: str, *, move: str = "armdrive move"
 ) -> ProgramMove | None:
-    """Return what is left of the interrupted move, None where the act is done once more.
+    """Return the rest of the interrupted move, or None to repeat the whole act.
 
-    Raises `Refused` unless the arm stands where the act began, on its way or at its end, and
-    `NotReferenced` for a position that is not to be trusted. `how` is the command that takes the
-    program up, `move` the one that moves this arm. Sends nothing.
+    Raises `Refused` unless the arm stands where the act began, on its path or at its end, and
+    `NotReferenced` for a position that is not trusted. `how` is the command that resumes the
+    program, `move` the one that moves this arm. Sends nothing.
     """
     if isinstance(act, Home):
         return None
     arm.core.require_reference()
     if entry.began is None:
-        return None  # nobody knew, so nothing but looks and words can have come before
+        return None  # without a position only looks and texts can have come before
     with arm.pace.lock:
         here = arm.core.position.coordinates
     began = ArmCoordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
@@ -294,13 +295,13 @@ def _single_moves(move: ProgramMove | None) -> tuple[SingleMove, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _Leg:
-    """Where an arm may have come to in one of the moves: postures, and openings of the fingers."""
+    """Where an arm may be during one of the moves: postures, and openings of the fingers."""
 
     postures: tuple[Joints, ...]
     openings_mm: tuple[float, ...]
 
     def passes(self, here: ArmCoordinates) -> bool:
-        """Tell whether an arm that stands there may have come there by this move."""
+        """Return whether an arm that stands there may be in the middle of this move."""
         fingers = not self.openings_mm or (
             min(self.openings_mm) - NEAR_MM <= here.opening_mm <= max(self.openings_mm) + NEAR_MM
         )
@@ -312,7 +313,7 @@ def _near(here: Joints, there: Joints) -> bool:
 
 
 def _legs(arm: Arm, began: ArmCoordinates, moves: Sequence[SingleMove]) -> Iterator[_Leg]:
-    """Give what each move leads through, the first one from where the act began."""
+    """Yield what each move passes through; the first begins where the act began."""
     ground = arm.moving.ground(began)
     if not moves:
         yield _leg(arm, ground.here)
@@ -322,7 +323,7 @@ def _legs(arm: Arm, began: ArmCoordinates, moves: Sequence[SingleMove]) -> Itera
             plan = prepare(move, ground).plan
         except (ArmError, KinematicsError):
             yield _leg(arm, here)
-            return  # there is no such way: the act itself is refused then
+            return  # this move is refused, so the arm cannot have come further
         if isinstance(move, GraspMove):
             end_mm = 0.0
         if plan is None:
@@ -334,7 +335,7 @@ def _legs(arm: Arm, began: ArmCoordinates, moves: Sequence[SingleMove]) -> Itera
 
 def _leg(arm: Arm, here: ArmCoordinates, end_mm: float | None = None, *way: Joints) -> _Leg:
     if not arm.core.transmission.has_gripper:
-        return _Leg((here.joints, *way), ())  # a servo goes where it is told
+        return _Leg((here.joints, *way), ())  # a servo reports no opening
     end = here.opening_mm if end_mm is None else end_mm
     return _Leg((here.joints, *way), (here.opening_mm, end))
 
@@ -352,5 +353,5 @@ def _elsewhere(here: ArmCoordinates, began: Standing, how: str, move: str) -> st
     return (
         f"the arm does not stand where the program was interrupted ({', '.join(apart)}): bring it "
         f"back with `{move} {joints} --gripper {began.opening_mm:.1f}`, look whether what "
-        f"it held is still there, then `{how}`; or begin the program anew"
+        f"it held is still there, then `{how}`; or start the program again"
     )

@@ -1,4 +1,4 @@
-"""What is wrong with a program, and how a person is told: the line, and a caret under the place."""
+"""Problems of a program, and how they are shown: the line, and a caret under the place."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from armdrive.errors import ArmError
 from armdrive.errors.printable import printable
 
 EXCERPT = 200
-"""Characters of a long line that are shown."""
+"""The most characters of a line that are shown."""
 
-MOST_TOLD = 20
-"""So many problems of one program are told at once: more are the echo of the first."""
+MOST_SHOWN = 20
+"""The most problems of a program that are shown: more are consequences of the first."""
 
 
 @dataclass(frozen=True, slots=True)
 class SourceMark:
-    """Where in a program something stands: line and column count from 1. `file` may be empty."""
+    """A place in a program: line and column count from 1. `file` may be empty."""
 
     line: int
     column: int = 1
@@ -30,7 +30,7 @@ class SourceMark:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong with a program, where it stands."""
+    """One problem of a program, and its place."""
 
     mark: SourceMark
     text: str
@@ -39,8 +39,8 @@ class Problem:
 class ProgramError(ArmError):
     """A program that cannot be read, or a line of it that cannot be carried out.
 
-    `mark` is the first place that is wrong, None where no place is; `problems` are all of them.
-    The message has the lines, with a caret under the place.
+    `problems` are all problems and `mark` is the place of the first, None if it has no place. The
+    message shows the lines, with a caret under each place.
     """
 
     exit_code = 2
@@ -55,14 +55,14 @@ class ProgramError(ArmError):
 
 
 def lines_of(text: str) -> list[str]:
-    """Return the lines of a text, however its lines end."""
+    """Return the lines of a text with any kind of line breaks."""
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
 def pointed(problem: Problem, lines: list[str], file: str | None = None) -> str:
-    """Return what is wrong, the line, and a caret under the place.
+    """Return the text of a problem, its line, and a caret under the place.
 
-    The lines are those of `file`: what stands in another is told without its line.
+    The lines are those of `file`; a problem in another file is shown without its line.
     """
     mark = problem.mark
     if not 1 <= mark.line <= len(lines) or file not in (None, mark.file):
@@ -73,8 +73,8 @@ def pointed(problem: Problem, lines: list[str], file: str | None = None) -> str:
 def excerpt(line: str, column: int) -> str:
     """Return a line of a program, and a caret under the place; columns count from 1.
 
-    What is not printable is shown as its escape, a tab as a space. Of a long line only the part
-    around the place is shown.
+    Characters that are not printable are shown as escapes, tabs as spaces. Of a long line only the
+    part around the place is shown.
     """
     at = column - 1
     first = max(0, min(at, len(line)) - EXCERPT // 2)
@@ -86,15 +86,15 @@ def excerpt(line: str, column: int) -> str:
 
 
 def program_error(problems: Iterable[Problem], text: str, file: str | None = None) -> ProgramError:
-    """Return the error that tells of these problems of a program, in the order of its lines."""
+    """Return the error with these problems of a program, in the order of its lines."""
     found = tuple(sorted(set(problems), key=lambda each: (each.mark.line, each.mark.column)))
     lines = lines_of(text)
-    told = tell_all(found, lambda each: pointed(each, lines, file))
-    return ProgramError(told, mark=found[0].mark, problems=found)
+    message = all_shown(found, lambda each: pointed(each, lines, file))
+    return ProgramError(message, mark=found[0].mark, problems=found)
 
 
-def tell_all(problems: Sequence[Problem], point: Callable[[Problem], str]) -> str:
-    """Return what is wrong with a program, as much as a person may want to read at once."""
-    told = [point(each) for each in problems[:MOST_TOLD]]
-    more = len(problems) - MOST_TOLD
-    return "\n".join(told + [f"and {more} more"] * (more > 0))
+def all_shown(problems: Sequence[Problem], point: Callable[[Problem], str]) -> str:
+    """Return the first problems of a program as text, and the number of the others."""
+    shown = [point(each) for each in problems[:MOST_SHOWN]]
+    more = len(problems) - MOST_SHOWN
+    return "\n".join(shown + [f"and {more} more"] * (more > 0))

@@ -1,13 +1,14 @@
-"""A program that has been read, checked as a whole and compiled, and the machine that runs it.
+"""A program that was read, checked and compiled, and the machine that runs it.
 
 A machine gives acts one at a time, takes their answers, and can be written down. It is pure: it
-knows no arm and no clock. A snapshot holds the state before the act that is to be carried out now,
-so that a machine restored from it gives the same act again, and the same rest.
+knows no arm and no clock. A snapshot holds the state before the present act, so a machine restored
+from it gives the same act again, and then the same rest.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -25,15 +26,23 @@ from armdrive.programs.acts import (
     ReadInput,
     RunStage,
 )
-from armdrive.programs.deeds import DEEDS, STATE, VALUE, Asked, Doing, MachineState, by_name
+from armdrive.programs.interpreter import (
+    HANDLERS,
+    STATE,
+    VALUE,
+    ActNeeded,
+    LineContext,
+    MachineState,
+    by_name,
+)
 from armdrive.programs.language.checking import checked
 from armdrive.programs.language.compiling import STOP, CompiledCode, Instruction
 from armdrive.programs.language.grammar import read_tree
 from armdrive.programs.language.syntax import Define, JointsOf, Tree, within
 from armdrive.programs.language.values import (
     ForwardKinematics,
+    LineFailure,
     PlaceValue,
-    Trouble,
     Value,
     number,
     place,
@@ -47,14 +56,14 @@ from armdrive.text.reading import read_text
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.spaces import Joints, Pose
 
-# What a program is read with when others have run before it, as the lines of a prompt do.
+# What is known before a program runs: the names of those that ran before it at a prompt.
 
 
 @dataclass(frozen=True, slots=True)
 class Context:
     """The subprograms and values that are known already, by names in lower case.
 
-    `opening` is what the fingers are to do with the next move, see state.State.
+    `opening` is the one that the fingers take with the next move, see `MachineState`.
     """
 
     defines: tuple[Define, ...] = ()
@@ -64,17 +73,18 @@ class Context:
 
     @property
     def kinds(self) -> dict[str, ValueKind]:
-        """Of which kind each value is."""
+        """The kind of each value."""
         return {name: kind_of(value) for name, value in self.variables.items()}
 
     def but(self, defines: tuple[Define, ...]) -> tuple[Define, ...]:
-        """Return the subprograms that these do not replace, and behind them these."""
-        said = {define.name.lower() for define in defines}
-        return (*(each for each in self.defines if each.name.lower() not in said), *defines)
+        """Return the known subprograms that these do not replace, followed by these."""
+        replaced = {define.name.lower() for define in defines}
+        kept = (each for each in self.defines if each.name.lower() not in replaced)
+        return (*kept, *defines)
 
 
 def kind_of(value: Value) -> ValueKind:
-    """Return of which kind a value is."""
+    """Return the kind of a value."""
     if isinstance(value, bool):
         return ValueKind.TRUTH
     if isinstance(value, PlaceValue):
@@ -84,9 +94,9 @@ def kind_of(value: Value) -> ValueKind:
 
 @dataclass(frozen=True)
 class Program:
-    """A program that was read and checked; `tree` is what was written, `code` what is carried out.
+    """A program that was read and checked.
 
-    `context` is what was known before it.
+    `tree` is the program as written, `code` as it is carried out; `context` was known before it.
     """
 
     text: str
@@ -97,17 +107,17 @@ class Program:
 
     @cached_property
     def digest(self) -> str:
-        """What changes when the text does: its sha256."""
+        """The sha256 of the text."""
         return _sha256(self.text)
 
     @cached_property
     def code_digest(self) -> str:
-        """What changes when it is compiled to something else: its sha256."""
+        """The sha256 of the instructions: another version of armdrive may compile others."""
         return _sha256(repr([row.plain for row in self.code.instructions]))
 
     @property
     def wanted(self) -> Mapping[str, SourceMark]:
-        """The points of the arm's own book that it goes by, and where each stands first."""
+        """The points of the arm's book that it uses, and where each is named first."""
         return self.code.points
 
     def machine(
@@ -116,11 +126,11 @@ class Program:
         fk: ForwardKinematics | None = None,
         joint_names: tuple[str, ...] | None = None,
     ) -> Machine:
-        """Return a run of it, from its beginning.
+        """Return a run of it, at its beginning.
 
-        `points` is the arm's book: joint angles (deg, by joint) by the names of the points; `fk`
-        says the pose of joint angles; `joint_names` are the arm's joints. Raises `ProgramError`
-        with every name that there is not.
+        `points` is the arm's book: joint angles (deg, by joint) by the names of the points. `fk`
+        computes the pose of joint angles; `joint_names` are the arm's joints. Raises `ProgramError`
+        with every unknown name.
         """
         places, problems = self._places({} if points is None else points)
         if joint_names is not None:
@@ -135,20 +145,20 @@ class Program:
     def restored(
         self, snapshot: Mapping[str, object], *, fk: ForwardKinematics | None = None
     ) -> Machine:
-        """Take a run up again where its snapshot was made, with the points that it had then.
+        """Resume a run where its snapshot was made, with the points of that time.
 
-        Raises `ProgramError` for a snapshot of another program, or of another form.
+        Raises `ProgramError` for a snapshot of another program, or of another format.
         """
         if snapshot.get("format") != FORMAT:
             raise ProgramError("this state of a program was written by another version of armdrive")
         if (snapshot.get("program"), snapshot.get("code")) != (self.digest, self.code_digest):
-            raise ProgramError("the program has been changed since: begin it anew")
+            raise ProgramError("the program was changed since: start it again")
         try:
             values = by_name(VALUE).read(snapshot["points"], "points")
             points = {name: place(value) for name, value in values.items()}
             state = STATE.read(snapshot["state"], "state")
-            _ = self.code.instructions[state.at]  # a state that stands nowhere is none
-        except (KeyError, TypeError, ValueError, IndexError, ArmError, Trouble) as error:
+            _ = self.code.instructions[state.at]  # raises `IndexError` for a state beyond the end
+        except (KeyError, TypeError, ValueError, IndexError, ArmError, LineFailure) as error:
             raise ProgramError(f"this state of a program cannot be used: {error}") from None
         return Machine(self, points, fk, state)
 
@@ -184,9 +194,10 @@ def _sha256(text: str) -> str:
 def _in_book(
     name: str, book: Mapping[str, Mapping[str, float]], own: Collection[str]
 ) -> Mapping[str, float] | str:
-    """Return a point by its name, in any capitals where that is clear, or why there is none.
+    """Return a point by its name, or a sentence that says why there is none.
 
-    `own` are the program's names, one of which may have been meant.
+    Capitals do not matter, unless two points differ in nothing else. `own` are the program's names,
+    which a misspelt name may mean.
     """
     if name in book:
         return book[name]
@@ -196,30 +207,32 @@ def _in_book(
     if alike:
         return f'{" and ".join(alike)} differ by capitals alone: write taught("{alike[0]}")'
     near = suggestion(name, (*book, *own))
-    return f"{name!r} is set nowhere, and the arm's book has no point of that name{near}"
+    return f"{name!r} is not defined, and no saved point has that name{near}"
 
 
-def _joints_wrong(said: list[str], known: tuple[str, ...]) -> str:
-    unknown = next((name for name in said if name not in known), None)
+def _joints_wrong(named: list[str], known: tuple[str, ...]) -> str:
+    unknown = next((name for name in named if name not in known), None)
     if unknown is not None:
         return f"this arm has no joint {unknown!r}{suggestion(unknown, known)}"
-    missing = [name for name in known if name not in said]
+    missing = [name for name in known if name not in named]
     return (
-        f"a place in joint angles says every joint: {', '.join(missing)} missing" if missing else ""
+        f"a place in joint angles names every joint: {', '.join(missing)} missing"
+        if missing
+        else ""
     )
 
 
 MOST_STEPS = 100_000
-"""So many instructions may be carried out between two acts: some tenths of a second."""
+"""The most instructions between two acts. They take some tenths of a second."""
 
 FORMAT = 2
-"""The form of a snapshot."""
+"""The format of a snapshot."""
 
 
 class Machine:
-    """One run of a program, in which it asks for the acts of `points` and `fk`'s arm.
+    """One run of a program.
 
-    `points` are the places of the arm's book that the program goes by.
+    `points` are the places of the arm's book that the program uses; `fk` is the arm's.
     """
 
     def __init__(
@@ -238,21 +251,21 @@ class Machine:
 
     @property
     def ended_by_stop(self) -> bool:
-        """Whether it ended at a `stop`, and not behind its last line."""
+        """Whether it ended at a `stop`, and not after its last line."""
         return self._state.ended and self._row.word == STOP
 
     @property
     def context(self) -> Context:
-        """What it has brought so far, for a program that is read with it: see `read_program`."""
+        """The names that it has set so far, for the next program: see `read_program`."""
         known, state = self.program.context, self._state
         own = tuple(line for line in self.program.tree.body if isinstance(line, Define))
         opening = None if state.moved else state.opening
         return Context(known.but(own), dict(state.variables), state.speed, opening)
 
     def next(self) -> RunStage | None:
-        """Return the act to be carried out now, the same until it is answered; None at the end.
+        """Return the present act, the same until it is answered; None at the end.
 
-        Raises `ProgramError` where a line cannot be carried out; asked again, it raises again.
+        Raises `ProgramError` if a line cannot be carried out, and again when it is called again.
         """
         if self._error is not None:
             raise self._error
@@ -261,21 +274,26 @@ class Machine:
         return self._stage
 
     def answer(self, answer: Answer) -> None:
-        """Say what the act brought, and go on behind it. Raises `ProgramError` for a wrong kind."""
+        """Take the answer to the act. Raises `ProgramError` for an answer of a wrong kind."""
         stage = self.next()
         if stage is None:
-            raise ProgramError("the program has ended: nothing is to be answered")
+            raise ProgramError("the program has ended: there is no act to answer")
         try:
             brought = _brought(stage.act, answer)
-        except Trouble as error:
+        except LineFailure as error:
             raise self._failure(f"the answer does not fit: {error}", stage.mark) from None
         self._state.answers += (brought,)
         if isinstance(stage.act, Go):
-            self._state.moved = True  # the fingers went along, or did something else
+            self._state.moved = True  # the fingers moved too: `opening` is done with
         self._stage = None
 
+    @property
+    def fingerprint(self) -> str:
+        """What is the same again when the program is in the same state."""
+        return json.dumps(STATE.write(self._state))
+
     def snapshot(self) -> dict[str, object]:
-        """Return all that the program knows at this point, as plain JSON data."""
+        """Return the program's whole state, as plain JSON data."""
         return {
             "format": FORMAT,
             "program": self.program.digest,
@@ -289,22 +307,22 @@ class Machine:
         return self.program.code.instructions[self._state.at]
 
     def _run_on(self) -> RunStage | None:
-        """Go on to the next act. Where that fails, the state stays what it was after the last."""
+        """Go on to the next act. If a line fails, the state stays as it was after the last act."""
         before = STATE.write(self._state)
-        wrong = "the program goes round here without ever asking anything of the arm"
+        wrong = "the program loops here without asking anything of the arm"
         for _ in range(MOST_STEPS):
-            doing = Doing(self._state, self._row, self._points, self._fk)
+            line = LineContext(self._state, self._row, self._points, self._fk)
             try:
-                DEEDS[doing.row.word](doing)
-            except Asked as asked:
-                return RunStage(asked.act, asked.mark, self._calls)
-            except (Trouble, ArmError, KinematicsError) as error:
+                HANDLERS[line.row.word](line)
+            except ActNeeded as needed:
+                return RunStage(needed.act, needed.mark, self._calls)
+            except (LineFailure, ArmError, KinematicsError) as error:
                 wrong = str(error)
                 break
             if self._state.ended:
                 return None
-            self._go_to(doing.following)
-        self._error = self._failure(wrong, doing.mark)
+            self._go_to(line.following)
+        self._error = self._failure(wrong, line.mark)
         self._state = STATE.read(before, "state")
         raise self._error
 
@@ -316,7 +334,7 @@ class Machine:
 
     @property
     def _calls(self) -> tuple[SourceMark, ...]:
-        """The calls that led to where it stands."""
+        """The calls that led to the present line."""
         return tuple(frame.mark for frame in self._state.frames if frame.mark is not None)
 
     def _failure(self, text: str, mark: SourceMark) -> ProgramError:
@@ -325,11 +343,11 @@ class Machine:
 
 
 def _brought(act: Act, answer: Answer) -> Value:
-    """Return what an answer leaves for the line that asked; on of an act that only ends."""
+    """Return the value of an answer for its line; True for an act without a value."""
     match act:
         case Look():
             if not isinstance(answer, PlaceValue):
-                raise Trouble("where the arm stands is needed")
+                raise LineFailure("the place of the arm is needed")
             return answer
         case ReadInput():
             return truth(answer)
@@ -345,7 +363,7 @@ def _brought(act: Act, answer: Answer) -> Value:
 
 
 def written_program(tree: Tree, file: str = "") -> Program:
-    """Return the program of a tree: written down, and read again, so that it can be run."""
+    """Write a tree down as text, and read that as a program."""
     return read_program(unparse(tree), file)
 
 
@@ -354,8 +372,8 @@ def read_program(
 ) -> Program:
     """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong.
 
-    With a context, as `Machine.context` gives it, the subprograms and values of what ran before
-    are known, and may be replaced. Its lines are counted from `first`, as part of a longer text.
+    With a context, as `Machine.context` gives it, the program knows the subprograms and values of
+    those before it, and may replace them. Its first line has the number `first`.
     """
     known = Context() if context is None else context
     tree, problems = read_tree(text, file, first)
@@ -367,27 +385,27 @@ def read_program(
     return Program(text, file, tree, code, known)
 
 
-# A program file on one arm: where its machines come from, with the arm's own points and joints.
+# A program for one arm, with that arm's points and joints.
 
 ENDING = ".arm"
 
 
 @dataclass(frozen=True)
 class ArmProgram:
-    """A program that has been read, and the arm that it is for."""
+    """A program and the arm that it is for."""
 
     program: Program
     config: ArmConfig
 
     def machine(self) -> Machine:
-        """Return a machine at the beginning, with the arm's points as they are now."""
+        """Return a machine at the beginning, with the arm's present points."""
         taught = points_of(self.config.name, self.config.model.arm).read().points
         points = {name: point.joints.deg for name, point in taught.items()}
         names = self.config.model.arm.joint_names
         return self.program.machine(points, fk=self._fk, joint_names=names)
 
     def restored(self, snapshot: Mapping[str, object]) -> Machine:
-        """Return a machine where a snapshot was made, with the points that it had then."""
+        """Return a machine where a snapshot was made, with the points of that time."""
         return self.program.restored(snapshot, fk=self._fk)
 
     def _fk(self, joints_deg: Mapping[str, float]) -> Pose:
@@ -396,5 +414,5 @@ class ArmProgram:
 
 
 def read_program_file(path: Path) -> Program:
-    """Read a program file. Raises `BadRequest` for one that cannot be read, and `ProgramError`."""
+    """Read a program file. Raises `BadRequest` if it is no readable text, and `ProgramError`."""
     return read_program(read_text(path, "the program", BadRequest), str(path))

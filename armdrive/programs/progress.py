@@ -1,7 +1,7 @@
-"""How far a run has come, and what is left of it, by what its rehearsal took.
+"""How far a run has come and how long it still takes, estimated from its rehearsal.
 
-A run may go another way than its rehearsal, an input may be on that was taken to be off: it is
-looked for where it is again, by its place in the program. Units: s on the arm's own clock.
+A run may take another path than its rehearsal, if an input is on that was assumed off. Then it is
+found again by its place in the program. Units: s on the arm's clock.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from itertools import accumulate, chain
 from armdrive.programs.problems import SourceMark
 
 FOR_EVER = 0
-"""So many loops have no end."""
+"""The number of loops that means endless."""
 
 LOOPS_REHEARSED = 2
-"""The second loop begins where the first has ended, and so do all that follow."""
+"""The second loop begins where the first ended, and so do all others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Took:
-    """What one act of a rehearsal took, and where it stands in the program."""
+    """How long one act of a rehearsal took, and its place in the program."""
 
     mark: SourceMark
     what: str
@@ -30,9 +30,9 @@ class Took:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """How far a run has come. `percent` and `left_s` are None where nobody knows.
+    """How far a run has come. `percent` and `left_s` are None if unknown.
 
-    Of a run without an end, both are of its present loop.
+    For an endless run both are those of the present loop.
     """
 
     percent: float | None = None
@@ -46,10 +46,10 @@ class RunProgress:
     """Follows a run along its rehearsal."""
 
     def __init__(self, loops: Sequence[Sequence[Took]], *, repeated: int = 1) -> None:
-        """Take the rehearsed loops, of which the last stands for all that follow.
+        """Take the rehearsed loops, the last of which stands for all later ones.
 
-        `repeated` is how many loops the run has, `FOR_EVER` for no end. Without any rehearsed
-        loop, nothing is known.
+        `repeated` is how many loops the run has, or `FOR_EVER`. Without a rehearsed loop nothing is
+        known.
         """
         self._loops = [list(loop) for loop in loops]
         self._ends_s = [list(accumulate(each.took_s for each in loop)) for loop in self._loops]
@@ -59,7 +59,7 @@ class RunProgress:
 
     @property
     def total_s(self) -> float | None:
-        """How long the whole run takes; None of one without an end, or that nobody knows."""
+        """How long the whole run takes; None if it is endless or unknown."""
         if self._repeated == FOR_EVER or not self._loops:
             return None
         return sum(self._loop_s(number) for number in range(1, self._repeated + 1))
@@ -74,7 +74,7 @@ class RunProgress:
     def estimate(self, under_way_s: float, share: float = 1.0) -> Estimate:
         """Return how far the run has come, `under_way_s` after the present act began.
 
-        `share` is how fast the arm goes now, of the speed that it was rehearsed with.
+        `share` is the present speed as a share of the rehearsed speed.
         """
         if self._index is None or not self._loops:
             return UNKNOWN
@@ -98,9 +98,9 @@ class RunProgress:
 
 
 def nearest(marks: Sequence[SourceMark], mark: SourceMark, expected: int) -> int | None:
-    """Return the index of a mark: the first from where it is expected on, else the last before.
+    """Return the index of a mark: the first at or after `expected`, else the last before it.
 
-    None where it is nowhere.
+    Returns None if there is none.
     """
     ahead = range(expected, len(marks))
     behind = range(min(expected, len(marks)) - 1, -1, -1)

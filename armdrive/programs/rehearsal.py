@@ -1,14 +1,14 @@
-"""A program rehearsed on the arm's twin: the same acts by the same code, before anything moves.
+"""Rehearses a program on the arm's simulated twin: the same acts by the same code.
 
-What the twin cannot know is assumed, and said: inputs, the width of what is grasped, a position
-that nobody knows. A refusal is part of the answer.
+The twin cannot know the inputs, the width of an object to be grasped, or an unknown position. It
+assumes them, and lists its assumptions. A refusal is part of the result.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any, cast
@@ -39,28 +39,27 @@ from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world.table import GripScene, Incident, TableBlock
 from armdrive.status import State, Trust
 from armdrive.trace.calls import NO_TRACER
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 
-# The performer of a rehearsal: acts on the twin, and assumes what a twin cannot know.
+# The performer of a rehearsal: carries out acts on the twin, and makes assumptions.
 
 WORDS = {True: "on", False: "off"}
 
 
 NAP_S = 1.0
-"""A twin sleeps no longer than this of a longer wait: nothing happens to it meanwhile."""
+"""The longest sleep of a twin: during a longer wait nothing more happens to it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """Something that the twin could not know. `mark` is None of the arm itself.
+    """Something that the twin could not know. `mark` is None if it concerns the arm itself.
 
-    `matters` tells whether the program might go another way, or be refused elsewhere, if it is not
-    so: a wait for a person only takes its time.
+    `matters` tells whether a wrong assumption could change the path of the program or a refusal; a
+    wait for a person only takes longer.
     """
 
     text: str
@@ -72,33 +71,33 @@ class Assumption:
 
 
 class Assumptions:
-    """What has been assumed, each thing once at each place of the program."""
+    """The assumptions of a rehearsal, each once for each place in the program."""
 
     def __init__(self) -> None:
         self.found: list[Assumption] = []
         self.mark: SourceMark | None = None
 
     def note(self, text: str, *, matters: bool = True) -> None:
-        """Note an assumption at the present place."""
+        """Add an assumption at the present place."""
         made = Assumption(text, self.mark, matters)
         if made not in self.found:
             self.found.append(made)
 
 
 class UnattendedPerson:
-    """The person of a rehearsal: hears nothing, and lets everything go on."""
+    """The person of a rehearsal, who continues every program at once."""
 
     def say(self, text: str) -> None:
-        """Hear nothing."""
+        """Ignore the text."""
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
-        """Let it go on."""
+        """Return at once."""
 
 
 class Things:
-    """What the fingers find where nobody knows what is around the arm.
+    """The object that the fingers find: always `width_mm` wide, or none.
 
-    Always something `width_mm` wide, or nothing. Where the world around is `known` it is as it is.
+    If the world around the arm is `known`, the fingers find what is really there.
     """
 
     def __init__(self, assumptions: Assumptions, width_mm: float | None, *, known: bool) -> None:
@@ -108,7 +107,7 @@ class Things:
         self._names = count(1)
 
     def before_grasp(self, arm: Arm) -> None:
-        """Have between the fingers of a twin what they are assumed to find, if it fits in there."""
+        """Put the assumed object between the fingers of a twin, if it fits there."""
         if self._known or arm.twin is None:
             return
         if self._width_mm is None:
@@ -138,7 +137,27 @@ class Rehearser(Performer):
         super().__init__(twin, UnattendedPerson(), outputs=outputs)
         self._assumptions = assumptions
         self._inputs = inputs
+        self._switched: set[int] = set()
         self._things = things
+
+    @property
+    def fingerprint(self) -> object:
+        """What is the same again when the twin and its world are as they were."""
+        there, twin = self.arm.core.position.coordinates, self.arm.twin
+        if twin is None:
+            return there.values
+        scene = twin.world.scene
+        blocks = (
+            (block.name, *(round(at_mm, 1) for at_mm in block.place))
+            for block in scene.blocks.values()
+        )
+        return (there.values, self.outputs, scene.held, *blocks)
+
+    def switch(self, inputs: set[int]) -> bool:
+        """Switch on inputs of which nothing is known; return whether there were any left."""
+        fresh = inputs - self._inputs.keys() - self._switched
+        self._switched |= fresh
+        return bool(fresh)
 
     def _go(self, act: Go) -> float | None:
         if isinstance(act.move, GraspMove):
@@ -147,21 +166,22 @@ class Rehearser(Performer):
 
     def _read_input(self, act: ReadInput) -> bool:
         number = act.number
-        input_bits(self.arm.core, number)  # the arm has to have it
-        on = self._inputs.get(number, False)
-        self._assumptions.note(f"input {number} is {WORDS[on]}", matters=number not in self._inputs)
+        input_bits(self.arm.core, number)  # raises for an input that the arm does not have
+        later = " later" if number in self._switched else ""
+        on = self._inputs.get(number, number in self._switched)
+        text = f"input {number} is {WORDS[on]}{later}"
+        self._assumptions.note(text, matters=number not in self._inputs)
         return on
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
-        """Take inputs to come at once, but for those that are said to be otherwise."""
+        """Assume that inputs come at once, except those that the person has set."""
         input_bits(self.arm.core, (*act.high, *act.low))
-        wanted = {**dict.fromkeys(act.high, True), **dict.fromkeys(act.low, False)}
-        comes = all(self._inputs.get(number, on) is on for number, on in wanted.items())
-        what = " and ".join(f"input {number} is {WORDS[on]}" for number, on in wanted.items())
-        if comes or act.within_s is None:
-            self._assumptions.note(f"{what} at once")
+        on = all(self._inputs.get(number, True) for number in act.high)
+        off = not any(self._inputs.get(number, False) for number in act.low)
+        if (on and off) or act.within_s is None:
+            self._assumptions.note(f"{act} at once")
             return True
-        self._assumptions.note(f"it is not so within {act.within_s:g} s that {what}")
+        self._assumptions.note(f"it is not so within {act.within_s:g} s that {act}")
         self.arm.sleep(min(act.within_s, NAP_S))
         return False
 
@@ -169,22 +189,20 @@ class Rehearser(Performer):
         self.arm.sleep(min(act.time_s, NAP_S))
 
     def _hold(self, act: Hold) -> None:  # noqa: ARG002 - as every hold
-        self._assumptions.note("somebody lets it go on at once", matters=False)
+        self._assumptions.note("a person continues it at once", matters=False)
 
     def _remember(self, act: Remember) -> None:
         """Leave the arm's points as they are."""
 
 
-# Keeps the path of a simulated arm's tip, for the picture of a rehearsal.
-#
-# It is the physical path, whatever makes the arm move: acts of a program, and calls of a script.
+# The physical path of a simulated arm's tip, for the picture of a rehearsal.
 
 NEAREST_MM = 1.0
-"""Points of the path are no nearer to one another."""
+"""The least distance between two points of the path."""
 
 
 class TracedScene:
-    """The scene of an arm's world, which is told every motion of the tip; all else is its own."""
+    """Records the motions of the tip on their way to a scene, and forwards everything else."""
 
     def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
         self._arm = arm
@@ -194,7 +212,7 @@ class TracedScene:
     def follow(
         self, before: Point, after: Point, opening_mm: float, time_s: float
     ) -> list[Incident]:
-        """Keep where the tip goes, once the arm knows where it stands."""
+        """Record where the tip goes, once the arm's position is known."""
         if self._arm.core.position_known:
             for point in (before, after):
                 if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
@@ -206,111 +224,173 @@ class TracedScene:
 
 
 def trace(arm: Arm, path: list[Point]) -> None:
-    """Have a twin's tip leave its points in a path, in mm in the arm's base frame."""
+    """Record the path of a twin's tip, in mm in the arm's base frame."""
     if arm.twin is not None:
         world = arm.twin.world
         world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
 
 
-# The twin that a program is rehearsed on: the arm's own, standing where the arm stands.
+# The twin that a program is rehearsed on: a simulated arm that stands where the arm stands.
 #
-# A simulated arm is rehearsed in a copy of its world, blocks and all. Of a real one nobody knows
-# what
-# is around it: its twin stands alone. Where nobody knows where the arm stands, that is assumed, or
-# left to the program, which has to reference it first.
+# A simulated arm is rehearsed in a copy of its world, blocks and all. Around a real arm nothing is
+# known, so its twin stands alone. If the position is unknown, the rehearsal assumes one, or leaves
+# it to the program to reference the arm first.
+
+
+@dataclass(frozen=True, slots=True)
+class SeenArm:
+    """All that a rehearsal needs to know about an arm, so that the arm itself can be let go.
+
+    `position` is where the arm stands, if planned motion may begin there; `distrust` says why it
+    may not. `last_seen` is the position before trust in it was lost. `world` is a saved copy of a
+    simulated arm's world.
+    """
+
+    config: ArmConfig
+    position: ArmCoordinates | None = None
+    last_seen: ArmCoordinates | None = None
+    world: Mapping[str, object] | None = None
+    speed_override: float = 1.0
+    distrust: NotReferenced | None = None
+
+    @classmethod
+    def of(cls, arm: Arm) -> SeenArm:
+        """Look at a connected arm."""
+        distrust = None
+        try:
+            arm.core.require_reference()
+        except NotReferenced as error:
+            distrust = error
+        with arm.pace.lock:
+            there = arm.core.position.coordinates
+            return cls(
+                arm.config,
+                there if arm.core.position_known else None,
+                None if arm.status.trust is Trust.UNKNOWN else there,
+                None if arm.twin is None else arm.twin.save(),
+                arm.speed_override,
+                distrust,
+            )
 
 
 def rehearsing_arm(
-    config: ArmConfig,
-    arm: Arm | None,
-    assumed: Callable[[str], object] | None,
-    clock: PaceChoice = None,
+    seen: SeenArm, assumed: Callable[[str], object] | None, clock: PaceChoice = None
 ) -> Arm:
-    """Return a connected twin of an arm on simulated time, enabled, which the caller closes.
+    """Return an enabled, connected twin of an arm on simulated time; the caller closes it.
 
-    Without `arm` the arm itself cannot be asked. With `assumed`, a position that nobody knows is
-    assumed, and `assumed` hears a sentence about it; without, the twin is as little referenced as
-    the arm is. `clock` is one of simulated time that several twins share.
+    With `assumed`, an unknown position is replaced by a likely one, and `assumed` is called with a
+    sentence about it. Without, the twin's position is as unknown as the arm's. Several twins may
+    share a simulated `clock`.
     """
-    twin = _twin(config, arm)
-    there = _known(arm)
+    config = seen.config
+    twin = simulate(config, seen.world)
+    there = seen.position
     if there is None and assumed is not None:
-        there, where = _supposed(config, arm)
+        there, where = _likely_position(seen)
         if there is not None:
             assumed(f"the arm stands in {where}")
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
     made = Arm(connect_simulated(config, twin=twin, pace=clock, tracer=NO_TRACER))
     try:
-        _make_ready(made, there)
-        if arm is not None:
-            made.speed_override = arm.speed_override
+        if made.status.state is State.DISABLED:
+            made.enable()
+        if there is not None:
+            made.declare_posture(there.joints, opening_mm=there.opening_mm)
+        made.speed_override = seen.speed_override
     except BaseException:
         made.close()
         raise
     return made
 
 
-def knows_its_world(arm: Arm | None) -> bool:
-    """Tell whether the world around an arm is known: that of a simulated one is."""
-    return arm is not None and arm.twin is not None
-
-
-def _twin(config: ArmConfig, arm: Arm | None) -> SimulatedArm:
-    if arm is None or arm.twin is None:
-        return simulate(config)
-    with arm.pace.lock:
-        saved = arm.twin.save()
-    return simulate(config, saved)
-
-
-def _make_ready(made: Arm, there: ArmCoordinates | None) -> None:
-    if made.status.state is State.DISABLED:
-        made.enable()
-    if there is not None:
-        made.declare_posture(there.joints, opening_mm=there.opening_mm)
-
-
-def _known(arm: Arm | None) -> ArmCoordinates | None:
-    """Return where an arm stands, if planned motion may begin there."""
-    if arm is None:
-        return None
-    with arm.pace.lock:
-        return arm.core.position.coordinates if arm.core.position_known else None
-
-
-def _supposed(config: ArmConfig, arm: Arm | None) -> tuple[ArmCoordinates | None, str]:
-    """Return where an arm may be taken to stand, and what that place is called."""
-    if arm is not None and arm.status.trust is not Trust.UNKNOWN:
-        with arm.pace.lock:
-            return arm.core.position.coordinates, "the place where it was seen last"
-    reference = config.model.reference
-    if reference is not None:
-        joints = config.model.arm.ik(reference.pose)
-        return ArmCoordinates(joints, reference.opening_mm), "its reference posture"
-    if config.homing is not None:
-        return ArmCoordinates(config.homing.joints, config.homing.opening_mm), "its switches"
+def _likely_position(seen: SeenArm) -> tuple[ArmCoordinates | None, str]:
+    """Return where an arm probably stands, and what that place is called."""
+    if seen.last_seen is not None:
+        return seen.last_seen, "the place where it was seen last"
+    model, homing = seen.config.model, seen.config.homing
+    if model.reference is not None:
+        joints = model.arm.ik(model.reference.pose)
+        return ArmCoordinates(joints, model.reference.opening_mm), "its reference posture"
+    if homing is not None:
+        return ArmCoordinates(homing.joints, homing.opening_mm), "its switches"
     return None, ""
 
 
-MOST_ACTS = 20_000
-"""A rehearsal that has come so far is long enough; programs may run for ever."""
+# How long a rehearsal takes.
 
-MOST_S = 24 * 3600.0
-"""So much of the arm's time is rehearsed at most."""
+BEFORE_RUN_S = 5.0
+"""Real time. The arm is held while a program is rehearsed before it runs."""
 
-MOST_REAL_S = 60.0
-"""So long a person waits for a rehearsal at most."""
+CHECK_S = 10.0
+"""Real time. A person who only checks a program waits longer, and the arm is free meanwhile."""
+
+MOST_BEFORE_HOME = 1000
+"""Acts that need no position, after which a program is not expected to reference the arm."""
+
+TELL_EVERY_S = 1.0
+"""Real time between two reports of a rehearsal that takes long."""
+
+
+class TooLong(BaseException):
+    """The rehearsal has used up its time. A script that catches `Exception` does not catch it."""
+
+
+class EndlessLoop(BaseException):
+    """The program has come back to a state that it was in before; `mark` is where the loop is."""
+
+    def __init__(self, mark: SourceMark) -> None:
+        super().__init__()
+        self.mark = mark
+
+
+@dataclass(frozen=True, slots=True)
+class RehearsedSoFar:
+    """How far a rehearsal has come: `took_s` is the arm's time."""
+
+    acts: int
+    mark: SourceMark
+    took_s: float
+
+
+class Patience:
+    """Ends a rehearsal that takes too long, and reports how far it has come.
+
+    `limit_s` is real time, as `now_s` gives it. `told` is called about once a second.
+    """
+
+    def __init__(
+        self,
+        limit_s: float,
+        told: Callable[[RehearsedSoFar], object] | None = None,
+        now_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._limit_s = limit_s
+        self._told = told
+        self._now_s = now_s
+        self._began_s = now_s()
+        self._tell_s = TELL_EVERY_S
+        self._acts = 0
+
+    def before_act(self, mark: SourceMark, took_s: float) -> None:
+        """Count an act. Raises `TooLong` once the time is up."""
+        real_s = self._now_s() - self._began_s
+        if real_s > self._limit_s:
+            raise TooLong
+        if self._told is not None and real_s >= self._tell_s:
+            self._told(RehearsedSoFar(self._acts, mark, took_s))
+            self._tell_s = real_s + TELL_EVERY_S
+        self._acts += 1
 
 
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
     """What a rehearsal found.
 
-    `loops` are its acts, a list a loop, with what each took; `refusal` is what it was refused
-    with, at the mark `at`. `whole` is False where it was cut short: the program may never end.
-    `share` of its speed was what the arm went with, `path` are the tip's points in mm, where they
-    were asked for.
+    `loops` has a list for each loop: its acts and how long each took. `refusal` is the error that
+    ended the rehearsal, at the mark `at`. `endless` is where the program goes round for ever.
+    `whole` is False if the time was up before the end. The arm moved with `share` of its speed;
+    `path` has the tip's points in mm, if they were asked for.
     """
 
     loops: tuple[tuple[Took, ...], ...]
@@ -318,6 +398,7 @@ class Rehearsal:
     refusal: Exception | None = None
     at: SourceMark | None = None
     whole: bool = True
+    endless: SourceMark | None = None
     share: float = 1.0
     path: tuple[Point, ...] = field(default=(), repr=False)
 
@@ -328,52 +409,53 @@ class Rehearsal:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the refusal follows from an assumption, perhaps."""
+        """Whether the refusal may only follow from an assumption."""
         return any(each.matters for each in self.assumptions)
 
 
-class TooLong(BaseException):
-    """The rehearsal has come far enough; no script that catches errors keeps it from ending."""
-
-
-class Patience:
-    """How long a rehearsal may go on, by its acts, by the arm's time, and by a person's."""
-
-    def __init__(self) -> None:
-        self._acts = 0
-        self._until_s = time.monotonic() + MOST_REAL_S
-
-    def ask(self, took_s: float) -> None:
-        """Raise `TooLong` where it has gone on for long enough; asked for once before each act."""
-        self._acts += 1
-        too_many = self._acts > MOST_ACTS or took_s > MOST_S
-        if too_many or time.monotonic() > self._until_s:
-            raise TooLong
-
-
 class _RehearsalWatch:
-    """Notes what every act took, and ends what goes on for too long."""
+    """Notes how long every act takes, and ends a rehearsal that takes too long or goes in circles.
 
-    def __init__(self, assumptions: Assumptions) -> None:
+    The twin and the program are deterministic. So a program that comes back to a state in which it
+    was before, with the twin as it was then, goes round for ever.
+    """
+
+    def __init__(self, rehearser: Rehearser, assumptions: Assumptions, patience: Patience) -> None:
         self.loops: dict[int, list[Took]] = {}
+        self._rehearser = rehearser
         self._assumptions = assumptions
+        self._patience = patience
         self._took_s = 0.0
-        self._patience = Patience()
+        self._steps: list[RunStep] = []
+        self._before: dict[object, int] = {}
 
-    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
-        """Say where the program is, to what is assumed there."""
-        self._patience.ask(self._took_s)
-        self._assumptions.mark = step.stage.mark
+    def begins(self, step: RunStep, machine: Machine) -> None:
+        """Note where the program is. Raises `TooLong` and `EndlessLoop`."""
+        mark = step.stage.mark
+        self._patience.before_act(mark, self._took_s)
+        self._assumptions.mark = mark
+        state = (step.loop, machine.fingerprint, self._rehearser.fingerprint)
+        since = self._before.setdefault(state, len(self._steps))
+        if since < len(self._steps):
+            self._went_round(self._steps[since:])
+        self._steps.append(step)
+
+    def _went_round(self, steps: Sequence[RunStep]) -> None:
+        """Switch the inputs that a loop reads: it waits for one of them. Else it has no end."""
+        acts = (step.stage.act for step in steps)
+        if not self._rehearser.switch({act.number for act in acts if isinstance(act, ReadInput)}):
+            marks = (step.stage.mark for step in steps)
+            raise EndlessLoop(min(marks, key=lambda mark: mark.line))
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Keep what it took."""
+        """Note how long the act took."""
         took_s = _waited_s(step.stage.act, answer, took_s)
         self._took_s += took_s
         self.loops.setdefault(step.loop, []).append(Took(step.stage.mark, step.act_name, took_s))
 
 
 def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
-    """Return what an act takes, of which a rehearsal sleeps only through the beginning."""
+    """Return how long an act takes: a rehearsal sleeps only through the beginning of a wait."""
     if isinstance(act, Delay):
         return act.time_s
     if isinstance(act, AwaitInputs) and answer is False:
@@ -381,75 +463,68 @@ def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
     return took_s
 
 
-def rehearse(config: ArmConfig, arm: Arm | None, plan: RunPlan) -> Rehearsal:
+def rehearse(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
     """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
 
-    Without `arm` it cannot be asked where it stands. Raises what reading the program raises, and
-    `ArmError` for a twin that cannot be made.
+    Raises what reading the program raises, and `ArmError` if the twin cannot be made.
     """
     assumptions = Assumptions()
     settles = plan.settle and not _references_first(plan)
-    with rehearsing_arm(config, arm, assumptions.note if settles else None) as twin:
+    with rehearsing_arm(seen, assumptions.note if settles else None) as twin:
         rehearser = Rehearser(
             twin,
             assumptions,
             inputs=plan.inputs,
-            things=Things(assumptions, plan.width_mm, known=knows_its_world(arm)),
+            things=Things(assumptions, plan.width_mm, known=seen.world is not None),
             outputs=plan.outputs,
         )
         path: list[Point] = []
         if plan.traced:
             trace(twin, path)
-        watch = _RehearsalWatch(assumptions)
+        watch = _RehearsalWatch(rehearser, assumptions, patience)
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
         run = ProgramRun(replace(plan, loops=loops), rehearser, [watch])
-        refusal, whole = _carried_out(run)
-        if isinstance(refusal, NotReferenced) and arm is not None:
-            refusal = _own_words(arm, refusal)
+        refusal: Exception | None = None
+        whole, endless = True, None
+        try:
+            run.carry_out()
+        except TooLong:
+            whole = False
+        except EndlessLoop as found:
+            endless = found.mark
+        except NotReferenced as error:  # the arm's own reason says more than its twin's
+            refusal = seen.distrust or error
+        except (ArmError, KinematicsError) as error:
+            refusal = error
     return Rehearsal(
         tuple(tuple(watch.loops.get(number, ())) for number in range(1, loops + 1)),
         tuple(assumptions.found),
         refusal,
         run.at.stage.mark if refusal is not None and run.at is not None else None,
         whole,
+        endless,
         twin.speed_override,
         tuple(path),
     )
 
 
-def _own_words(arm: Arm, refusal: NotReferenced) -> NotReferenced:
-    """Return why the arm itself has no position to be trusted, of which its twin knows nothing."""
-    try:
-        arm.core.require_reference()
-    except NotReferenced as own:
-        return own
-    return refusal
-
-
 def _references_first(plan: RunPlan) -> bool:
-    """Tell whether a program takes a reference before anything that needs one."""
+    """Return whether a program references the arm before anything that needs a position."""
     machine = plan.first()
-    while (stage := machine.next()) is not None and isinstance(stage.act, Say | Delay | Outputs):
+    for _ in range(MOST_BEFORE_HOME):
+        stage = machine.next()
+        if stage is None or not isinstance(stage.act, Say | Delay | Outputs):
+            return stage is not None and isinstance(stage.act, Home)
         machine.answer(None)
-    return stage is not None and isinstance(stage.act, Home)
-
-
-def _carried_out(run: ProgramRun) -> tuple[Exception | None, bool]:
-    """Carry a rehearsal out; return what it was refused with, and whether it came to an end."""
-    try:
-        run.carry_out()
-    except TooLong:
-        return None, False
-    except (ArmError, KinematicsError) as refusal:
-        return refusal, True
-    return None, True
+    return False
 
 
 def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
-    """Raise what a rehearsal was refused with, unless that may only follow from an assumption.
+    """Raise the refusal of a rehearsal.
 
-    Such a one is raised as a `Refused` that says so, unless the caller wants to go on `anyway`.
+    A refusal that may only follow from an assumption is raised as a `Refused` that says so, and not
+    at all if the caller wants to run the program `anyway`.
     """
     if rehearsal.refusal is None:
         return
@@ -458,6 +533,6 @@ def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
     if not anyway:
         first = next(each for each in rehearsal.assumptions if each.matters)
         raise Refused(
-            f"the rehearsal failed: {rehearsal.refusal}. It had assumed that {first}; say what is "
-            "so with --input and --assume-width, or run it all the same with --yes"
+            f"the rehearsal failed: {rehearsal.refusal}. It assumed that {first}; give the real "
+            "values with --input and --assume-width, or run it all the same with --yes"
         ) from rehearsal.refusal

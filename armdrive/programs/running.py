@@ -1,8 +1,8 @@
-"""Carries the acts of a program out on an arm, by the public calls of that arm alone.
+"""Carries out the acts of a program on an arm, using only the arm's public calls.
 
-A stop ends the program at whatever moment it comes, also between two acts; an act that it broke off
-has no answer and is the next one again. So does a suspension of this program or its computer,
-unless a person lets it go on after that. While somebody has paused the arm, no act begins.
+A stop ends the program at any moment, also between two acts. An interrupted act has no answer, so a
+resumed program repeats it. A suspension of this process or its computer also ends the program,
+unless a person then continues it. While the arm is paused, no act begins.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from armdrive.programs.acts import (
     RunStage,
     Say,
     act_name,
+    waiting_text,
 )
 from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.program import Machine
@@ -46,30 +47,30 @@ from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
 SLICE_S = 0.05
-"""Waits are cut into slices of this length, on the arm's clock, so that a stop ends them."""
+"""The longest sleep of a wait, on the arm's clock: between two sleeps a stop ends it."""
 
 POLL_S = 0.05
-"""While a program waits for inputs, they are read so often, on the arm's clock."""
+"""The time between two readings of awaited inputs, on the arm's clock."""
 
 BREATH_S = 0.02
-"""A paused program looks so often whether it may go on, in real time."""
+"""The time between two looks of a paused program whether it may go on, in real time."""
 
 
 class RunPerson(Protocol):
-    """Whoever is at the terminal of a program that runs."""
+    """The person at the terminal of a running program."""
 
     def say(self, text: str) -> None:
         """Show a line of text."""
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
-        """Wait until the person lets the program go on, or `over()` says that nobody waits."""
+        """Wait until the person continues the program, or `over()` is true."""
 
 
 class Performer:
     """Carries out acts on one arm, for one run of a program.
 
-    `since` is the arm's `stops` when the run was decided on: a later one ends it with `Stopped`.
-    `outputs` is what is known of the output bits where the arm itself has not been told any.
+    `since` is the arm's count of `stops` when the run was decided on: a later stop ends the run
+    with `Stopped`. `outputs` are the output bits of an earlier run, used until the arm sets others.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Performer:
         self._stops = arm.stops if since is None else since
         self._outputs = outputs
         self._absences = self._absent()
-        self._deeds: Mapping[type[Any], Callable[[Any], Answer]] = {
+        self._performers: Mapping[type[Any], Callable[[Any], Answer]] = {
             Go: self._go,
             Home: self._home,
             Delay: self._delay,
@@ -94,35 +95,35 @@ class Performer:
         }
 
     def perform(self, act: Act) -> Answer:
-        """Carry out an act and wait for its end; return its answer.
+        """Carry out an act, wait for its end, and return its answer.
 
         Raises `Stopped`, what the arm's calls raise, and `kinematics.KinematicsError`.
         """
         self.wait_while_paused()
-        answer = self._deeds[type(act)](act)
+        answer = self._performers[type(act)](act)
         self.require_no_stop()
         return answer
 
     def require_no_stop(self) -> None:
-        """Raise `Stopped` where a stop was asked for since the run began."""
+        """Raise `Stopped` after a stop or a suspension since the run began."""
         if self.arm.stops != self._stops:
             raise Stopped("the program was stopped")
         if self._absent() != self._absences:
             raise Stopped(
-                "the program was stopped: it or its computer had been suspended, and nothing goes "
-                "on by itself after that"
+                "the program was stopped: it or its computer was suspended, and nothing goes on by "
+                "itself after that"
             )
 
     def hold(self, text: str) -> None:
-        """Wait until a person lets the program go on. Raises `Stopped`."""
+        """Wait until a person continues the program. Raises `Stopped`."""
         self.person.hold(text, lambda: self.arm.stops != self._stops)
-        self._absences = self._absent()  # who let it go on has seen what is
+        self._absences = self._absent()  # that person has seen the arm
         self.require_no_stop()
 
     def wait_while_paused(self) -> None:
-        """Wait, in real time, for as long as somebody wants the arm to stand.
+        """Wait, in real time, for as long as the arm is paused.
 
-        Raises `WrongState` after as long as a motion would wait.
+        Raises `WrongState` after the time that a motion would wait.
         """
         self.require_no_stop()
         if self.arm.paused:
@@ -132,7 +133,7 @@ class Performer:
                     raise given_up(waited_s)
                 time.sleep(BREATH_S)
                 waited_s += BREATH_S
-            self._absences = self._absent()  # somebody let it go on
+            self._absences = self._absent()  # a person ended the pause
         self.require_no_stop()  # a stop ends a pause, too
 
     def _absent(self) -> int:
@@ -141,17 +142,14 @@ class Performer:
 
     @property
     def outputs(self) -> int:
-        """The output bits as they are known to be."""
-        told = self.arm.status.outputs
-        return self._outputs if told is None else told
+        """The output bits, as far as they are known."""
+        known = self.arm.status.outputs
+        return self._outputs if known is None else known
 
     # -- what moves the arm -------------------------------------------------------------------
 
     def resolved(self, act: Act) -> ProgramMove | None:
-        """Return the move of an act as it means the same from anywhere.
-
-        None of an act that is no move, and of one that leads nowhere.
-        """
+        """Return the absolute move of an act; None if it does not move or will be refused."""
         if not isinstance(act, Go):
             return None
         try:
@@ -177,7 +175,7 @@ class Performer:
             end_s += self._paused_s()
 
     def _paused_s(self) -> float:
-        """Wait while the arm is paused; return how long, which is no part of any delay."""
+        """Wait while the arm is paused; return how long, which extends the delay."""
         began_s = self.arm.pace.now_s()
         self.wait_while_paused()
         return self.arm.pace.now_s() - began_s
@@ -223,7 +221,7 @@ class Performer:
 
 
 def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
-    """Return a posture by the names of the arm's joints. Raises `BadRequest` for other ones."""
+    """Return a posture by the names of the arm's joints. Raises `BadRequest` for other names."""
     names = arm.model.arm.joint_names
     if set(angles_deg) != set(names):
         raise BadRequest(
@@ -232,13 +230,11 @@ def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
     return Joints.of(*(angles_deg[name] for name in names), names=names)
 
 
-# The run of a program: its machine gives acts, a performer carries them out, others look on.
-#
-# Whatever goes wrong is raised as it is; `at` is the step at which it did.
+# The run of a program: its machine gives acts, a performer carries them out, onlookers watch.
 
 
 def no_machine() -> Machine:
-    """Refuse to give the machine of what has none: a script."""
+    """Raise `BadRequest`: a script has no machine."""
     raise BadRequest("a Python script has no acts")
 
 
@@ -246,14 +242,13 @@ def no_machine() -> Machine:
 class RunPlan:
     """What is to be run, and what its rehearsal assumes.
 
-    `source` gives the machine of a loop, which stands at its beginning; `loops` is how many there
-    are, `FOR_EVER` for no end. A program that is taken up stands in loop number `loop`, where
-    `machine` gives it; `left` is what is left of its first move, and `outputs` is what it had
-    switched.
+    `source` returns a machine at the beginning, for each loop; `loops` is how many there are, or
+    `FOR_EVER`. A resumed program is in loop number `loop`, and `machine` returns its machine;
+    `left` is the rest of its first move, and `outputs` are the output bits that it had set.
 
-    `inputs` say which inputs, counted from 1, are on and off; `width_mm` how wide is what the
-    fingers find where no block is known, None for nothing. With `settle`, a position that nobody
-    knows is assumed. With `traced` the tip's path is kept.
+    `inputs` are the known inputs, counted from 1. `width_mm` is the width of the objects that the
+    fingers find if no block is known, None if they find none. With `settle` an unknown position is
+    assumed; with `traced` the tip's path is recorded.
     """
 
     source: Callable[[], Machine] = no_machine
@@ -269,7 +264,7 @@ class RunPlan:
 
     @property
     def first(self) -> Callable[[], Machine]:
-        """What gives the machine that the run begins with."""
+        """Returns the machine that the run begins with."""
         return self.machine or self.source
 
 
@@ -277,8 +272,8 @@ class RunPlan:
 class RunStep:
     """One act of a run: `number` counts the acts of this run from 1, `loop` its loops.
 
-    `move` is what the arm is to do, resolved from where it stands; None where it does not move, or
-    will refuse to.
+    `move` is the act's move, resolved from where the arm stands; None if the act does not move or
+    will be refused.
     """
 
     stage: RunStage
@@ -288,8 +283,13 @@ class RunStep:
 
     @property
     def act_name(self) -> str:
-        """What people are told that the act is."""
+        """The name of the act, as people read it."""
         return act_name(self.stage.act)
+
+    @property
+    def waiting(self) -> str:
+        """What the act waits for, as people read it; "" if it does not wait."""
+        return waiting_text(self.stage.act)
 
     def view(self) -> dict[str, Any]:
         """Return its line, its act and its move as plain data."""
@@ -311,17 +311,17 @@ class RunStep:
 
 
 class Onlooker(Protocol):
-    """Somebody who hears of every act before it begins and when it has ended."""
+    """Is called before and after every act of a run."""
 
     def begins(self, step: RunStep, machine: Machine) -> None:
-        """Hear of an act that is about to begin. What this raises ends the run before it."""
+        """Notice that an act is about to begin. An exception prevents it and ends the run."""
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Hear of an act that has ended well, and how long it took on the arm's own clock."""
+        """Notice that an act has ended well, and how long it took on the arm's clock."""
 
 
 class ProgramRun:
-    """One run of a program, from its beginning or from where a machine stands."""
+    """One run of a program. If it fails, `at` is the step that failed."""
 
     def __init__(
         self, plan: RunPlan, performer: Performer, onlookers: Sequence[Onlooker] = ()
@@ -336,7 +336,7 @@ class ProgramRun:
         self._left = plan.left
 
     def carry_out(self) -> int:
-        """Carry out everything that is left; return how many acts that was."""
+        """Carry out the rest of the program; return the number of acts."""
         began_s = self._performer.arm.pace.now_s()
         loops, new_machine = self._plan.loops, self._plan.first
         while loops == FOR_EVER or self.loop <= loops:

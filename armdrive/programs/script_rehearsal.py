@@ -1,15 +1,15 @@
-"""A Python script rehearsed: it runs, and each of its arms is the simulated twin of that arm.
+"""Rehearses a Python script: it runs with the simulated twins of its arms.
 
-Only what it does to arms is rehearsed. Whatever else it does, it does.
+Only its calls of arms are rehearsed. Everything else that it does really happens.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import SIM, find
 from armdrive.errors import BadRequest
@@ -20,9 +20,9 @@ from armdrive.programs.rehearsal import (
     Assumptions,
     Patience,
     Rehearsal,
+    SeenArm,
     Things,
     TooLong,
-    knows_its_world,
     rehearsing_arm,
     trace,
 )
@@ -33,31 +33,31 @@ from kinematics.geometry import Point
 
 
 class _Stage:
-    """Gives a script its twins, and notes what it does with them."""
+    """Gives a script its twins, and records what it does with them."""
 
-    def __init__(self, config: ArmConfig, arm: Arm | None, plan: RunPlan, script: Path) -> None:
+    def __init__(self, seen: SeenArm, plan: RunPlan, script: Path, patience: Patience) -> None:
         self.assumptions = Assumptions()
         self.path: list[Point] = []
         self.calls: list[tuple[SourceMark, str, float]] = []
         self.twins: list[Arm] = []
-        self._config = config
-        self._arm = arm
+        self._seen = seen
         self._plan = plan
         self._script = str(script)
-        self._patience = Patience()
+        self._patience = patience
         self._things: dict[int, Things] = {}
 
     def own(self, options: ConnectOptions) -> Arm:
-        """Return the twin of the arm that the run names."""
-        return self._twin_of(self._config, self._arm, options)
+        """Return the twin of the arm that the command names."""
+        return self._twin_of(self._seen, options)
 
     def given(self, target: str, options: ConnectOptions) -> Arm:
-        """Return the twin of an arm that the script names; a simulated one it is itself."""
+        """Return the twin of an arm that the script names; a simulated arm is its own twin."""
         config = find(target, dialect_name=options.dialect, baud=options.baud).config
         own_world = target.startswith(SIM) or options.twin is not None
         if not own_world:
-            same = _plain(config.name) == _plain(self._config.name)
-            return self._twin_of(config, self._arm if same else None, options)
+            same = _plain(config.name) == _plain(self._seen.config.name)
+            seen = replace(self._seen, config=config) if same else SeenArm(config)
+            return self._twin_of(seen, options)
         made = Arm(
             connect_simulated(
                 config,
@@ -66,7 +66,7 @@ class _Stage:
                 operator=options.operator,
             )
         )
-        self._things[id(made)] = self._known(True)
+        self._things[id(made)] = self._found(known=True)
         return made
 
     def made(self, arm: Arm) -> None:
@@ -78,10 +78,10 @@ class _Stage:
             if arm.twin is not None:
                 arm.twin.device.set_input(number - 1, on)
 
-    def told(self, arm: Arm, call: ScriptCall) -> None:
-        """Note a call of the script."""
-        self._patience.ask(self.elapsed_s)
+    def called(self, arm: Arm, call: ScriptCall) -> None:
+        """Record a call of the script."""
         mark = self.assumptions.mark = SourceMark(call.line, 1, self._script)
+        self._patience.before_act(mark, self.elapsed_s)
         self.calls.append((mark, call.name, self.elapsed_s))
         if call.grasps:
             self._things[id(arm)].before_grasp(arm)
@@ -91,38 +91,41 @@ class _Stage:
 
     @property
     def elapsed_s(self) -> float:
-        """The time of all arms that have a clock of their own."""
+        """The simulated time of all clocks together."""
         clocks = {id(getattr(arm.pace, "clock", arm.pace)): arm.pace.now_s() for arm in self.twins}
         return sum(clocks.values())
 
     def took(self) -> tuple[Took, ...]:
-        """Return what every call took, up to the next one."""
+        """Return how long every call took, up to the next one."""
         ends = [*(at_s for _, _, at_s in self.calls), self.elapsed_s][1:]
         return tuple(
             Took(mark, name, max(end_s - at_s, 0.0))
             for (mark, name, at_s), end_s in zip(self.calls, ends, strict=True)
         )
 
-    def _twin_of(self, config: ArmConfig, arm: Arm | None, options: ConnectOptions) -> Arm:
+    def _twin_of(self, seen: SeenArm, options: ConnectOptions) -> Arm:
         settle = self.assumptions.note if self._plan.settle else None
-        made = rehearsing_arm(config, arm, settle, _clock(options))
-        self._things[id(made)] = self._known(knows_its_world(arm))
+        made = rehearsing_arm(seen, settle, _clock(options))
+        self._things[id(made)] = self._found(known=seen.world is not None)
         return made
 
-    def _known(self, known: bool) -> Things:
+    def _found(self, *, known: bool) -> Things:
         return Things(self.assumptions, self._plan.width_mm, known=known)
 
 
 def rehearse_script(
-    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: RunPlan
+    script: Path,
+    words: Sequence[str],
+    seen: SeenArm,
+    plan: RunPlan,
+    patience: Patience,
 ) -> Rehearsal:
-    """Rehearse a script. What it raises, other than to end, is the refusal of the answer.
+    """Rehearse a script; an error that it raises is the refusal of the answer.
 
-    `config` is the arm that `Arm.connect()` without a target means, `arm` that arm where it could
-    be asked where it stands.
+    `seen` is the arm that `Arm.connect()` without a target means.
     """
-    stage = _Stage(config, arm, plan, script)
-    connections = Connections(script, stage.own, stage.told, stage.made, stage.given)
+    stage = _Stage(seen, plan, script, patience)
+    connections = Connections(script, stage.own, stage.called, stage.made, stage.given)
     refusal: Exception | None = None
     whole = True
     try:
@@ -146,11 +149,11 @@ def rehearse_script(
 
 
 def _plain(name: str) -> str:
-    """Return the name of an arm without what a simulated one's has before it."""
+    """Return the name of an arm without the prefix of a simulated one."""
     return name.removeprefix(SIM)
 
 
 def _clock(options: ConnectOptions) -> PaceChoice:
-    """Return the clock that several simulated arms of a script share; no real time passes."""
+    """Return the simulated clock that the arms of a script share."""
     real = isinstance(options.pace, str | int | float)
     return options.clock if real else options.simulated_pace

@@ -1,7 +1,7 @@
-"""Python scripts as programs: run as `python SCRIPT` runs them, on the arms that the run gives.
+"""Runs Python scripts as `python SCRIPT` does, but on the arm that the command names.
 
-`Arm.connect()` without a target takes the arm that the run names; an arm that the script names
-itself stays. In a rehearsal each is its simulated twin, whatever it says, and no port is opened.
+`Arm.connect()` without a target connects to that arm; with a target it connects as the script says.
+In a rehearsal every arm is a simulated twin, and no port is opened.
 """
 
 from __future__ import annotations
@@ -27,72 +27,69 @@ from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
 from armdrive.trace.calls import Tracer
 
-# The calls that a script makes of its arms, and the line of the script that made each.
-#
-# They are heard where the flight recorder hears them. A call that another call makes, as `park`
-# makes
-# `move_to`, is not the script's own.
+# The calls that a script makes of its arms, and the line of each. They are seen where the flight
+# recorder sees them. A call inside another call, as `park` calls `move_to`, does not count.
 
 DEEPEST = 1000
-"""So many frames are looked through for a line of the script."""
+"""The most frames searched for a line of the script."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScriptCall:
-    """A call of a script. `line` is 0 where another file or another thread made it."""
+    """A call of a script. `line` is 0 if another file or another thread made it."""
 
     arm: str
     name: str
     line: int
     at_s: float
     grasps: bool = False
-    """Whether the fingers close on whatever is between them."""
+    """Whether the fingers close on an object."""
 
 
-Told = Callable[["Arm", ScriptCall], object]
+OnCall = Callable[["Arm", ScriptCall], object]
 
 
 GRASPS = ("grasp", "feel")
-"""Calls of a gripper that close it on what is between the fingers."""
+"""Calls of a gripper that close it on an object."""
 
 
 def _feels(argument: object) -> bool:
-    """Tell whether an argument of a call is a move that ends with a grasp."""
+    """Return whether an argument of a call is a move that ends with a grasp."""
     last = argument.moves[-1] if isinstance(argument, MoveSequence) else argument
     return isinstance(last, GraspMove)
 
 
 class CallTracer:
-    """Tells of an arm's calls on their way to the tracer that it had before."""
+    """Reports an arm's calls before it forwards them to the arm's earlier tracer."""
 
-    def __init__(self, arm: Arm, script: str, told: Told) -> None:
+    def __init__(self, arm: Arm, script: str, on_call: OnCall) -> None:
         self._arm = arm
         self._script = script
-        self._told = told
+        self._on_call = on_call
         self._inner = arm.tracer
 
     def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
-        """Hear of a call, and tell of it if it is the script's own."""
+        """Report a call if it is the script's own."""
         line = script_line(sys._getframe(1), self._script)  # noqa: SLF001 - the noted call's own
         if line is not None:
             now_s = self._arm.pace.now_s()
             grasps = name in GRASPS or any(map(_feels, (*words, *named.values())))
-            self._told(self._arm, ScriptCall(self._arm.config.name, name, line, now_s, grasps))
+            self._on_call(self._arm, ScriptCall(self._arm.config.name, name, line, now_s, grasps))
         self._inner.called(name, words, named)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._inner, name)
 
 
-def watch_calls(arm: Arm, script: str, told: Told) -> None:
-    """Have the calls of an arm told that a script makes; `told` may raise to refuse one."""
-    arm.tracer = cast("Tracer", CallTracer(arm, script, told))
+def watch_calls(arm: Arm, script: str, on_call: OnCall) -> None:
+    """Report the calls that a script makes of an arm; `on_call` may raise to refuse one."""
+    arm.tracer = cast("Tracer", CallTracer(arm, script, on_call))
 
 
 def script_line(frame: FrameType | None, script: str) -> int | None:
-    """Return the line of the script from which a call comes, 0 where none is on its way.
+    """Return the line of the script that made a call, 0 if the script is not on the stack.
 
-    None of a call within another one. `frame` is the noted call's own.
+    Returns None for a call inside another call. `frame` is that of the traced call.
     """
     line = 0
     frame = None if frame is None else frame.f_back
@@ -108,30 +105,30 @@ def script_line(frame: FrameType | None, script: str) -> int | None:
 
 
 LARGEST_SCRIPT = 4_000_000
-"""Bytes. A script may hold a table of its own."""
+"""Bytes. A script may contain a table."""
 
 FORCE_SIM = "ARMDRIVE_FORCE_SIM"
 
 Own = Callable[[ConnectOptions], "Arm"]
-"""Connects to the arm that the run names, with the options of the script's own call."""
+"""Connects to the arm that the command names, with the options of the script's call."""
 
 
 class Connections:
-    """Every arm that a script connects to while it runs; `own` is the run's arm."""
+    """Every arm that a script connects to while it runs; `own` connects to the command's arm."""
 
     def __init__(
         self,
         script: Path,
         own: Own,
-        told: Callable[[Arm, ScriptCall], object],
+        on_call: OnCall,
         made: Callable[[Arm], object],
         given: Callable[[str, ConnectOptions], Arm],
     ) -> None:
-        """`given` connects to an arm that the script names; `made` hears of each that is there."""
+        """`given` connects to an arm that the script names; `made` is called with each arm."""
         self.arms: list[Arm] = []
         self._script = str(script)
         self._own = own
-        self._told = told
+        self._on_call = on_call
         self._made = made
         self._given = given
 
@@ -140,19 +137,19 @@ class Connections:
         arm = self._own(options) if target is None else self._given(target, options)
         self.arms.append(arm)
         self._made(arm)
-        watch_calls(arm, self._script, self._told)
+        watch_calls(arm, self._script, self._on_call)
         return arm
 
     def close(self) -> None:
-        """Stop and give back what the script has left open."""
-        with contextlib.ExitStack() as stack:  # each is closed, whatever another one says
+        """Stop and close the arms that the script has left open."""
+        with contextlib.ExitStack() as stack:  # each is closed, even if another one raises
             for arm in self.arms:
                 if not arm.closed:
                     stack.callback(arm.close)
 
 
 def as_it_says(target: str, options: ConnectOptions) -> Arm:
-    """Connect to an arm that a script names, outside of any standing in."""
+    """Connect to an arm that a script names, as the script says."""
     return Arm(connect(target, options))
 
 
@@ -161,7 +158,10 @@ def read_script(path: Path) -> bytes:
     source = read_bytes(path, "the script", BadRequest, most_bytes=LARGEST_SCRIPT)
     try:
         ast.parse(source, str(path))
-    except (RecursionError, MemoryError):  # MemoryError: how Python's parser says the same
+    except (
+        RecursionError,
+        MemoryError,
+    ):  # MemoryError: Python's parser raises it for the same reason
         raise BadRequest(f"{path} is nested too deeply") from None
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None)
@@ -173,7 +173,7 @@ def read_script(path: Path) -> bytes:
 def carry_out(path: Path, words: Sequence[str], connections: Connections) -> int:
     """Run a script to its end, with `words` as its arguments; return its exit code.
 
-    Raises what the script raises, but for `SystemExit`; whatever it leaves open is closed.
+    Raises what the script raises, except `SystemExit`. Closes the arms that it leaves open.
     """
     with _as_main(path, words), standing_in(connections):
         try:
@@ -187,9 +187,9 @@ def carry_out(path: Path, words: Sequence[str], connections: Connections) -> int
 
 @contextlib.contextmanager
 def simulation_only() -> Iterator[None]:
-    """Have every connection simulated meanwhile, those of other programs that it starts as well.
+    """Make every connection a simulated one, also in programs that the script starts.
 
-    A second wall behind the standing in: no port opens.
+    This is a second safeguard against opening a port.
     """
     before = os.environ.get(FORCE_SIM)
     os.environ[FORCE_SIM] = "1"
@@ -203,7 +203,7 @@ def simulation_only() -> Iterator[None]:
 
 
 def line_of(error: BaseException, script: Path) -> int | None:
-    """Return the script's line in which an error came up, None of one that came from elsewhere."""
+    """Return the script's line that raised an error, None if the error came from elsewhere."""
     lines = [
         number
         for frame, number in traceback.walk_tb(error.__traceback__)
@@ -213,7 +213,7 @@ def line_of(error: BaseException, script: Path) -> int | None:
 
 
 def own_traceback(error: BaseException, script: Path) -> str:
-    """Return the traceback of a script's own error, from the script's first line on."""
+    """Return the traceback of a script's error, beginning with the script's own line."""
     trace = error.__traceback__
     while trace is not None and trace.tb_frame.f_code.co_filename != str(script):
         trace = trace.tb_next
@@ -222,7 +222,7 @@ def own_traceback(error: BaseException, script: Path) -> str:
 
 @contextlib.contextmanager
 def _as_main(path: Path, words: Sequence[str]) -> Iterator[None]:
-    """Give the script its arguments, and its own folder to import from."""
+    """Set the script's arguments, and let it import from its own folder."""
     arguments, folders = sys.argv, list(sys.path)
     sys.argv = [str(path), *words]
     sys.path.insert(0, str(path.resolve().parent))

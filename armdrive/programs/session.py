@@ -1,8 +1,8 @@
-"""What is typed at a prompt, entry by entry: each is a program that knows what came before it.
+"""What is typed at a prompt, entry by entry. Each entry is a program that knows those before it.
 
-A `Session` is pure: it reads and remembers; an `ArmSession` carries out. An entry is a line or a
-whole block, or values alone, which are said. Of what was carried out a program is kept, for a list
-and for a file.
+A `Session` is pure: it reads and remembers; an `ArmSession` carries out. An entry is a line, a
+whole block, or values alone, which are shown. The entries that were carried out form a program,
+which can be listed and saved.
 """
 
 from __future__ import annotations
@@ -27,12 +27,11 @@ from armdrive.programs.language.syntax import (
     Tree,
     Use,
     every,
-    subprograms,
     within,
 )
 from armdrive.programs.language.words import FUNCTIONS, HERE, OVER
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.problems import Problem, ProgramError, SourceMark, excerpt, tell_all
+from armdrive.programs.problems import Problem, ProgramError, SourceMark, all_shown, excerpt
 from armdrive.programs.program import ArmProgram, Context, Machine, Program, read_program
 from armdrive.programs.running import (
     Onlooker,
@@ -44,14 +43,14 @@ from armdrive.programs.running import (
 )
 from armdrive.storage.files import DISK, replace_durably
 
-# The lines that were typed at a prompt, and how what is wrong with them is shown.
+# The lines that were typed at a prompt, and how their problems are shown.
 
 
 class Typed:
-    """All lines, by the name of their text, as marks have it, and their numbers.
+    """All lines by their file, as marks name it, and their numbers.
 
-    `title` is the input's name where its lines are counted, as those of a pipe are. At a terminal,
-    where people see what they typed last, that is shown without its place.
+    `title` is the name of an input whose lines are counted, such as a pipe. At a terminal people
+    see what they have just typed, so its problems are shown without a place.
     """
 
     def __init__(self, title: str = "") -> None:
@@ -61,7 +60,7 @@ class Typed:
         self._before = 0
 
     def add(self, name: str, lines: Sequence[str], begin: int = 1, before: int = 0) -> None:
-        """Take lines; the first is number `begin`, and so many signs were put before it."""
+        """Add lines; the first is number `begin`, and `before` characters were put before it."""
         self._lines.setdefault(name, {}).update(enumerate(lines, begin))
         self._latest, self._before = name, before
 
@@ -70,12 +69,12 @@ class Typed:
         return self.error(error.problems) if error.problems else error
 
     def error(self, problems: Sequence[Problem]) -> ProgramError:
-        """Return the error that tells of problems, at least one."""
-        told, mark = tell_all(problems, self._pointed), self._typed(problems[0].mark)
-        return ProgramError(told, mark=mark, problems=tuple(problems))
+        """Return the error with these problems, at least one."""
+        text, mark = all_shown(problems, self._pointed), self._typed(problems[0].mark)
+        return ProgramError(text, mark=mark, problems=tuple(problems))
 
     def line_at(self, mark: SourceMark) -> str:
-        """Return the line that a mark points at; nothing where there is none."""
+        """Return the line that a mark points at, "" if there is none."""
         return self._lines.get(mark.file, {}).get(mark.line, "")
 
     def _typed(self, mark: SourceMark) -> SourceMark:
@@ -83,35 +82,35 @@ class Typed:
         return SourceMark(mark.line, max(mark.column - before, 1), mark.file)
 
     def _pointed(self, problem: Problem) -> str:
-        """Return what is wrong, the line, and a caret under the place."""
+        """Return the text of a problem, its line, and a caret under the place."""
         mark, line = self._typed(problem.mark), self.line_at(problem.mark)
-        told = problem.text + (f"\n{excerpt(line, mark.column)}" if line else "")
+        text = problem.text + (f"\n{excerpt(line, mark.column)}" if line else "")
         seen = mark.file == self._latest and not self.title
-        return told if seen else f"{mark}: {told}"
+        return text if seen else f"{mark}: {text}"
 
 
 SAYING = "type "
-"""What is put before values that stand alone, so that they are said."""
+"""The word put before values that stand alone, so that they are shown."""
 
 OF_THE_ARM = (HERE, "input")
-"""Values that only an arm can say."""
+"""Values that only an arm can give."""
 
 
 @dataclass(frozen=True, slots=True)
 class PromptEntry:
-    """One entry that was read and checked; `says` tells that it only says values."""
+    """One entry that was read and checked; `says` if it only shows values."""
 
     program: Program
     says: bool = False
     lines: int = 1
-    """How many lines it was typed in."""
+    """The number of lines typed."""
 
 
 class Session:
-    """What a prompt has taken so far. `title` is the input's where its lines are counted.
+    """The entries of a prompt so far. `title` is the name of an input whose lines are counted.
 
-    `book` are the names of the points in the arm's own book. `kept` is what was carried out, by the
-    numbers of the entries.
+    `book` has the names of the points in the arm's book. `kept` has the lines carried out, by the
+    numbers of their entries.
     """
 
     def __init__(self, title: str = "") -> None:
@@ -128,14 +127,14 @@ class Session:
 
     @property
     def unfinished(self) -> bool:
-        """Whether a block has begun whose end has not come yet."""
+        """Whether a block is still without its end."""
         return bool(self._block)
 
     def take(self, line: str, position: int = 1) -> PromptEntry | None:
-        """Take the next line; return an entry where that completes one.
+        """Take the next line; return the entry that it completes, if it does.
 
-        `position` is the line's number in the input. A line that cannot be read is not taken.
-        Raises `ProgramError`.
+        `position` is the line's number in the input. An unreadable line is not taken. Raises
+        `ProgramError`.
         """
         if not self._block:
             self._begin = position if self.typed.title else 1
@@ -151,20 +150,20 @@ class Session:
         return self._read(lines) if any(each.strip() for each in lines) else None
 
     def abandon(self) -> None:
-        """Forget the lines of a block that has no end yet."""
+        """Forget the lines of an unfinished block."""
         self._block, self._depth = [], 0
 
     def end(self) -> None:
-        """Say that nothing more comes. Raises `ProgramError` for a block without its end."""
+        """End the input. Raises `ProgramError` for an unfinished block."""
         lines = list(self._block)
         self.abandon()
         if lines:
             self._read(lines)
 
     def load(self, program: Program, name: str) -> PromptEntry:
-        """Return the subprograms and given values of another program as an entry.
+        """Return the subprograms and values of another program as an entry.
 
-        Left out is what moves, waits, or asks the arm. Raises `ProgramError`.
+        Lines that move, wait, or ask the arm are left out. Raises `ProgramError`.
         """
         body = tuple(line for line in program.tree.body if _given(line))
         if not body:
@@ -174,7 +173,7 @@ class Session:
         return self._checked(lines, name)
 
     def _items(self, line: str) -> list[Item] | None:
-        """Return what a line says; None for values that stand alone. Raises `ProgramError`."""
+        """Return the items of a line, or None for values alone. Raises `ProgramError`."""
         try:
             items = read_line(line, self._begin + len(self._block), self._file)
         except LineMistake as mistake:
@@ -185,7 +184,7 @@ class Session:
         return None if not self._block and items and self._is_value(items, line) else items
 
     def _is_value(self, items: list[Item], line: str) -> bool:
-        """Tell whether what can be read as a statement is meant to be a value: a bare name, say."""
+        """Return whether a readable statement is meant to be a value, such as a bare name."""
         match items[0]:
             case Do(word="here", arguments=()):
                 return True
@@ -203,7 +202,7 @@ class Session:
         return low in self.context.variables or low in map(str.lower, self.book)
 
     def _like_values(self, line: str) -> bool:
-        """Tell whether a line that is no statement is meant to be values: `2 * 3`, `width +`."""
+        """Return whether an unreadable line is meant to be values, such as `2 * 3` or `width +`."""
         try:
             read_line(SAYING + line)
         except LineMistake:
@@ -236,7 +235,7 @@ class Session:
     # -- remembering --------------------------------------------------------------------------
 
     def learn(self, entry: PromptEntry, machine: Machine, *, done: bool) -> None:
-        """Learn what an entry has brought so far; keep it where it was done to its end."""
+        """Learn the names that an entry has set so far; keep its lines if it came to its end."""
         body = entry.program.tree.body
         own = tuple(line for line in body if isinstance(line, Define))
         defines = self.context.but(own) if done else self.context.defines
@@ -253,7 +252,7 @@ class Session:
         self.number += 1
 
     def drop(self, number: int) -> None:
-        """Leave an entry out of the program. Raises `BadRequest` where there is none."""
+        """Remove an entry from the program. Raises `BadRequest` for an unknown number."""
         if number not in self.kept:
             raise BadRequest(f"there is no entry {number} in the list")
         del self.kept[number]
@@ -265,10 +264,11 @@ class Session:
 
 
 def _needed(tree: Tree, known: Context) -> tuple[Define, ...]:
-    """Return the known subprograms that a program leads to, and that it does not replace."""
+    """Return the known subprograms that a program calls and does not replace."""
     there = {define.name.lower(): define for define in known.defines}
-    for name in subprograms(tree):
-        there.pop(name, None)
+    for line in tree.body:
+        if isinstance(line, Define):
+            there.pop(line.name.lower(), None)
     waiting, found = [*tree.body], dict[str, Define]()
     while waiting:
         for name in _called(waiting.pop()):
@@ -287,7 +287,7 @@ def _defines(line: Statement, names: set[str]) -> bool:
 
 
 def _given(line: Statement) -> bool:
-    """Tell whether a line only gives names: a subprogram, or a value that no arm is asked for."""
+    """Return whether a line only defines a name, without asking the arm."""
     if isinstance(line, Assign):
         return not any(
             isinstance(each, Name | Use) and each.name.lower() in OF_THE_ARM
@@ -296,16 +296,16 @@ def _given(line: Statement) -> bool:
     return isinstance(line, Define)
 
 
-# A session on one arm: entries are carried out there, and programs read and written.
+# A session on one arm: carries out its entries, and saves them as a program.
 
 INPUT = "standard input"
-"""What the lines of a pipe are called."""
+"""The name of a pipe in places."""
 
 
 class ArmSession:
-    """A session whose entries are carried out on one arm; `typing` tells that a person types.
+    """A session whose entries are carried out on one arm; `typing` if a person types them.
 
-    `at` is the step at which the last entry broke off, if it did.
+    `at` is the step at which the last entry was interrupted, if it was.
     """
 
     def __init__(self, arm: Arm, *, typing: bool) -> None:
@@ -319,11 +319,11 @@ class ArmSession:
         self.begin_anew()
 
     def begin_anew(self) -> None:
-        """Forget all that was typed; what the arm does stays."""
+        """Forget everything typed. The arm stays as it is."""
         self.session = Session("" if self.typing else INPUT)
 
     def machine(self, entry: PromptEntry) -> Machine:
-        """Return the machine of an entry, with the arm's points as they are now."""
+        """Return the machine of an entry, with the arm's present points."""
         return ArmProgram(entry.program, self.arm.config).machine()
 
     def carry_out(
@@ -333,7 +333,7 @@ class ArmSession:
         person: RunPerson,
         onlookers: Sequence[Onlooker],
     ) -> None:
-        """Carry an entry out, and learn what it brought, also where it broke off."""
+        """Carry out an entry, and learn the names that it sets, even if it is interrupted."""
         self.at = None
         self._forget_stops()
         performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
@@ -350,22 +350,24 @@ class ArmSession:
         self.done += 1
 
     def _forget_stops(self) -> None:
-        """Take a stop between two entries of a person for one of neither; a pipe it ends."""
+        """Ignore a stop between two typed entries; it does end the input of a pipe."""
         if self.typing and self.arm.stops != self._stops:
-            # a stop that the engine has not seen yet would end the next motion
+            # otherwise a stop that the engine has not seen yet would end the next motion
             run_blocking(self.arm.runner.stand_still())
             self._stops = self.arm.stops
 
     def save(self, path: Path, *, over: bool) -> int:
-        """Write what was carried out as a program; return its lines. Raises `BadRequest`.
+        """Save the entries carried out as a program; return how many lines. Raises `BadRequest`.
 
-        Over another file it is written only where that is wanted.
+        Another file is replaced only with `over`.
         """
         text = self.session.text
         if not text.strip():
-            raise BadRequest("there is nothing to save: nothing has been carried out yet")
+            raise BadRequest("there is nothing to save: no line was carried out yet")
         if path.exists() and not over and path.absolute() not in self._saved:
-            raise BadRequest(f"{path} is there already: name another, or `save {path} {OVER}`")
+            raise BadRequest(
+                f"{path} exists already: choose another name, or type `save {path} {OVER}`"
+            )
         program = read_program(text, str(path))
         ArmProgram(program, self.arm.config).machine()  # what is written can be run here
         replace_durably(DISK, path.absolute(), text.encode("utf-8"))

@@ -1,7 +1,7 @@
 """The table of dialects: one row for each, with what the dialect states about itself.
 
 No other file names a dialect; code that depends on a device's abilities asks its row. To add a
-dialect, write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
+dialect, write its subpackages and add its row to `_ROWS` (docs/background/adding-a-controller.md).
 
 Every command reads this table, usually for the names alone. The code that drives or simulates a
 dialect, or reads its section of a file, is imported when its row is asked for it.

@@ -15,7 +15,7 @@ from armdrive.render.inks import Ink, Layer, Stroke
 from armdrive.render.sketch import Sketch
 from kinematics.chains.chain import Chain
 from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.five_axis.workspace import sampled_reach, section
+from kinematics.five_axis.workspace import section
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.spaces import Joints
 
@@ -106,6 +106,12 @@ def _tip(arm: ArmGeometry, angles: Sequence[float]) -> tuple[float, float]:
 _LATTICE = 24
 _FINEST_MM = 5.0
 
+_MAPPED = 1_000_000
+"""Postures in a map of the reach: some half a second, and no gap at the resolution of a page."""
+
+_CELLS = 120
+"""Cells along the larger side of a map, of which each shows one place at most."""
+
 
 def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sketch:
     """Return the boundary and a lattice of the reach at a pitch, in the plane of an azimuth."""
@@ -117,8 +123,8 @@ def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sk
 
 def reach_sketches(chain: Chain) -> tuple[Sketch, Sketch]:
     """Return places that a chain's tool was brought to, from the side and from above."""
-    points = sampled_reach(chain).points
-    return (
-        Sketch((), tuple((x, z) for x, _, z in points), "x", "z"),
-        Sketch((), tuple((x, y) for x, y, _ in points), "x", "y"),
-    )
+    from kinematics.chains.many import reach_maps  # loads numpy, which the desk does without
+
+    maps = reach_maps(chain, ((0, 2), (0, 1)), _MAPPED, _CELLS)
+    side, above = (tuple((float(x), float(y)) for x, y in places) for places in maps)
+    return Sketch((), side, "x", "z"), Sketch((), above, "x", "y")

@@ -1,6 +1,6 @@
 """Finds out who answers on an open wire: a device on a serial port, or the drives of a CAN bus.
 
-Nothing that is sent here moves an arm of any dialect (docs/finding-the-arm.md).
+Nothing that is sent here moves an arm of any dialect (docs/how-to/finding-the-arm.md).
 """
 
 from __future__ import annotations

@@ -539,12 +539,13 @@ ROWS = (
     ),
     ArmRow(
         "lengths.{one}", "Length {one}, in mm?",
-        "Measured on your arm, between axes: docs/config.md shows the end points.",
+        "Measured on your arm, between axes; docs/how-to/describing-the-arm.md shows the "
+        "end points.",
         LENGTH, _length, each=_lengths,
     ),
     ArmRow(
         "links.how", "Is there a model file with the link table, or will you type it?",
-        "A model file is a TOML file; docs/model-file.md shows one.",
+        "A model file is a TOML file; docs/reference/arm-file.md shows one.",
         fixed(choice(("file", "type"))),
         lambda draft, _one: "type" if _typed_rows(draft) else "file",
         when=_own_links,

@@ -74,7 +74,9 @@ def model_text(table: LinkTable, lengths_mm: Mapping[str, float], name: str, tit
         "tool", (TomlEntry("z_mm", lengths_mm[table.tool], _words(table, table.tool)),)
     )
     links = [_link(table, joint, lengths_mm) for joint in table.joints]
-    return document((top, tool, *links), "A link table; docs/model-file.md explains the keys.")
+    return document(
+        (top, tool, *links), "A link table; docs/reference/arm-file.md explains the keys."
+    )
 
 
 def typed_text(rows: Mapping[str, tuple[float, ...]], name: str, title: str) -> str:
@@ -85,7 +87,7 @@ def typed_text(rows: Mapping[str, tuple[float, ...]], name: str, title: str) -> 
         TomlSection("links", (TomlEntry("joint", joint), *map(TomlEntry, keys, row)), array=True)
         for joint, row in rows.items()
     ]
-    return document((top, *links), "A link table; docs/model-file.md explains the keys.")
+    return document((top, *links), "A link table; docs/reference/arm-file.md explains the keys.")
 
 
 def _link(table: LinkTable, joint: Joint, lengths_mm: Mapping[str, float]) -> TomlSection:

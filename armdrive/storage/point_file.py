@@ -41,7 +41,7 @@ HEADER_WIDTH = 24
 
 HEADING = """\
 # Points and sequences of {arm}: degrees, mm, seconds. Edit them as you like; whatever is
-# written here is audited before the arm moves. docs/points.md tells every key.
+# written here is audited before the arm moves. docs/how-to/points.md tells every key.
 {key} = {format}
 """
 
@@ -306,7 +306,7 @@ def nobody_there() -> Point:
 
 @checked_calls(RULES)
 class Points(MutableMapping[str, Point]):
-    """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/points.md.
+    """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/how-to/points.md.
 
     Every call may raise `PointsFileError`, and `UnknownPoint` (a `KeyError`) for a name there is
     not.

@@ -1,7 +1,7 @@
 """The JSON forms that every output and input shares: moves, poses, joint angles, status, errors.
 
-What `--json` prints, the recorder and the journals write and the control socket sends has the same
-form everywhere: mm and degrees, with the unit in the key.
+`--json`, the recorder, the journals and the control socket all use these forms: mm and degrees,
+with the unit in the key.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ from armdrive.text.form import (
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PosePart
 from kinematics.spaces import Joints, Pose
 
-# The JSON form of moves: an object whose `move` says which one it is, with the fields beside it.
+# The JSON form of moves: an object with the fields of the move, and its kind under `move`.
 
 
 def move_to_json(move: Move) -> dict[str, Json]:

@@ -1,9 +1,8 @@
-"""Reading files that a person or another program wrote: text, TOML and JSON, within limits.
+"""Reads files that a person or another program wrote: text, TOML and JSON, within limits.
 
-Any path may be given on a command line, so any file may be met: a device that never ends, a pipe
-that nobody writes to, bytes that are no text, or brackets nested a million deep. Every such file
-becomes one error of the caller's kind, soon and without much memory. `parse_toml` and `parse_json`
-apply the same limits to text that comes from elsewhere.
+A command line can name any path: a device that never ends, a pipe without a writer, binary data, or
+brackets nested a million deep. For every such file the caller gets one error of its own kind, soon
+and without much memory. `parse_toml` and `parse_json` apply the same limits to text from elsewhere.
 
 A folder may be shared with other users, who can put links, pipes or files of their own where ours
 belong: `read_own` follows no link and accepts nothing but plain files of this user or root.

@@ -33,13 +33,13 @@ Read: TypeAlias = Callable[[object, str], S]
 """Reads one value; the text says where it stands, for the error. Raises `ArmFileError`."""
 
 MOST_PROBLEMS = 50
-"""More of them help nobody: such a file is something else."""
+"""A file with more problems is not a damaged arm file but something else."""
 
 
 class Problems:
-    """What is wrong with a file: sentences in the order in which they were found.
+    """The problems of a file: sentences in the order in which they were found.
 
-    `count` goes on counting where no more of them are kept.
+    `count` includes those that were not kept because there were too many.
     """
 
     def __init__(self) -> None:
@@ -48,11 +48,11 @@ class Problems:
 
     @property
     def room(self) -> int:
-        """How many more are kept."""
+        """How many more sentences can be kept."""
         return MOST_PROBLEMS - len(self.found)
 
     def note(self, sentence: str) -> None:
-        """Add a sentence; a table that is read twice has its faults said once."""
+        """Add a sentence, unless it is there: some tables are read twice."""
         self.count += 1
         if self.room and sentence not in self.found:
             self.found.append(sentence)

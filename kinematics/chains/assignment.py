@@ -20,15 +20,17 @@ from kinematics.chains.links import (
     assigned_parameters,
     link_parameters,
 )
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import KinematicsError, require
+from kinematics.frames.numbers import as_list, numbers
 from kinematics.frames.rotations import from_columns
 from kinematics.frames.transforms import (
     IN_PLACE,
     Transform,
+    check_transform,
     compose,
-    invert,
+    homogeneous,
+    inverted,
     position_of,
-    transform,
     translation,
 )
 from kinematics.frames.vectors import (
@@ -51,8 +53,16 @@ from kinematics.frames.vectors import (
 #
 # Source: McKerrow, chapter 4, section 3 (the common normal of a link).
 
-SAME_DIRECTION = 1e-9
-"""Sine of the angle below which two axes count as parallel."""
+SAME_DIRECTION = 1e-7
+"""Sine of the angle below which two axes count as parallel.
+
+The common normal of axes so nearly parallel is a kilometre away for each tenth of a millimetre
+between them, and says more about rounding than about the arm. Taken as parallel, they put the end
+of a link of a metre some 1e-4 mm elsewhere at most.
+"""
+
+EXACTLY_PARALLEL = 1e-12
+"""Sine of the angle below which only rounding keeps two axes from being parallel."""
 
 TOUCHING_MM = 1e-6
 """Axes nearer to each other than this intersect, or are the same."""
@@ -79,8 +89,8 @@ class AxisLine:
 
     def __post_init__(self) -> None:
         for name in ("point", "direction"):
-            x, y, z = (finite(f"an axis' {name}", one) for one in getattr(self, name))
-            object.__setattr__(self, name, (x, y, z))
+            vector = numbers(f"an axis' {name}", getattr(self, name), "xyz")
+            object.__setattr__(self, name, vector)
         object.__setattr__(self, "direction", unit(self.direction))
 
     def foot(self, point: Vector) -> Vector:
@@ -94,21 +104,24 @@ class AxisPair:
     """Two axes' common normal: its ends on the one and on the other, and how the axes lie.
 
     Of parallel axes the common normal may be anywhere along them; `relate` was told where.
+    `sine` is that of the angle between the axes.
     """
 
     relation: Relation
     near: Vector
     far: Vector
+    sine: float
 
 
 def relate(first: AxisLine, second: AxisLine, level: Vector) -> AxisPair:
     """Return the common normal of two axes, through the height of `level` where it is free."""
     across = cross(first.direction, second.direction)
-    if norm(across) < SAME_DIRECTION:
+    sine = norm(across)
+    if sine <= SAME_DIRECTION:
         near = first.foot(level)
         far = second.foot(near)
         same = distance(near, far) < TOUCHING_MM
-        return AxisPair(Relation.COINCIDENT if same else Relation.PARALLEL, near, far)
+        return AxisPair(Relation.COINCIDENT if same else Relation.PARALLEL, near, far, sine)
     between = subtract(second.point, first.point)
     size = dot(across, across)
     along_first = dot(cross(between, second.direction), across) / size
@@ -116,7 +129,7 @@ def relate(first: AxisLine, second: AxisLine, level: Vector) -> AxisPair:
     near = add(first.point, scale(along_first, first.direction))
     far = add(second.point, scale(along_second, second.direction))
     meet = distance(near, far) < TOUCHING_MM
-    return AxisPair(Relation.INTERSECTING if meet else Relation.SKEW, near, far)
+    return AxisPair(Relation.INTERSECTING if meet else Relation.SKEW, near, far, sine)
 
 
 _LEANS = 1e-9
@@ -174,20 +187,24 @@ def assign_frames(
     """Return the chain whose joints have these axes and whose tool has this frame at zero.
 
     `tool` is the tool's frame in the world, z along its approach. The chain's forward kinematics
-    in the zero position is that frame. Raises `KinematicsError` where there are no axes and
-    `ZeroVector` for an axis without a direction.
+    in the zero position is that frame. Raises `KinematicsError` where there are no axes,
+    `ZeroVector` for an axis without a direction, and as `check_transform` does for the tool.
     """
-    if not axes:
-        raise KinematicsError("an arm needs at least one joint axis")
-    work = _Work(tuple(axes), tool, [], [])
+    given = as_list(axes)
+    if not given:
+        raise KinematicsError(f"an arm needs at least one joint axis, not {axes!r}")
+    for axis in given:
+        require("an axis", axis, JointAxis, "JointAxis((0, 0, 0), (0, 0, 1))")
+    require("convention", convention, Convention, "Convention.STANDARD")
+    work = _Work(given, check_transform(tool), [], [])
     if convention is Convention.STANDARD:
         frames, tip = _standard(work)
     else:
         frames, tip = _craig(work)
-    names = tuple(axis.name or f"joint_{index}" for index, axis in enumerate(axes, 1))
+    names = tuple(axis.name or f"joint_{index}" for index, axis in enumerate(given, 1))
     links = []
-    for number, axis in enumerate(axes, 1):
-        step = compose(invert(frames[number - 1]), frames[number])
+    for number, axis in enumerate(given, 1):
+        step = compose(inverted(frames[number - 1]), frames[number])
         theta, d, a, alpha = assigned_parameters(number, step, convention)
         links.append(DHLink(theta, d, a, alpha, axis.kind, 0.0, axis.low, axis.high))
     chain = Chain(tuple(links), convention, frames[0], tip, name, names)
@@ -211,6 +228,12 @@ class _Work:
         near, far = self.axes[index - 1], self.axes[index]
         found = relate(near.line, far.line, level)
         self.relations.append(found.relation)
+        if EXACTLY_PARALLEL < found.sine <= SAME_DIRECTION:
+            self.chose(
+                index,
+                f"axes {index} and {index + 1} are nearly parallel ({found.sine:.1g} rad apart), "
+                "and taken as parallel",
+            )
         return found
 
 
@@ -234,7 +257,7 @@ def _standard(work: _Work) -> tuple[list[Transform], Transform]:
 def _standard_tip(work: _Work, before: Transform) -> tuple[Transform, Transform]:
     """Return frame n: the tool's where four parameters lead there, else in line with joint n."""
     number = len(work.axes)
-    step = compose(invert(before), work.tool)
+    step = compose(inverted(before), work.tool)
     if link_parameters(step) is not None:
         return work.tool, IN_PLACE
     last = compose(before, translation(0.0, 0.0, position_of(step)[2]))
@@ -243,7 +266,7 @@ def _standard_tip(work: _Work, before: Transform) -> tuple[Transform, Transform]
         "four parameters do not lead to the tool's frame, so z keeps joint "
         f"{number}'s direction and a constant tool transform does the rest",
     )
-    return last, compose(invert(last), work.tool)
+    return last, compose(inverted(last), work.tool)
 
 
 def _craig(work: _Work) -> tuple[list[Transform], Transform]:
@@ -265,7 +288,7 @@ def _craig(work: _Work) -> tuple[list[Transform], Transform]:
         work.chose(count, "the last frame is free along and about its axis; theta and d are zero")
     work.chose(0, "frame 0 is frame 1 in the zero position")
     frames.insert(0, frames[0])
-    return frames, compose(invert(frames[-1]), work.tool)
+    return frames, compose(inverted(frames[-1]), work.tool)
 
 
 def _first_x(work: _Work, z: Vector, frame: int) -> Vector:
@@ -331,4 +354,4 @@ def _say_slide(work: _Work, frame: int, axis: JointAxis) -> None:
 def _frame(origin: Vector, x: Vector, z: Vector) -> Transform:
     """Return a right-handed frame with this z, and x as near to the given one as z lets it."""
     level = unit(reject(x, z))
-    return transform(from_columns(level, cross(z, level), z), origin)
+    return homogeneous(from_columns(level, cross(z, level), z), origin)

@@ -11,9 +11,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.errors import KinematicsError, finite
-from kinematics.frames.numbers import is_own_kind
-from kinematics.frames.transforms import IN_PLACE, Transform, compose, position_of, translation
+from kinematics.errors import KinematicsError, require
+from kinematics.frames.numbers import as_list, numbers
+from kinematics.frames.transforms import (
+    IN_PLACE,
+    Transform,
+    check_transform,
+    compose,
+    position_of,
+    translation,
+)
 from kinematics.frames.vectors import Vector, norm
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 
@@ -42,7 +49,8 @@ class Chain:
 
     `base` is frame 0 in the world and `tool` the tool's frame in the last link's, both constant.
     Joints are named `joint_names`, by default joint_1, joint_2 and so on. Raises
-    `KinematicsError` for a chain without links, or names that do not fit the links.
+    `KinematicsError` for a chain without links, or names that do not fit the links, and as
+    `check_transform` does for a base or a tool that is none.
     """
 
     links: tuple[DHLink, ...]
@@ -53,9 +61,16 @@ class Chain:
     joint_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "links", tuple(self.links))
-        if not self.links:
-            raise KinematicsError("a chain needs at least one link")
+        links = as_list(self.links)
+        if not links:
+            raise KinematicsError(f"a chain needs at least one link, not {self.links!r}")
+        for link in links:
+            require("a link", link, DHLink, "DHLink(a_mm=200.0)")
+        object.__setattr__(self, "links", links)
+        require("convention", self.convention, Convention, "Convention.STANDARD")
+        for frame in ("base", "tool"):
+            if getattr(self, frame) is not IN_PLACE:
+                object.__setattr__(self, frame, check_transform(getattr(self, frame)))
         names = tuple(self.joint_names) or tuple(
             f"joint_{number}" for number in range(1, len(self.links) + 1)
         )
@@ -167,16 +182,8 @@ class Chain:
         )
 
     def checked(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Return one number a joint, or raise `KinematicsError` or `BadNumber`."""
-        if len(values) != len(self.links):
-            raise KinematicsError(
-                f"this chain has {len(self.links)} joints ({', '.join(self.joint_names)}), "
-                f"not {len(values)}"
-            )
-        return tuple(
-            value if is_own_kind(value) else finite(name, value)
-            for name, value in zip(self.joint_names, values, strict=True)
-        )
+        """Return one number a joint; raises as `numbers` does."""
+        return numbers("a posture of this chain", values, self.joint_names)
 
     def within(self, limits: Iterable[tuple[float, float]] | None = None) -> Chain:
         """Return this chain with other limits of its joints; with none, every joint is endless."""

@@ -1,38 +1,27 @@
-"""Descent towards a goal within joint limits: Levenberg-Marquardt with an active set.
+"""Descent towards a goal: Levenberg-Marquardt on floats, within joint limits or without.
 
-Errors are dimensionless: mm are counted in the arm's length. Sources: Marquardt, 1963; the active
-set holds joints at a limit while the step points beyond it.
+Errors are dimensionless: mm are counted in the arm's length, and so are joints that slide.
+Sources: Marquardt, 1963, by the normal equations; an active set holds joints at a limit while the
+step points beyond it. numpy is not used: its calls take longer than the arithmetic of six joints.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass
+from operator import mul
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import Goal, Part
 from kinematics.chains.jacobians import length_of, units_of
-from kinematics.frames.transforms import Transform
+from kinematics.frames.matrices import solved
 from kinematics.frames.vectors import dot
-from kinematics.spaces import Jacobian
 
-Floats = NDArray[np.float64]
-
-ROUNDS = 80
 STIFF = (10.0, 100.0, 1000.0)
 """By how much the errors that are to be met first outweigh the others, step by step: at once it
 would make a valley too narrow to walk along."""
-
-_DONE = 1e-28
-"""Cost (a squared error) at which nothing is left to gain."""
-
-_GAIN = 1e-9
-_PATIENCE = 4
-"""This many steps that gain less than that share of the cost end a descent."""
 
 _SAME = 1e-3
 """Postures nearer than this, in all, are one."""
@@ -41,35 +30,85 @@ _STILL = 1e-13
 """A step shorter than this moves nothing."""
 
 
-class Descent:
-    """One goal of one chain, and the descents towards it."""
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How a descent goes on, and when it ends.
 
-    def __init__(self, chain: Chain, goal: Goal, first: Sequence[frozenset[Part]]) -> None:
+    The damping is a share of the largest diagonal entry of the system. It begins at `damping`
+    and is multiplied by `easier`, down to `gentle`, after a step that gains, and by `harder` after
+    one that does not; beyond `harsh` the descent ends. It also ends at a squared error below `met`,
+    and after `patience` steps in a row that leave more than the share `hopeless` of it. `doubts` is
+    how many of those a step counts for that does not gain at all.
+    """
+
+    rounds: int
+    met: float
+    damping: float
+    gentle: float
+    harsh: float
+    easier: float
+    harder: float
+    patience: int
+    hopeless: float
+    doubts: int
+
+
+THOROUGH = Pace(80, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
+"""From anywhere, to the last digit."""
+
+FINISHING = Pace(8, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
+"""From a posture that is all but there."""
+
+QUICK = Pace(16, 1e-18, 1e-6, 1e-12, 1.0, 0.01, 30.0, 2, 0.999, 1)
+"""A small step, some 1e-7 mm near, or an early end where it leads nowhere: a jog cannot wait."""
+
+Weights = dict[Part, float]
+Rows = list[list[float]]
+
+
+class Descent:
+    """One goal of one chain, and the descents towards it.
+
+    `first` are the parts of the goal to be met first where not all can be, the earlier the more.
+    Without `limited` the joint limits are not looked at.
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        goal: Goal,
+        first: Sequence[frozenset[Part]] = (),
+        *,
+        limited: bool = True,
+    ) -> None:
         self._goal = goal
         self._first = [asked for parts in first if (asked := parts & goal.parts)]
+        self._alike: Weights = dict.fromkeys(goal.parts, 1.0)
         self._made = generated(chain)
         self._length = length_of(chain)
         self._units = units_of(chain)
-        self._limits = [
-            (low / unit, high / unit)
-            for (low, high), unit in zip(chain.limits, self._units, strict=True)
-        ]
+        self._slides = any(unit != 1.0 for unit in self._units)
+        self._limits = chain.limits if limited else None
 
-    def meet(self, start: Sequence[float]) -> tuple[float, ...]:
+    def meet(self, start: Sequence[float], pace: Pace = THOROUGH) -> tuple[float, ...]:
         """Return where a descent on all asked parts, alike, ends."""
-        return self._descend(start, dict.fromkeys(self._goal.parts, 1.0))
+        return self._descend(start, self._alike, pace)[0]
+
+    def met(self, start: Sequence[float], pace: Pace) -> tuple[float, ...] | None:
+        """Return where a descent ends if it meets the goal, else None."""
+        values, cost = self._descend(start, self._alike, pace)
+        return values if cost < pace.met else None
 
     def settle(self, ends: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
         """Go on from the best few ends of `meet`, giving way in the parts that come last."""
-        alike: dict[Part, float] = dict.fromkeys(self._goal.parts, 1.0)
         picked = [ends[0]]
-        for weights in (alike, self._weights(STIFF[0]), self._weights(STIFF[-1])):
+        for weights in (self._alike, self._weights(STIFF[0]), self._weights(STIFF[-1])):
             ranked = sorted(ends, key=lambda values: self._cost(values, weights))
             picked += [values for values in ranked if _apart(values, picked)][:2]
         found = []
         for values in picked:
             for stiff in STIFF:
-                values = self._descend(values, self._weights(stiff))
+                values, _ = self._descend(values, self._weights(stiff), THOROUGH)
             found.append(self._polished(values))
         return found
 
@@ -77,11 +116,10 @@ class Descent:
         """Return the end that misses least, what comes first counting first."""
         return min(ends, key=lambda values: self._cost(values, self._weights(STIFF[-1])))
 
-    def _weights(self, stiff: float) -> dict[Part, float]:
+    def _weights(self, stiff: float) -> Weights:
         """Return the weight of each part: the earlier it comes, the heavier."""
         levels = len(self._first)
-        weights = dict.fromkeys(self._goal.parts, 1.0)
-        return weights | {
+        return self._alike | {
             part: stiff ** (levels - index)
             for index, parts in enumerate(self._first)
             for part in parts
@@ -95,92 +133,110 @@ class Descent:
         if not self._first:
             return values
         weights = dict.fromkeys(self._first[0], 1.0)
-        held = [
-            index
-            for index, (value, unit, limits) in enumerate(
-                zip(values, self._units, self._limits, strict=True)
-            )
-            if value / unit in limits
-        ]
-        moved = self._descend(values, weights, 8, held)
-        near = self._cost(moved, weights) < _DONE * 1e4
-        return moved if near else values
+        pairs = enumerate(zip(values, self._limits or (), strict=True))
+        held = [index for index, (value, limits) in pairs if value in limits]
+        moved, cost = self._descend(values, weights, FINISHING, held)
+        return moved if cost < FINISHING.met * 1e4 else values
 
     def _descend(
-        self,
-        start: Sequence[float],
-        weights: dict[Part, float],
-        rounds: int = ROUNDS,
-        held: Sequence[int] = (),
-    ) -> tuple[float, ...]:
-        values = self._clipped(np.array(start) / self._units)
-        error, slopes = self._linear(values, weights)
-        cost, damping, idle = float(error @ error), 1e-3, 0
-        for _ in range(rounds):
-            free = [one for one in self._free(values, slopes.T @ error) if one not in held]
-            if cost < _DONE or idle >= _PATIENCE or not free:
+        self, start: Sequence[float], weights: Weights, pace: Pace, held: Sequence[int] = ()
+    ) -> tuple[tuple[float, ...], float]:
+        """Return where a descent from a start ends, and the squared error there."""
+        values = self._clipped(start)
+        error, rows = self._linear(values, weights)
+        cost, damping, idle = _squared(error), pace.damping, 0
+        for _ in range(pace.rounds):
+            if cost < pace.met or idle >= pace.patience:
                 break
-            step = np.zeros(len(values))
-            step[free] = _step(slopes[:, free], error, damping)
-            moved = self._clipped(values + step)
-            if float(np.abs(moved - values).max()) < _STILL:
+            step = self._step(values, rows, error, damping, held)
+            moved = self._clipped([a + b for a, b in zip(values, step, strict=True)])
+            if max([abs(a - b) for a, b in zip(values, moved, strict=True)]) < _STILL:
                 break
-            next_error, next_slopes = self._linear(moved, weights)
-            next_cost = float(next_error @ next_error)
-            idle = idle + 1 if cost * (1.0 - _GAIN) < next_cost <= cost else 0
+            next_error, next_rows = self._linear(moved, weights)
+            next_cost = _squared(next_error)
             if next_cost < cost:
-                values, error, slopes, cost = moved, next_error, next_slopes, next_cost
-                damping = max(damping * 0.1, 1e-15)
+                idle = idle + 1 if next_cost > pace.hopeless * cost else 0
+                values, error, rows, cost = moved, next_error, next_rows, next_cost
+                damping = max(damping * pace.easier, pace.gentle)
             else:
-                damping *= 8.0
-                if damping > 1e12:
+                idle += pace.doubts
+                damping *= pace.harder
+                if damping > pace.harsh:
                     break
-        return tuple(float(one) + 0.0 for one in values * self._units)
+        return tuple([one + 0.0 for one in values]), cost
 
-    def _free(self, values: Floats, pull: Floats) -> list[int]:
-        """Return the joints that are not held at a limit by a pull beyond it."""
+    def _step(
+        self,
+        values: Sequence[float],
+        rows: Rows,
+        error: Sequence[float],
+        damping: float,
+        held: Sequence[int],
+    ) -> list[float]:
+        """Return the damped least-squares step of the joints that are free to move."""
+        columns: list[Sequence[float]] = list(zip(*rows, strict=True))
+        if self._slides:
+            columns = [
+                [entry * unit for entry in column]
+                for column, unit in zip(columns, self._units, strict=True)
+            ]
+        pull = [sum(map(mul, column, error)) for column in columns]
+        free = self._free(values, pull, held)
+        table = [[sum(map(mul, columns[i], columns[j])) for j in free] for i in free]
+        most = max([row[index] for index, row in enumerate(table)], default=0.0)
+        step = [0.0] * len(columns)
+        if most == 0.0:
+            return step
+        for index, row in enumerate(table):
+            row[index] += damping * most
+        for index, turn in zip(free, solved(table, [pull[i] for i in free]), strict=True):
+            step[index] = turn * self._units[index]
+        return step
+
+    def _free(
+        self, values: Sequence[float], pull: Sequence[float], held: Sequence[int]
+    ) -> Sequence[int]:
+        """Return the joints that no limit holds back while they are pulled beyond it."""
+        if self._limits is None:
+            return range(len(values))
         return [
             index
             for index, (low, high) in enumerate(self._limits)
             if not (values[index] <= low and pull[index] < 0.0)
             and not (values[index] >= high and pull[index] > 0.0)
+            and index not in held
         ]
 
-    def _clipped(self, values: Floats) -> Floats:
-        lows, highs = zip(*self._limits, strict=True)
-        return np.clip(values, lows, highs)
+    def _clipped(self, values: Sequence[float]) -> Sequence[float]:
+        if self._limits is None:
+            return values
+        return [
+            min(max(value, low), high)
+            for value, (low, high) in zip(values, self._limits, strict=True)
+        ]
 
-    def _linear(self, values: Floats, weights: dict[Part, float]) -> tuple[Floats, Floats]:
+    def _linear(self, values: Sequence[float], weights: Weights) -> tuple[list[float], Rows]:
         """Return the weighted errors, and how the joints reduce them."""
-        frame, jacobian = self._made.fk_and_jacobian((values * self._units).tolist())
-        errors, rows = self._errors(frame, jacobian, weights)
-        return np.array(errors), np.array(rows) * self._units
-
-    def _errors(
-        self, frame: Transform, jacobian: Jacobian, weights: dict[Part, float]
-    ) -> tuple[list[float], list[list[float]]]:
         goal = self._goal
+        frame, jacobian = self._made.fk_and_jacobian(values)
         errors: list[float] = []
-        rows: list[list[float]] = []
+        rows: Rows = []
         share = weights.get(Part.POSITION, 0.0) / self._length
         if share:
             for index in range(3):
                 errors.append(share * (goal.frame[index][3] - frame[index][3]))
                 rows.append([share * entry for entry in jacobian[index]])
+        turning = list(zip(*jacobian[3:], strict=True))
         for part, axis, miss in goal.turn(frame)[1]:
             weight = weights.get(part, 0.0)
             if weight:
                 errors.append(weight * miss)
-                rows.append(
-                    [weight * dot((a, b, c), axis) for a, b, c in zip(*jacobian[3:], strict=True)]
-                )
+                rows.append([weight * dot(column, axis) for column in turning])
         return errors, rows
 
-    def _cost(self, values: Sequence[float], weights: dict[Part, float]) -> float:
+    def _cost(self, values: Sequence[float], weights: Weights) -> float:
         """Return the sum of the squared weighted errors."""
-        frame, jacobian = self._made.fk_and_jacobian(values)
-        errors, _ = self._errors(frame, jacobian, weights)
-        return math.fsum(error * error for error in errors)
+        return _squared(self._linear(values, weights)[0])
 
 
 def _apart(values: Sequence[float], others: Sequence[Sequence[float]]) -> bool:
@@ -188,10 +244,6 @@ def _apart(values: Sequence[float], others: Sequence[Sequence[float]]) -> bool:
     return all(math.dist(values, other) > _SAME for other in others)
 
 
-def _step(slopes: Floats, error: Floats, damping: float) -> Floats:
-    """Return the damped least-squares step, from the stacked system and not its square."""
-    count = slopes.shape[1]
-    stacked = np.vstack([slopes, math.sqrt(damping) * np.eye(count)])
-    padded = np.concatenate([error, np.zeros(count)])
-    step: Floats = np.linalg.lstsq(stacked, padded, rcond=None)[0]
-    return step
+def _squared(values: Sequence[float]) -> float:
+    """Return the sum of squares."""
+    return math.fsum(map(mul, values, values))

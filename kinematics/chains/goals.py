@@ -19,9 +19,9 @@ from kinematics.frames.rotations import Matrix3, columns, from_columns, multiply
 from kinematics.frames.transforms import (
     Transform,
     check_transform,
+    homogeneous,
     position_of,
     rotation_of,
-    transform,
 )
 from kinematics.frames.vectors import (
     X_AXIS,
@@ -37,6 +37,7 @@ from kinematics.frames.vectors import (
     subtract,
     unit,
 )
+from kinematics.geometry import AXIS_MM
 from kinematics.spaces import Pose, RollFrame
 
 VERTICAL = 1e-9
@@ -174,7 +175,7 @@ def pose_goal(
     counts the roll from the table: the heading is added.
     """
     level = (pose.x_mm - centre[0], pose.y_mm - centre[1], 0.0)
-    on_axis = norm(level) <= VERTICAL
+    on_axis = norm(level) <= AXIS_MM
     outwards = X_AXIS if on_axis else unit(level)
     roll = pose.roll_rad + roll_frame.value * math.atan2(outwards[1], outwards[0])
     frame = hand_frame(pose, outwards, roll)
@@ -187,7 +188,7 @@ def pose_goal(
 def hand_frame(pose: Pose, outwards: Vector, roll_rad: float) -> Transform:
     """Return the frame of a hand at a pose's place and pitch, in the plane outwards."""
     hand, up = _elevated(outwards, pose.pitch_rad), upwards(outwards, pose.pitch_rad)
-    return transform(_rolled(hand, up, roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
+    return homogeneous(_rolled(hand, up, roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
 
 
 def upwards(outwards: Vector, pitch_rad: float) -> Vector:
@@ -251,9 +252,6 @@ def _swung(turned: Matrix3, hand: Vector) -> Matrix3:
 # from upwards in that plane. Five joints leave the yaw to the arm. Where such an arm keeps its hand
 # in the plane of base axis and tip, as the Mini-mover's build does, pitch counts outwards in that
 # plane and may pass the vertical, as `FiveAxisArm` has it. Lengths in mm, angles in rad.
-
-AXIS_MM = 1e-6
-"""A tip nearer to the base axis than this is on it, and no direction is outwards."""
 
 PLANE_SINE = 1e-9
 """A hand that leaves the plane of base axis and tip by less than this lies in it."""

@@ -4,7 +4,7 @@ Levenberg-Marquardt steps (Marquardt, 1963) on the position error, counted in le
 and the rotation vector of the orientation error (Craig, chapter 5; Wampler, 1986), joints held at
 a limit while the step points beyond it. What is answered is always measured again by the product
 of the A matrices. Where not all can be met, the parts named first are met first. Lengths in mm,
-angles in rad. numpy is imported when the first goal is solved.
+angles in rad.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain, JointViolation
+from kinematics.chains.descent import Descent
 from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
@@ -24,10 +24,6 @@ from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
 from kinematics.spaces import Pose, RollFrame
-
-if TYPE_CHECKING:
-    from kinematics.chains.descent import Descent
-
 
 # The account of a numerical solution: what was met, what was missed, by how much, and why.
 #
@@ -283,7 +279,7 @@ def solve_goal(
     The seed (by default the middle of the ranges) is tried first, so that a posture near it is
     found where there is one. Raises `KinematicsError` for a seed that does not fit the chain.
     """
-    descent = _descent(chain, goal, first)
+    descent = Descent(chain, goal, first)
     start = _middle(chain) if seed is None else chain.clamp(seed)
     found = []
     tried = 0
@@ -304,14 +300,7 @@ def solve_goal(
 
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
     """Return where one descent from the seed ends, for goals a small step away."""
-    return _account(chain, goal, _descent(chain, goal, ()).meet(seed), DEFAULT_EFFORT, 1)
-
-
-def _descent(chain: Chain, goal: Goal, first: First) -> Descent:
-    """Prepare the descents towards a goal; numpy takes longer to import than most else here."""
-    from kinematics.chains.descent import Descent
-
-    return Descent(chain, goal, first)
+    return _account(chain, goal, Descent(chain, goal).meet(seed), DEFAULT_EFFORT, 1)
 
 
 def _account(
@@ -341,7 +330,7 @@ def _without_limits(
     if not any(link.has_limits for link in chain.links):
         return None
     free = chain.within()
-    descent = _descent(free, goal, ())
+    descent = Descent(free, goal)
     loose = replace(effort, starts=6)
     met = [
         turned

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
-from kinematics.errors import KinematicsError, finite
-from kinematics.frames.numbers import cos, cos_sin, is_own_kind, sin
+from kinematics.errors import KinematicsError
+from kinematics.frames.numbers import cos, cos_sin, number, sin
 from kinematics.frames.transforms import LAST_ROW, Transform, position_of
 from kinematics.frames.vectors import distance
 
@@ -66,11 +66,11 @@ class DHLink:
 
     def __post_init__(self) -> None:
         for name in ("theta_rad", "d_mm", "a_mm", "alpha_rad", "offset"):
-            object.__setattr__(self, name, _number(name, getattr(self, name)))
+            object.__setattr__(self, name, number(name, getattr(self, name)))
         for name in ("low", "high"):
             value = getattr(self, name)
             if value not in (-math.inf, math.inf):
-                object.__setattr__(self, name, _number(name, value))
+                object.__setattr__(self, name, number(name, value))
         if self.low > self.high:
             raise KinematicsError(
                 f"a joint's low limit ({self.low:g} {self.kind.unit}) must not lie above its "
@@ -119,11 +119,6 @@ def a_matrix(
         (st * sa, ct * sa, ca, ca * d_mm),
         LAST_ROW,
     )
-
-
-def _number(name: str, value: float) -> float:
-    """Return a plain number checked, a number of another kind as it is."""
-    return value if is_own_kind(value) else finite(name, value)
 
 
 # From a frame in another frame back to the four link parameters, where there are such.

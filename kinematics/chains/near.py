@@ -12,13 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import Generated, generated
+from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.goals import Goal, HandTask, goal_of, pose_of
 from kinematics.chains.inverse import Solution, descend
-from kinematics.chains.jacobians import length_of
 from kinematics.frames.orientations import Quaternion, quaternion_of
-from kinematics.frames.transforms import position_of, rotation_of, transform
-from kinematics.frames.vectors import Vector, dot
+from kinematics.frames.transforms import homogeneous, position_of, rotation_of
+from kinematics.frames.vectors import Vector
 from kinematics.geometry import Hand, NotFollowed, Point
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
@@ -61,7 +60,7 @@ class ChainFollower:
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
         if self.task is HandTask.WHOLE:
-            frame = transform(Quaternion.of(*hand).rotation(), tip)
+            frame = homogeneous(Quaternion.of(*hand).rotation(), tip)
             return pose_of(frame, self.task, self.centre)
         return Pose(*tip, *hand)
 
@@ -118,27 +117,12 @@ def _reason(found: Solution) -> str:
     return "no posture near the one before holds the hand there"
 
 
-# The posture of a chain a small step from one that is known, on bare floats and quickly, or none.
-#
-# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks for this
+# The posture of a chain a small step from one that is known, quickly, or none. A jog asks for this
 # many times in each leg, also for points that cannot be reached, and has no time for reasons:
-# `ik_near` gives those. Errors count mm in the arm's length.
-
-ROUNDS = 16
-MET = 1e-18
-"""A squared error that is none: some 1e-7 mm."""
-
-GENTLE, HARSH = 1e-12, 1.0
-"""Between what the damping stays, as a share of the largest diagonal entry."""
-
-EASIER, HARDER = 0.01, 30.0
-HOPELESS = 0.999
-"""A round that leaves more of the error than this, twice in a row, leads nowhere."""
+# `ik_near` gives those.
 
 INSIDE_RAD = 0.05
 """How far from a joint's limit the second look begins."""
-
-Rows = list[list[float]]
 
 
 def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[float, ...] | None:
@@ -147,87 +131,16 @@ def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[floa
     A singular posture is often one with a joint at its limit, as a straight elbow is: no slope
     leads out of it, so that a look from further inside comes second.
     """
-    found = _descended(chain, goal, start)
+    descent = Descent(chain, goal, limited=False)
+    found = descent.met(start, QUICK)
     if found is None:
         inside = [
             min(max(value, low + INSIDE_RAD), high - INSIDE_RAD)
             for value, (low, high) in zip(start, chain.limits, strict=True)
         ]
-        found = _descended(chain, goal, inside) if inside != list(start) else None
+        found = descent.met(inside, QUICK) if inside != list(start) else None
     if found is None:
         return None
     bounded = chain.clamp(found)
     excess = max(abs(a - b) for a, b in zip(bounded, found, strict=True))
     return bounded if excess <= LIMIT_TOLERANCE_RAD else None  # more than rounding
-
-
-def _descended(chain: Chain, goal: Goal, start: Sequence[float]) -> Sequence[float] | None:
-    """Return where the steps from a start meet a goal, None where they do not."""
-    made, length, values = generated(chain), length_of(chain), list(start)
-    error, rows = _linear(made, goal, values, length)
-    cost, damping, stuck = _squared(error), 1e-6, 0
-    for _ in range(ROUNDS):
-        if cost < MET:
-            return values
-        step = _step(rows, error, damping)
-        moved = [a + b for a, b in zip(values, step, strict=True)]
-        next_error, next_rows = _linear(made, goal, moved, length)
-        next_cost = _squared(next_error)
-        stuck = stuck + 1 if next_cost > HOPELESS * cost else 0
-        if next_cost < cost:
-            values, error, rows, cost = moved, next_error, next_rows, next_cost
-            damping = max(damping * EASIER, GENTLE)
-        else:
-            damping = min(damping * HARDER, HARSH)
-        if stuck > 1:
-            return None
-    return values if cost < MET else None
-
-
-def _linear(
-    made: Generated, goal: Goal, values: Sequence[float], length: float
-) -> tuple[list[float], Rows]:
-    """Return the errors that are left, and how the joints reduce them."""
-    frame, jacobian = made.fk_and_jacobian(values)
-    errors = [(goal.frame[row][3] - frame[row][3]) / length for row in range(3)]
-    rows = [[entry / length for entry in jacobian[row]] for row in range(3)]
-    turning = list(zip(*jacobian[3:], strict=True))
-    for _, axis, miss in goal.turn(frame)[1]:
-        errors.append(miss)
-        rows.append([dot(column, axis) for column in turning])
-    return errors, rows
-
-
-def _step(rows: Rows, error: Sequence[float], damping: float) -> list[float]:
-    """Solve the damped normal equations, by elimination with the largest pivot there is."""
-    count = len(rows[0])
-    columns = list(zip(*rows, strict=True))
-    square = [
-        [sum([a * b for a, b in zip(one, other, strict=True)]) for other in columns]
-        for one in columns
-    ]
-    most = max([square[index][index] for index in range(count)])
-    table = []
-    for index, row in enumerate(square):
-        row[index] += damping * most
-        row.append(sum([a * b for a, b in zip(columns[index], error, strict=True)]))
-        table.append(row)
-    for index in range(count):
-        best = max(range(index, count), key=lambda at: abs(table[at][index]))
-        table[index], table[best] = table[best], table[index]
-        head = table[index]
-        for below in table[index + 1 :]:
-            share = below[index] / head[index]
-            for at in range(index, count + 1):
-                below[at] -= share * head[at]
-    step = [0.0] * count
-    for index in reversed(range(count)):
-        row = table[index]
-        known = sum([row[at] * step[at] for at in range(index + 1, count)])
-        step[index] = (row[count] - known) / row[index]
-    return step
-
-
-def _squared(values: Sequence[float]) -> float:
-    """Return the sum of squares."""
-    return sum([value * value for value in values])

@@ -37,13 +37,12 @@ from kinematics.five_axis.follow import line_from
 from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import Transform, check_transform
-from kinematics.geometry import ArmGeometry
+from kinematics.geometry import AXIS_MM, ArmGeometry
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,
     LimitViolation,
     refuse_worst,
-    turn_into,
     wrap,
 )
 from kinematics.paths.curves import Line
@@ -177,7 +176,7 @@ class FiveAxisArm:
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
         found = closed_form.inverse(goal, self.lengths, float(roll_frame.value), near)
-        base_free = math.hypot(pose.x_mm, pose.y_mm) <= closed_form.AXIS_MM
+        base_free = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
         return tuple(
             self._branch(back, down, _turned(angles, self.limits, near), base_free)
             for back, down, angles in found
@@ -236,9 +235,13 @@ class FiveAxisArm:
                 "this arm has five joints: it cannot take a yaw, which follows from the position"
             )
         joints = self.solve(pose, seed, roll_frame)
-        if joints is None and math.hypot(pose.x_mm, pose.y_mm) <= closed_form.AXIS_MM:
+        if joints is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM:
             turned = Pose(
-                pose.x_mm, pose.y_mm, pose.z_mm, math.pi - pose.pitch_rad, pose.roll_rad + math.pi
+                pose.x_mm,
+                pose.y_mm,
+                pose.z_mm,
+                wrap(math.pi - pose.pitch_rad),
+                wrap(pose.roll_rad + math.pi),
             )
             joints = self.solve(turned, seed, roll_frame)
         if joints is None:
@@ -344,8 +347,7 @@ def _joints(angles: Angles) -> Joints:
 
 def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Angles:
     b, s, e, w, r = (
-        turn_into(angle, bounds.low_rad, bounds.high_rad, seed)
-        for angle, bounds, seed in zip(angles, limits, near, strict=True)
+        bounds.turned(angle, seed) for angle, bounds, seed in zip(angles, limits, near, strict=True)
     )
     if limits[2].clamp(e) != e:  # no elbow turns further than half a circle: say what it needs
         e = angles[2]

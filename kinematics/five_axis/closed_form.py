@@ -13,11 +13,9 @@ from math import acos, asin, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import NamedTuple, Protocol
 
 from kinematics.frames.transforms import Transform
+from kinematics.geometry import AXIS_MM
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted
 from kinematics.spaces import Joints, Pose
-
-AXIS_MM = 1e-9
-"""Nearer to the base axis than this, a tip is on it, and its direction from it means nothing."""
 
 REACH_MM = 1e-9
 """How far beyond full stretch (or within full fold) rounding may put a wrist that touches it."""
@@ -299,9 +297,6 @@ def _gate(low: float, high: float) -> Span:
 # most frames in space have no posture. The sine of the angle by which the goal's approach leaves
 # that plane is what a five-axis arm must be told of, and what a general solver keeps to itself.
 
-NEAR_AXIS_MM = 1e-6
-"""Nearer to the base axis than this, the plane is taken from the hand and not from the tip."""
-
 UPRIGHT = 1e-9
 """A hand whose horizontal part is smaller than this is vertical, and lies in every plane."""
 
@@ -386,7 +381,7 @@ def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameAngles:
     (ux, vx, hx, x), (uy, vy, hy, y), (uz, vz, hz, z), _ = goal
     r = hypot(x, y)
     base_free = False
-    if r > NEAR_AXIS_MM:
+    if r > AXIS_MM:
         cos_base, sin_base = x / r, y / r
         base = atan2(y, x)
     else:

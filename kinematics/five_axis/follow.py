@@ -10,14 +10,13 @@ import math
 from dataclasses import dataclass
 
 from kinematics.five_axis.closed_form import (
-    AXIS_MM,
     Dimensions,
     Lengths,
     elbow_triangle,
     plane_tip,
     wrist_distance,
 )
-from kinematics.geometry import Hand, NotFollowed, Point
+from kinematics.geometry import AXIS_MM, Hand, NotFollowed, Point
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, turn_near, widened_to, wrap
 from kinematics.paths.curves import Line, in_proportion, straight_between
 from kinematics.spaces import JOINT_NAMES, Joints, Pose

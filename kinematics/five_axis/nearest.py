@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 from kinematics.errors import Constraint, Unreachable, limit_sentence
 from kinematics.five_axis.closed_form import (
-    AXIS_MM,
     Angles,
     Dimensions,
     Lengths,
@@ -23,7 +22,8 @@ from kinematics.five_axis.closed_form import (
     plane_tip,
     wrist_distance,
 )
-from kinematics.limits import JointRange, LimitViolation, turn_into, wrap
+from kinematics.geometry import AXIS_MM
+from kinematics.limits import JointRange, LimitViolation, wrap
 from kinematics.spaces import Joints, Pose, RollFrame
 
 # The nearest point that the arm can reach in its own plane, with the hand's pitch held.
@@ -118,7 +118,7 @@ def _solutions(problem: PlaneProblem, r: float, z: float) -> Iterator[PlaneAngle
     free = (problem.shoulder.low_rad + problem.shoulder.high_rad) / 2.0
     for s, e in elbow_triangle(wrist_r, wrist_z, upper, fore, free) or ():
         s, e, w = (
-            turn_into(angle, bounds.low_rad, bounds.high_rad, 0.0)
+            bounds.turned(angle, 0.0)
             for angle, bounds in zip((s, e, problem.pitch - s - e), ranges, strict=True)
         )
         if all(
@@ -195,7 +195,7 @@ def _turning_points(problem: PlaneProblem, arc: Arc) -> Iterator[float]:
             yield turned
 
 
-BEHIND_MM = 1e-6
+BEHIND_MM = 2.0 * AXIS_MM
 """A tip on the base axis counts as in front of it; one behind it keeps this far away."""
 
 PITCH_SCAN_RAD = math.radians(1.0)
@@ -301,8 +301,8 @@ def _on_side(
     roll = pose.roll_rad + half_turn * (1.0 - table_roll)
     ranges = _base_ranges(arm, roll, table_roll) if keep_roll else (arm.limits[0],)
     for bounds in ranges:
-        base = _closest(outwards + half_turn, bounds, near[0])
-        wrist_roll = arm.limits[4].clamp(_turned(roll + table_roll * base, arm.limits[4], near[4]))
+        base = bounds.nearest(outwards + half_turn, near[0])
+        wrist_roll = arm.limits[4].nearest(roll + table_roll * base, near[4])
         for angles in _planar(arm, pose, base, wrist_roll, side):
             yield _answer(arm, pose, angles, roll + table_roll * base - wrist_roll)
 
@@ -331,8 +331,8 @@ def _planar(
 def _answer(arm: Dimensions, pose: Pose, angles: Angles, roll_missed: float) -> Nearest:
     """Return the posture with its pose, which keeps the goal's own pitch and turn of roll."""
     x, y, z, _, _ = forward(angles, arm.lengths)
-    missed = math.remainder(roll_missed, math.tau)
-    roll = pose.roll_rad if abs(missed) < 1e-12 else pose.roll_rad - missed
+    missed = wrap(roll_missed)
+    roll = pose.roll_rad if abs(missed) < 1e-12 else wrap(pose.roll_rad - missed)
     distance = math.dist((x, y, z), (pose.x_mm, pose.y_mm, pose.z_mm))
     return Nearest(Pose(x, y, z, pose.pitch_rad, roll), Joints(angles), distance)
 
@@ -341,7 +341,7 @@ def _base_ranges(arm: Dimensions, roll: float, table_roll: float) -> tuple[Joint
     """Return the base angles at which the wrist can give this roll; none where nowhere."""
     base, wrist_roll = arm.limits[0], arm.limits[4]
     if not table_roll:
-        turned = _turned(roll, wrist_roll, 0.0)
+        turned = wrist_roll.turned(roll, 0.0)
         return (base,) if wrist_roll.clamp(turned) == turned else ()
     first = math.floor((wrist_roll.low_rad - roll - base.high_rad) / math.tau)
     last = math.ceil((wrist_roll.high_rad - roll - base.low_rad) / math.tau)
@@ -353,16 +353,6 @@ def _base_ranges(arm: Dimensions, roll: float, table_roll: float) -> tuple[Joint
         if low <= high:
             found.append(JointRange(low, high))
     return tuple(found)
-
-
-def _closest(angle: float, bounds: JointRange, seed: float) -> float:
-    """Return the angle of a range whose direction is nearest to that of `angle`."""
-    turned = _turned(angle, bounds, seed)
-    return bounds.clamp(turned)
-
-
-def _turned(angle: float, bounds: JointRange, seed: float) -> float:
-    return turn_into(angle, bounds.low_rad, bounds.high_rad, seed)
 
 
 # Why a pose cannot be reached, by how much, and what could be reached instead.

@@ -15,7 +15,8 @@ from math import cos, inf, sin, sqrt
 from operator import add, sub
 
 from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.five_axis.closed_form import AXIS_MM, Angles, Lengths, plane_tip
+from kinematics.five_axis.closed_form import Angles, Lengths, plane_tip
+from kinematics.geometry import AXIS_MM
 from kinematics.limits import wrap
 from kinematics.spaces import Jacobian, Joints, RollFrame
 

@@ -171,7 +171,7 @@ class ToolArm:
         z = pose.z_mm - self.tool.along_mm * sin_pitch - upwards * cos_pitch
         pitch, roll = pose.pitch_rad, pose.roll_rad
         if out < 0.0:  # the finger tips are behind the axis though the point is not
-            pitch, roll = math.pi - pitch, roll + math.pi
+            pitch, roll = wrap(math.pi - pitch), wrap(roll + math.pi)
         return Pose(out * math.cos(base), out * math.sin(base), z, pitch, roll, pose.yaw_rad)
 
     def _beside_the_plane(self, pose: Pose, seed: Joints | None) -> Unreachable:

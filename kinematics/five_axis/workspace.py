@@ -1,4 +1,4 @@
-"""What an arm reaches within its limits: a section of the five-axis build, or samples of any chain.
+"""What an arm of the five-axis build reaches within its limits, in one vertical plane.
 
 Lengths in mm, angles in rad. The section is the vertical plane through the base axis at one
 azimuth, with the hand held at one pitch: x outwards (negative behind the axis), z up. Its
@@ -14,24 +14,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
-from kinematics.chains.chain import Chain
-from kinematics.chains.generated import generated
-from kinematics.chains.links import JointKind
-from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles
 from kinematics.five_axis.nearest import Arc, PlaneProblem, arcs
-from kinematics.frames.transforms import position_of
-from kinematics.frames.vectors import Vector
 from kinematics.limits import JointRange, wrap
 
 NUDGE_MM = 0.02
 """How far to either side of a boundary its reach is asked; what is thinner is not seen."""
 
 _HALVINGS = 24
-_PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
 
 Point = tuple[float, float]
 
@@ -178,70 +170,3 @@ def _piece(track: _Track, parameters: Sequence[float]) -> tuple[Point, ...]:
 def _lattice(low: float, high: float, spacing: float) -> Iterator[float]:
     for index in range(math.floor(low / spacing), math.ceil(high / spacing) + 1):
         yield index * spacing
-
-
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """Places that a chain's tool was brought to: evenly spread postures and corners of its limits.
-
-    What was not sampled may reach a little farther. `points[i]` belongs to `postures[i]`.
-    """
-
-    points: tuple[Vector, ...]
-    postures: tuple[tuple[float, ...], ...]
-
-    @property
-    def box_mm(self) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
-        """Least and greatest x, y and z."""
-        x, y, z = ((min(axis), max(axis)) for axis in zip(*self.points, strict=True))
-        return x, y, z
-
-    @property
-    def radius_mm(self) -> tuple[float, float]:
-        """Least and greatest distance from the first joint's axis frame, the world's z axis."""
-        radii = [math.hypot(x, y) for x, y, _ in self.points]
-        return min(radii), max(radii)
-
-
-def sampled_reach(chain: Chain, count: int = 4096) -> Reach:
-    """Return places that any chain reaches within its limits.
-
-    Postures are Halton's sequence over the limits, the same at every call; a joint that turns
-    without end takes one turn. Raises `KinematicsError` for a sliding joint without limits.
-    """
-    if count < 1:
-        raise KinematicsError(f"at least one posture must be sampled, not {count}")
-    spans = [_span(chain, index) for index in range(len(chain))]
-    fk = generated(chain).fk
-    corners = list(product(*spans)) if len(spans) <= 8 else []
-    spread = [
-        tuple(
-            low + (high - low) * _halton(index, _PRIMES[joint % len(_PRIMES)])
-            for joint, (low, high) in enumerate(spans)
-        )
-        for index in range(1, count + 1)
-    ]
-    postures = (*corners, *spread)
-    return Reach(tuple(position_of(fk(posture)) for posture in postures), postures)
-
-
-def _span(chain: Chain, index: int) -> Point:
-    link = chain.links[index]
-    if math.isfinite(link.low) and math.isfinite(link.high):
-        return link.low, link.high
-    if link.kind is JointKind.REVOLUTE:
-        return -math.pi, math.pi
-    raise KinematicsError(
-        f"joint {chain.joint_names[index]!r} slides without limits, so its reach has no end: "
-        "give its link low and high"
-    )
-
-
-def _halton(index: int, base: int) -> float:
-    """Return the index's digits in a base, mirrored at the point: evenly spread over 0 to 1."""
-    value, share = 0.0, 1.0
-    while index:
-        index, digit = divmod(index, base)
-        share /= base
-        value += digit * share
-    return value

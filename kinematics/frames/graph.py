@@ -24,7 +24,7 @@ from kinematics.frames.transforms import (
     Transform,
     check_transform,
     compose,
-    invert,
+    inverted,
     position_of,
     rotation_of,
 )
@@ -53,7 +53,7 @@ class FrameGraph:
         neighbours: dict[str, dict[str, Transform]] = {}
         for (reference, name), frame in checked.items():
             neighbours.setdefault(reference, {}).setdefault(name, frame)
-            neighbours.setdefault(name, {}).setdefault(reference, invert(frame))
+            neighbours.setdefault(name, {}).setdefault(reference, inverted(frame))
         object.__setattr__(self, "relations", MappingProxyType(checked))
         object.__setattr__(self, "_neighbours", neighbours)
         self._check_loops()
@@ -95,7 +95,7 @@ class FrameGraph:
             if root not in placed:
                 placed.update((name, (root, frame)) for name, frame in self._spread(root))
         for (reference, name), stated in self.relations.items():
-            around = compose(invert(placed[reference][1]), placed[name][1])
+            around = compose(inverted(placed[reference][1]), placed[name][1])
             gap_mm = distance(position_of(around), position_of(stated))
             gap_rad = turn_between(rotation_of(around), rotation_of(stated))
             if gap_mm > self.tolerance_mm or gap_rad > self.tolerance_rad:
@@ -118,7 +118,7 @@ def solve_loop(left: Sequence[Transform | None], right: Sequence[Transform | Non
     at = left.index(None)
     before = compose(*_known(left[:at]))
     after = compose(*_known(left[at + 1 :]))
-    return compose(invert(before), *_known(right), invert(after))
+    return compose(inverted(before), *_known(right), inverted(after))
 
 
 def _known(frames: Sequence[Transform | None]) -> tuple[Transform, ...]:

@@ -2,13 +2,17 @@
 
 Plain numbers go straight to `math`. A number of another kind brings methods of these names
 (`sin()`, `cos()`, `sqrt()`, `acos()`, `y.atan2(x)`; and `x.atan2_of(y)`, which is asked where
-only x is of that kind), and its arithmetic. Angles in rad.
+only x is of that kind), and its arithmetic. What a caller passes is checked by `number` and
+`numbers`, in the same words everywhere. Angles in rad.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
+
+from kinematics.errors import KinematicsError, finite
 
 QUARTER_TOLERANCE_RAD = 1e-12
 """An angle this near to a whole number of quarter turns is one: cos(pi / 2) is not 6e-17.
@@ -22,6 +26,38 @@ _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 def is_own_kind(x: Any) -> bool:
     """Whether a value is a number that brings its own functions."""
     return type(x) is not float and hasattr(x, "sin")
+
+
+def number(name: str, value: Any) -> Any:
+    """Return a plain number as a float, one of another kind as it is; raises `BadNumber`."""
+    return value if is_own_kind(value) else finite(name, value)
+
+
+def numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...]:
+    """Return the numbers of a list, one for each name.
+
+    Raises `KinematicsError` for another count, or for something that is no list, and `BadNumber`
+    for an entry that is not a finite number.
+    """
+    given = as_list(values)
+    if given is None or len(given) != len(names):
+        got = repr(values) if given is None else str(len(given))
+        raise KinematicsError(f"{what} needs {len(names)} numbers ({', '.join(names)}), not {got}")
+    found = []
+    for name, value in zip(names, given, strict=True):
+        plain = type(value) is float and value - value == 0.0  # the usual case, quickly
+        found.append(value if plain else number(f"{name} of {what}", value))
+    return tuple(found)
+
+
+def as_list(values: Any) -> tuple[Any, ...] | None:
+    """Return the entries of a list, None for text and for what has no entries."""
+    if isinstance(values, str | bytes):
+        return None
+    try:
+        return tuple(values)
+    except TypeError:
+        return None
 
 
 def sin(x: Any) -> Any:

@@ -4,6 +4,10 @@ A `Transform` holds rotation and position in one (chapter 2, section 2.4): a 4x4
 numbers, four rows, the last one 0, 0, 0, 1; positions in mm, angles in rad. The transform T of a
 frame R1 in a frame R0 takes a point observed in R1 to the same point observed in R0, as O0A = O0O1
 + M O1A (equation 2.27). Works on any kind of number.
+
+`transform`, `invert` and whatever else takes a frame from a caller check it, by `check_rotation`
+and `check_transform`. `homogeneous` and `inverted` do the same unchecked, for frames that this
+library has computed.
 """
 
 from __future__ import annotations
@@ -12,6 +16,7 @@ import math
 from collections.abc import Iterator, Sequence
 from enum import Enum
 from itertools import combinations
+from typing import cast
 
 from kinematics.errors import (
     FlatBasis,
@@ -19,8 +24,8 @@ from kinematics.errors import (
     NotARotation,
     RotationFlaw,
     RotationProperty,
-    finite,
 )
+from kinematics.frames.numbers import as_list, number, numbers
 from kinematics.frames.rotations import (
     IDENTITY,
     Matrix3,
@@ -58,7 +63,15 @@ IN_PLACE: Transform = (
 
 
 def transform(rotation: Matrix3, position: Vector) -> Transform:
-    """Return the transform of a frame turned by `rotation` with its origin at `position`."""
+    """Return the transform of a frame turned by `rotation` with its origin at `position`.
+
+    Raises as `check_transform` does.
+    """
+    return homogeneous(check_rotation(rotation), _checked_position(position))
+
+
+def homogeneous(rotation: Matrix3, position: Vector) -> Transform:
+    """Return what `transform` does; nothing is checked."""
     (a, b, c), (d, e, f), (g, h, i) = rotation
     x, y, z = position
     return (a, b, c, x), (d, e, f, y), (g, h, i, z), LAST_ROW
@@ -66,7 +79,7 @@ def transform(rotation: Matrix3, position: Vector) -> Transform:
 
 def translation(x: float, y: float, z: float) -> Transform:
     """Return the transform of a frame that is moved and not turned."""
-    return transform(IDENTITY, (x, y, z))
+    return homogeneous(IDENTITY, _checked_position((x, y, z)))
 
 
 def rotation_of(frame: Transform) -> Matrix3:
@@ -96,16 +109,21 @@ def compose(*frames: Transform) -> Transform:
 def _product(left: Transform, right: Transform) -> Transform:
     rotation = rotation_of(left)
     turned = multiply(rotation, rotation_of(right))
-    return transform(turned, add(position_of(left), rotate(rotation, position_of(right))))
+    return homogeneous(turned, add(position_of(left), rotate(rotation, position_of(right))))
 
 
 def invert(frame: Transform) -> Transform:
     """Return the inverse: the reference observed from the frame (equations 2.17 and 2.27).
 
-    The rotation is transposed, so what is no rotation is not inverted; see `check_transform`.
+    Raises as `check_transform` does: a matrix that is no rotation has another inverse.
     """
+    return inverted(check_transform(frame))
+
+
+def inverted(frame: Transform) -> Transform:
+    """Return what `invert` does, the rotation transposed; nothing is checked."""
     back = transpose(rotation_of(frame))
-    return transform(back, scale(-1.0, rotate(back, position_of(frame))))
+    return homogeneous(back, scale(-1.0, rotate(back, position_of(frame))))
 
 
 def transform_point(frame: Transform, point: Vector) -> Vector:
@@ -201,8 +219,14 @@ def is_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> bool:
 
 
 def check_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> Matrix3:
-    """Return the matrix in floats, or raise `NotARotation` with everything that is wrong."""
+    """Return the matrix in floats, or raise `NotARotation` with everything that is wrong.
+
+    Numbers of another kind, such as symbols, have no size: a matrix with such entries is returned
+    as it is. Raises as `rotation_flaws` does.
+    """
     matrix = finite_matrix(matrix)
+    if not _are_floats(matrix):
+        return matrix
     if not _plainly_rotation(matrix, tolerance):
         flaws = rotation_flaws(matrix, tolerance)
         if flaws:
@@ -216,14 +240,18 @@ def check_transform(frame: Transform, tolerance: float = ROTATION_TOLERANCE) -> 
     Raises `NotARotation` for its rotation part, `BadNumber` for what is not finite, and
     `KinematicsError` for a wrong shape or another last row than 0, 0, 0, 1.
     """
-    _check_shape(frame, 4)
-    if tuple(frame[3]) != LAST_ROW:
+    rows = cast(Transform, _rows(frame, 4))
+    if rows[3] != LAST_ROW:
         raise KinematicsError(
-            f"the last row of a homogeneous transform is 0, 0, 0, 1, not {tuple(frame[3])}"
+            f"the last row of a homogeneous transform is 0, 0, 0, 1, not {rows[3]}"
         )
-    x, y, z = position_of(frame)
-    position = finite("x_mm", x), finite("y_mm", y), finite("z_mm", z)
-    return transform(check_rotation(rotation_of(frame), tolerance), position)
+    rotation = check_rotation(rotation_of(rows), tolerance)
+    return homogeneous(rotation, _checked_position(position_of(rows)))
+
+
+def _checked_position(position: Sequence[float]) -> Vector:
+    x, y, z = numbers("a position", position, ("x_mm", "y_mm", "z_mm"))
+    return x, y, z
 
 
 def rotation_flaws(
@@ -239,17 +267,34 @@ def rotation_flaws(
 
 def finite_matrix(matrix: Matrix3) -> Matrix3:
     """Return the matrix in floats; raises as `rotation_flaws` does."""
-    _check_shape(matrix, 3)
+    rows = cast(Matrix3, _rows(matrix, 3))
+    if _are_floats(rows):
+        return rows
     first, second, third = (
-        (finite(f"row {row}, x", x), finite(f"row {row}, y", y), finite(f"row {row}, z", z))
-        for row, (x, y, z) in enumerate(matrix, start=1)
+        (number(f"row {row}, x", x), number(f"row {row}, y", y), number(f"row {row}, z", z))
+        for row, (x, y, z) in enumerate(rows, start=1)
     )
     return first, second, third
 
 
-def _check_shape(rows: Sequence[Sequence[float]], size: int) -> None:
+def _rows(matrix: Sequence[Sequence[float]], size: int) -> tuple[tuple[float, ...], ...]:
+    """Return the rows of a square matrix, or raise `KinematicsError` for another shape."""
+    if type(matrix) is not tuple or not all(type(row) is tuple for row in matrix):
+        rows = tuple(as_list(row) or () for row in as_list(matrix) or ())
+    else:
+        rows = matrix
     if len(rows) != size or any(len(row) != size for row in rows):
-        raise KinematicsError(f"{size} rows of {size} numbers are needed, not {rows!r}")
+        raise KinematicsError(f"{size} rows of {size} numbers are needed, not {matrix!r}")
+    return rows
+
+
+def _are_floats(rows: Sequence[Sequence[float]]) -> bool:
+    """Return whether all entries are floats, and finite."""
+    for row in rows:
+        for entry in row:
+            if type(entry) is not float or entry - entry != 0.0:
+                return False
+    return True
 
 
 def _plainly_rotation(matrix: Matrix3, tolerance: float) -> bool:

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from kinematics.errors import Unreachable
-from kinematics.five_axis.closed_form import AXIS_MM
-from kinematics.geometry import ArmGeometry
+from kinematics.geometry import AXIS_MM, ArmGeometry
 from kinematics.guards.guards import GuardedArm, Guards, Violation
 from kinematics.guards.links import BOX
 from kinematics.spaces import Joints, Pose

@@ -1,7 +1,7 @@
 """Places where the arm would hit the table, itself, or what stands about it, as a table of rules.
 
 Lengths in mm, angles in rad. r is the distance from the base axis. Source of the numbers: the
-guards that public TeachMover programs carry. docs/guards.md says what each guard means.
+guards that public TeachMover programs carry. docs/how-to/guards-and-backlash.md explains each.
 """
 
 from __future__ import annotations

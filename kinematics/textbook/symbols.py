@@ -5,6 +5,12 @@ quotient or arc function, which stay whole. Products are multiplied out, zeros a
 and the addition theorems fold C1 C2 - S1 S2 into C12. Sums that depend on a
 `coordinate` of a goal stay whole as factors, so that a solution keeps its shape.
 `notation` writes symbols in the notation of the notes. Angles in rad, lengths in mm.
+
+We weighed sympy and kept this module. Sympy folds the addition theorems as well and as quickly (a
+Puma's hand in 0.1 s, after 0.2 s of import). But brackets, the C12 of the notes, the named steps
+and the sums kept whole would still be ours, and so would a wrapper with the methods that
+`frames.numbers` calls. In exchange `explain --symbolic` would need 85 MB of packages. The tests
+compare with sympy where it is installed.
 """
 
 from __future__ import annotations

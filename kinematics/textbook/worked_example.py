@@ -16,9 +16,10 @@ from kinematics.chains.inverse import Solution, solve_frame_ik
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.chains.tables import aligned, table_text
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import KinematicsError
+from kinematics.frames.numbers import numbers
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
-from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of, transform
+from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of, rotation_of
 from kinematics.textbook.systems.named import NamedBranch, NamedStep, Quantity, System
 
 FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
@@ -171,9 +172,9 @@ def frame_coordinates(frame: Transform) -> tuple[float, ...]:
 
 def _frame_of(goal: Sequence[float]) -> Transform:
     names = FRAME_COORDINATES[: len(goal)]
-    numbers = [finite(name, value) for name, value in zip(names, goal, strict=True)]
-    x, y, z, phi, theta, psi = (*numbers, 0.0, 0.0, 0.0)[:6]
-    return transform(RPY(phi, theta, psi).rotation(), (x, y, z))
+    given = numbers("a goal", goal, names)
+    x, y, z, phi, theta, psi = (*given, 0.0, 0.0, 0.0)[:6]
+    return homogeneous(RPY(phi, theta, psi).rotation(), (x, y, z))
 
 
 def _example_value(link: DHLink, angle_deg: float) -> float:

@@ -1,13 +1,9 @@
 """Arms of model files for the tests: the one that the docs show, and a six-joint one."""
 
-import re
-from pathlib import Path
-
 from faults import sim_arm
+from pages import blocks, page
 
 from armdrive.registry.arm_files import load_arm
-
-DOCS = Path(__file__).parents[2] / "docs"
 
 _SIX_LINKS = ((0.0, 0.0, -90), (149.09, 431.8, 0), (0.0, 0.0, 90), (433.07, 0.0, -90), (0, 0, 90))
 _RANGES = ((-160, 160), (-225, 45), (-45, 225), (-110, 170), (-100, 100), (-266, 266))
@@ -16,16 +12,13 @@ NAMES = ("waist", "shoulder", "elbow", "forearm", "bend", "flange")
 
 def shown_files():
     """The link table and the arm file of the docs."""
-    blocks = re.findall(
-        r"```toml\n(.*?)```", (DOCS / "arm-file.md").read_text(encoding="utf-8"), re.DOTALL
-    )
-    return blocks[1], blocks[2]
+    _, links, arm, *_ = blocks(page("arm-file"), "toml")
+    return links, arm
 
 
 def shown_links():
     """The model file with everything in it of the docs."""
-    page = (DOCS / "model-file.md").read_text(encoding="utf-8")
-    return re.search(r"```toml\n(.*?)```", page, re.DOTALL)[1]
+    return blocks(page("arm-file"), "toml")[3]
 
 
 def five_joints(folder):

@@ -29,7 +29,7 @@ SPEED = 0.3
 """So slow that no busy computer lets the motion reach its goal before its program is ended."""
 
 
-class Trouble(Exception):
+class LineFailure(Exception):
     """Something that the program did not expect."""
 
 
@@ -46,7 +46,7 @@ def drive(port: str, dialect: str, order: dict[str, Any]) -> None:
         os.read(0, 1)  # the arm has been seen to move
         tell(silent_s=arm.status.silent_time_s, stop_s=arm.status.stop_time_s)
         if order.get("raises"):
-            raise Trouble
+            raise LineFailure
         threading.Event().wait(LONG_S)
 
 
@@ -61,7 +61,7 @@ def live(order: dict[str, Any]) -> int:
             drive(sys.argv[1], sys.argv[2], order)
     except CommandEnded as ended:
         return 128 + ended.number
-    except Trouble:
+    except LineFailure:
         return 1
     return 0
 

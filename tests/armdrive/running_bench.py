@@ -51,6 +51,10 @@ class ScriptedMachine:
     def snapshot(self):
         return {"at": self.at, "answers": list(self.answers)}
 
+    @property
+    def fingerprint(self):
+        return self.at
+
 
 @dataclass
 class Script:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pages import page
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
@@ -31,9 +32,7 @@ from kinematics import KinematicsError
 from .disk import Disk
 
 ROOT = Path(__file__).parent.parent.parent
-WHOLE = re.search(
-    r"```toml\n(.*?)```", (ROOT / "docs" / "arm-file.md").read_text("utf-8"), re.DOTALL
-)[1]
+WHOLE = re.search(r"```toml\n(.*?)```", page("arm-file"), re.DOTALL)[1]
 DIALECTS = ("teachmover", "armdroid", "robko01", "grbl", "mks", "cia402")
 STATE = Path("/state/arm.json")
 WORDS = st.sampled_from(

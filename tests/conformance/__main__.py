@@ -1,7 +1,7 @@
 """Run the whole table: every behaviour, dialect and transport; print it, and write its page.
 
     python -m tests.conformance
-    python -m tests.conformance --write docs/conformance.md
+    python -m tests.conformance --write docs/background/conformance.md
 
 Exit code 1 where anything is not as promised.
 """
@@ -24,7 +24,7 @@ from .benches import BENCHES, stands_on
 from .running import Result, Verdict, run_row
 from .table import page, text
 
-COMMAND = "python -m tests.conformance --write docs/conformance.md"
+COMMAND = "python -m tests.conformance --write docs/background/conformance.md"
 JOBS = 4
 Task = tuple[str, str, str]
 """A row: behaviour, dialect and transport."""

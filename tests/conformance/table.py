@@ -9,6 +9,8 @@ from .behaviour import EVERYWHERE, Behaviour
 from .running import Result, Verdict
 
 NOT_RUN = "–"
+EVERYWHERE_KEPT = "yes"
+IN_MOTION, STANDING, BOTH = ", in motion", ", standing", ", in motion and standing"
 WORDS = {
     "memory": "in process, on simulated time",
     "pty": "another process, over a pseudo-terminal (drives: over a serial CAN adapter on one)",
@@ -18,37 +20,19 @@ WORDS = {
 }
 PAGE_INTRO = """# Conformance
 
-What an arm does, whichever controller it has. Each row of the table is a behaviour of
-[tests/conformance](../tests/conformance/behaviours.py): a function that drives an arm by
-armdrive's public calls, looks at the **physical** arm, which no register knows, and says in a
-sentence what was not as promised. Every dialect of the [registry](../armdrive/registry/__init__.py)
-is put on the same benches; a new row there is under test by itself. What a dialect cannot do by its
-table of abilities is `n/a`, by a rule on those abilities.
+What every arm does, whichever controller it has. Each row is a function in `tests/conformance` that
+drives an arm by armdrive's public calls and looks at the **physical** arm, which no register knows.
+A new dialect in the registry is tested by itself. A behaviour that a dialect cannot have by its
+table of abilities is `n/a`.
 
-Of every fault the same is asked, whenever it comes: nothing moves that was not commanded; the call
-ends in time, with what was asked for or with an error that says what is wrong; the position is not
-called referenced where the arm does not stand there, if the device gave any sign of it; and once
-the fault is over, a reset (or connecting again) and a reference make the arm work as before, and
-move nothing. A wire without check bytes can turn a number into another one, and a command that
-comes twice can be obeyed twice: there, no driver can keep the arm from moving otherwise than it
-was commanded, so that it is only asked that this is found out. Steppers that slip or stall without
-a switch give no sign at all: there, it is only asked that the arm works once it is referenced.
-What is left of a disturbed line in the ear of a device without check bytes may spoil the first
-motion after the fault: that is an error, and after one more reset and reference the arm works. On
-simulated time each fault comes at seven moments of a motion, in real time at one.
+After every fault: nothing moves that was not commanded; the call ends in time, with its result or
+an error that says what is wrong; the position is not called referenced where the arm is not, if the
+device gave any sign; and after a reset (or a new connection) and a reference the arm works as
+before. Two things no driver can prevent are excused and listed in [testing](testing.md): a wire
+without check bytes that changes or repeats a command, and steppers that slip without a switch. In
+simulated time a fault strikes at seven moments of a motion, in real time at one.
 
-A pause is asked of every motion as a stop is, within what the status announces for a program that
-falls silent ([several-programs.md](several-programs.md)); what other programs may ask is asked by
-the commands of the command line, each in a process of its own. Homing by switches and grippers on
-a servo or an output are tried on arms of a file of their own, since no preset has them: switches
-that stick, that never close, and a stop on the way. A simulated servo that is told nothing stays
-where it is, so that only an output shows what connecting would let go. Of a wire that was lost
-([reconnecting.md](reconnecting.md)) the same connection is asked once it is back. A jog that is
-held expires counted from the call that held it: on a slow wire, or a busy computer, it may have
-expired before its first burst could begin, and then nothing moves. These rows renew it until the
-arm is seen to move, as a keyboard does.
-
-A word alone holds for every transport; where they differ there is one for each, in this order:
+A single word holds for every transport; otherwise there is one for each, in this order:
 """
 
 
@@ -87,31 +71,47 @@ def summary(results: Sequence[Result]) -> str:
 
 
 def notes(results: Sequence[Result], verdict: Verdict) -> list[str]:
-    """Say why, once for each reason, and of which behaviours and dialects."""
+    """Say what was broken; of other verdicts each reason, with its dialects."""
     if verdict is Verdict.BROKEN:
         return [
             f"{each.behaviour} ({each.dialect}, {each.transport}): {each.words}"
             for each in results
             if each.verdict is verdict
         ]
-    chosen = [each for each in results if each.verdict is verdict]
-    reasons: dict[tuple[str, str], list[str]] = {}
-    for each in chosen:
-        reasons.setdefault((each.words, each.behaviour), []).append(each.dialect)
-    return [
-        f"{behaviour}: {words} ({', '.join(dict.fromkeys(dialects))})"
-        for (words, behaviour), dialects in reasons.items()
-    ]
+    reasons: dict[str, dict[str, None]] = {}
+    for each in results:
+        if each.verdict is verdict:
+            reasons.setdefault(each.words, {})[each.dialect] = None
+    return [f"{words} ({', '.join(dialects)})" for words, dialects in reasons.items()]
 
 
 def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Iterable[str]:
+    """Yield the rows by family: those that every dialect keeps as a list, the others as a table."""
     for family, members in groupby(behaviours, lambda row: row.family):
+        rows = list(_paired(_rows(tuple(members), results)))
+        kept = [row for row in rows if set(row[1:]) == {EVERYWHERE_KEPT}]
+        others = [row for row in rows if row not in kept]
         yield from ("", f"## {family[0].upper() + family[1:]}", "")
-        yield f"| behaviour | {' | '.join(_dialects(results))} |"
-        yield "|---" * (1 + len(_dialects(results))) + "|"
-        for cells in _rows(tuple(members), results):
-            yield f"| {' | '.join(cells)} |"
+        if kept:
+            yield from ("Every controller:", "", *(f"- {name}" for name, *_ in kept))
+        if others:
+            yield from ([""] if kept else [])
+            yield f"| behaviour | {' | '.join(_dialects(results))} |"
+            yield "|---" * (1 + len(_dialects(results))) + "|"
+            yield from (f"| {' | '.join(cells)} |" for cells in others)
     yield ""
+
+
+def _paired(rows: Sequence[tuple[str, ...]]) -> Iterable[tuple[str, ...]]:
+    """Yield the rows; a fault with the same results in motion and standing takes one of them."""
+    known = set(rows)
+    for name, *cells in rows:
+        fault, moving, _ = name.partition(IN_MOTION)
+        standing = (name.removesuffix(STANDING) + IN_MOTION, *cells)
+        if moving and (fault + STANDING, *cells) in known:
+            yield (fault + BOTH, *cells)
+        elif not (name.endswith(STANDING) and standing in known):
+            yield (name, *cells)
 
 
 def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tuple[str, ...]]:

@@ -1,7 +1,7 @@
 """Run every example whole on the arm of every dialect, and write the table about them.
 
     python -m tests.examples
-    python -m tests.examples --write docs/examples.md
+    python -m tests.examples --write docs/how-to/examples.md
 
 Exit code 1 where the world is not as it should be afterwards.
 """

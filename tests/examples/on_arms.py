@@ -17,7 +17,7 @@ from armdrive.arm import standing_in
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.programs.program import ENDING, ArmProgram, read_program
-from armdrive.programs.rehearsal import rehearsing_arm
+from armdrive.programs.rehearsal import SeenArm, rehearsing_arm
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry import DIALECTS
 from armdrive.sim.world.table import block_of
@@ -85,7 +85,7 @@ def run_example(example: Example, form: Form, config: ArmConfig | str) -> Ran:
         assert text.count(old) == 1, f"{example.file} does not say once: {old}"
         text = text.replace(old, new)
     found = simulated_config(config) if isinstance(config, str) else config
-    with contextlib.closing(rehearsing_arm(found, None, lambda _: None)) as arm:
+    with contextlib.closing(rehearsing_arm(SeenArm(found), lambda _: None)) as arm:
         assert arm.twin is not None
         for words in PUT.findall(text):
             arm.twin.world.put(block_of(words.split(",")))

@@ -9,7 +9,7 @@ from armdrive.registry import DIALECTS
 
 from .on_arms import Example, Form, Ran
 
-COMMAND = "python -m tests.examples --write docs/examples.md"
+COMMAND = "python -m tests.examples --write docs/how-to/examples.md"
 
 TABLE = re.compile(r"^\| example \|(?! what it shows).*?\n\n", re.MULTILINE | re.DOTALL)
 
@@ -33,8 +33,7 @@ def table(examples: Sequence[Example], cells: Mapping[tuple[str, str], str]) -> 
     rows = [head, "|---" * (2 + len(DIALECTS)) + "|"]
     for each in examples:
         shown = [cells[each.file, dialect] for dialect in DIALECTS]
-        link = f"[{each.file}](../examples/{each.file})"
-        rows.append(f"| {link} | {each.about} | {' | '.join(shown)} |")
+        rows.append(f"| `{each.file}` | {each.about} | {' | '.join(shown)} |")
     return "\n".join(rows) + "\n\n"
 
 
@@ -48,7 +47,7 @@ def with_table(page: str, made: str) -> str:
 
 def told(page: str, file: str, dialect: str) -> str:
     """Return what a page says of an example on a dialect, "" where it says nothing."""
-    row = re.search(rf"^\| \[{re.escape(file)}\].*$", page, re.MULTILINE)
+    row = re.search(rf"^\| `{re.escape(file)}` .*$", page, re.MULTILINE)
     if row is None:
         return ""
     return row[0].strip("| ").split(" | ")[2 + list(DIALECTS).index(dialect)]

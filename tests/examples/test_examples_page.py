@@ -1,6 +1,7 @@
 """The page about the examples tells of each, and what it says of refusals is so."""
 
 import pytest
+from pages import page_path
 
 from armdrive.registry import DIALECTS
 
@@ -8,7 +9,7 @@ from .examples_table import EXAMPLES
 from .on_arms import FOLDER
 from .page import amounts, refusal, table, told, with_table
 
-PAGE = FOLDER.parent / "docs" / "examples.md"
+PAGE = page_path("examples")
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +20,7 @@ def page():
 @pytest.mark.parametrize("path", sorted(FOLDER.iterdir()), ids=lambda path: path.name)
 def test_the_page_names_every_example(page, path):
     if path.is_file():
-        assert f"(../examples/{path.name})" in page
+        assert f"`{path.name}`" in page
 
 
 def test_the_table_tells_of_every_dialect_how_it_went_or_why_not(page):

@@ -8,6 +8,7 @@ import tomllib
 
 import pytest
 from amounts import THOROUGH
+from pages import page_path
 
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
@@ -19,7 +20,7 @@ from .examples_table import EXAMPLES
 from .on_arms import FOLDER, run_example
 from .page import COMMAND, amounts, cell, told
 
-PAGE = FOLDER.parent / "docs" / "examples.md"
+PAGE = page_path("examples")
 CASES = [
     pytest.param(example, dialect, id=f"{example.file}-{dialect}")
     for example in EXAMPLES.values()

@@ -6,7 +6,7 @@
     python -m tests.firmware --port /dev/ttyUSB0 --dialect grbl --rows --timing
 
 Images are ELF files that you have built; the project contains none. Without --rows, --missions,
---timing or --stops, all four run. See docs/real-firmware.md. Exit code 1: something was not as
+--timing or --stops, all four run. See docs/background/testing.md. Exit code 1: something was not as
 promised; 2: nothing could be measured.
 """
 

@@ -179,7 +179,7 @@ MUTANTS = (
         name="the dead-man takes a backlog of keys for a held one",
         promise="keys that a stalled link kept back move nothing",
         path="armdrive/motion/dead_man.py",
-        old="        if gate.events >= BACKLOG_EVENTS:\n",
+        old="        if burst or gate.events >= GATE_EVENTS:\n",
         new="        if False:\n",
         tests=tests_of(
             "tests/armdrive/motion/test_deadman.py",

@@ -143,12 +143,12 @@ MUTANTS = (
         promise="a reference is on the disk when the call returns",
         path="armdrive/motion/reference.py",
         old=(
-            "    core.learn(word.evidence, wire.now_s)\n"
+            "    core.learn(confirmed.evidence, wire.now_s)\n"
             "    core.clear_diagnostics()\n"
             "    yield from _settled(wire)\n"
         ),
         new=(
-            "    core.learn(word.evidence, wire.now_s)\n"
+            "    core.learn(confirmed.evidence, wire.now_s)\n"
             "    core.clear_diagnostics()\n"
             "    core.settle()\n"
         ),

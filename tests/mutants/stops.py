@@ -202,12 +202,12 @@ MUTANTS = (
         name="connecting moves the arm",
         promise="connecting moves nothing",
         path="armdrive/motion/reference.py",
-        old="    core.memory.taken_up()  # from here on",
+        old="    core.memory.taken_up()  # only now",
         new=(
             "    if not switched:\n"
             "        at = core.position.acknowledged\n"
             "        yield from wire.move(at + type(at)([40] * len(at)), 100.0, None)\n"
-            "    core.memory.taken_up()  # from here on"
+            "    core.memory.taken_up()  # only now"
         ),
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",

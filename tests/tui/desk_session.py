@@ -5,6 +5,7 @@ import math
 from desk_fake import Clock, FakeArm
 
 from tui.desk import Desk
+from tui.frame import SafetyPanel
 from tui.painting import PlainText
 
 
@@ -57,7 +58,17 @@ class Session:
         await self.pilot.pause()
 
     def text(self, name):
+        """Return what a part of the screen says: a widget by its id, or one of these names."""
+        if name == "title":
+            return self.desk.place.query_one(SafetyPanel).arm
+        if name == "banner":
+            forbidden = self.desk.place.query_one(SafetyPanel).has_class("-forbidden")
+            return self.text("conduct") if forbidden else ""
         return self.desk.place.query_one(f"#{name}", PlainText).shown
+
+    def title(self, name):
+        """Return the title of a panel."""
+        return self.desk.place.query_one(f"#{name}").border_title
 
     def tick(self):
         """Let the time of what is held pass, as the desk's own alarm does."""
@@ -65,5 +76,6 @@ class Session:
 
     @property
     def everything(self):
-        names = ("title", "banner", "conduct", "joints", "tip", "bottom", "remarks", "footer")
+        names = ("title", "conduct", "trust", "stopping", "joints", "tip", "gripper", "near",
+                 "remarks", "footer")  # fmt: skip
         return "\n".join(self.text(name) for name in names)

@@ -3,12 +3,12 @@
 import io
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from desk_fake import MODEL, Clock
 from hypothesis import given
 from hypothesis import strategies as st
+from pages import page_path
 from rich.console import Console
 from rich.segment import Segment
 from rich.style import Style
@@ -31,7 +31,7 @@ GUARDED = replace(
     MODEL,
     guards=replace(MODEL.guards, boxes=(TRAY,), radii_mm=(20.0, 20.0, 15.0), base_radius_mm=70.0),
 )
-PAGE = Path(__file__).parents[2] / "docs" / "arm-view.md"
+PAGE = page_path("desk")
 GOAL = Joints.of(-30.0, 40.0, -60.0, -60.0, 15.0)
 
 

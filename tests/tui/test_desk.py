@@ -7,19 +7,21 @@ from types import SimpleNamespace
 
 import pytest
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
+from desk_logged import storied
+from desk_planner import CONFIG
 from desk_session import Session
 from textual import events
-from textual.widgets import Input
+from textual.widgets import Input, Tabs
 from waiting import until_seen
 
 from armdrive.moves import Jog, Space
 from armdrive.status import State, Trust
+from armdrive.storage.point_file import points_of
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
-from tui import panels
 from tui.jog.jogging import IDLE_DISARMS_S
 from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
-from tui.terminal import ENDING_SIGNALS
+from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -33,20 +35,25 @@ async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
 
 async def test_a_real_arm_is_called_real_in_words():
     async with Session(FakeArm(simulated=False, link="COM3")) as session:
-        title = session.text("title")
-        assert title.split("  ", 1)[0] == "REAL ARM: sim (TeachMover) on COM3"
-        assert title.endswith("  JOG")
+        assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
+        assert session.desk.place.query_one(Tabs).active_tab.label_text == "F2 Jog"
 
 
-@pytest.mark.parametrize("entry", SCREENS, ids=lambda entry: entry.id)
 @pytest.mark.parametrize("width", [40, 80, 200])
-def test_the_title_names_the_screen_and_whether_the_arm_is_real_however_narrow(entry, width):
-    for simulated, kind in ((True, "SIMULATED"), (False, "REAL ARM")):
-        status = FakeArm(simulated=simulated, link="/dev/serial/by-id/usb-FTDI_FT232R").status
-        title = panels.title(status, entry.title, width)
-        assert title.startswith(kind)
-        assert title.endswith(f"  {entry.title.upper()}")
-        assert len(title) == width
+@pytest.mark.parametrize(("simulated", "kind"), [(True, "SIMULATED"), (False, "REAL ARM")])
+async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab(width, simulated, kind):
+    arm = storied()
+    arm.config = CONFIG
+    arm.set(simulated=simulated, link="/dev/serial/by-id/usb-FTDI_FT232R")
+    arm.points = points_of(CONFIG.name, CONFIG.model.arm, lambda: None)
+    async with Session(arm, size=(width, 24)) as session:
+        for entry in SCREENS:
+            await session.press(entry.key)
+            await session.settle()
+            assert session.text("title").startswith(kind)
+            rows = [strip.text for strip in session.desk.screen._compositor.render_strips()]
+            assert kind in rows[1]
+            assert session.desk.place.query_one(Tabs).active == entry.id
 
 
 async def test_the_footer_offers_what_would_change_something():
@@ -111,11 +118,11 @@ async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
         await session.press("F")
         assert "press m first" in session.text("remarks")
         await session.press("m", "F")
-        assert "mode CARTESIAN of tool" in session.text("conduct")
+        assert session.title("tip") == "Tip, Cartesian of tool"
         await session.arm_keys()
         await session.press("w", after_s=3.0)
         await session.press("F", "F")
-        assert "mode CARTESIAN  step" in session.text("conduct")
+        assert session.title("tip") == "Tip, Cartesian"
         axis = JOG_PAIRS[1].cartesian
         wanted = Jog(Space.CARTESIAN, ((axis, 2.0),), "tool")
         assert session.arm.asked("nudge") == [("nudge", wanted, 0.25)]
@@ -124,9 +131,23 @@ async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
 async def test_mode_increment_and_speed_follow_their_keys():
     async with Session() as session:
         await session.press("m", "right_square_bracket", "right_square_bracket", "minus")
-        assert "mode CARTESIAN  step 10°/mm  speed 10%" in session.text("conduct")
+        assert session.title("tip") == "Tip, Cartesian"
+        assert "speed 10%   step 10 mm 2°" in session.text("stopping")
         await session.press("m", "left_square_bracket", "plus", "equals_sign")
-        assert "mode JOINT  step 5°/mm  speed 50%" in session.text("conduct")
+        assert session.title("tip") == "Tip"
+        assert "speed 50%   step 10 mm 1°" in session.text("stopping")
+
+
+async def test_one_step_is_in_mm_along_an_axis_and_in_degrees_about_it():
+    async with Session() as session:
+        await session.press("m", "right_square_bracket")
+        await session.arm_keys()
+        await session.press("q", "r", "y", after_s=3.0)
+        assert [call[1].axes for call in session.arm.asked("nudge")] == [
+            (("x", 5.0),),
+            (("pitch", 2.0),),
+            (("gripper", 5.0),),
+        ]
 
 
 async def test_every_other_key_of_the_table_does_what_it_says():
@@ -163,7 +184,8 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
     tested = {*deeds, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
-    assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | {"minus", "plus", "F", "G"}
+    elsewhere = {"minus", "plus", "F", "G", "K", "D", "1", "2", "3"}
+    assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | elsewhere
 
 
 @pytest.mark.parametrize("key", ["space", "escape", "ctrl+c"])
@@ -179,6 +201,38 @@ async def test_stop_keys_stop_disarm_and_close_whatever_is_open(key, dialog):
         assert session.arm.calls[0] == ("stop",)
         assert not session.desk.armed
         assert len(session.desk.screen_stack) == 1
+
+
+@pytest.mark.parametrize("entry", SCREENS, ids=lambda entry: entry.id)
+@pytest.mark.parametrize("dialog", [None, "question_mark", "ctrl+p"])
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(entry, dialog, size):
+    arm = storied()
+    arm.config = CONFIG
+    arm.points = points_of(CONFIG.name, CONFIG.model.arm, lambda: None)
+    async with Session(arm, size=size) as session:
+        await session.press(entry.key, *([dialog] if dialog else []))
+        await session.settle()
+        stop = session.desk.place.query_one("#stop").region
+        x, y = stop.x + 1, stop.y + 1
+        session.arm.calls.clear()
+        await session.send(
+            events.MouseDown(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
+        )
+        assert session.arm.calls[0] == ("stop",)
+        assert len(session.desk.screen_stack) == 1
+
+
+async def test_clicking_a_tab_or_a_key_of_the_last_line_does_what_its_key_does():
+    async with Session(storied(), size=(120, 40)) as session:
+        await session.pilot.click("#tabs #log")
+        await session.settle()
+        assert session.desk.place.place == "log"
+        assert session.desk.place.query_one(Tabs).active == "log"
+        find = session.text("footer").index("/ find")
+        await session.pilot.click("#footer", offset=(find + 2, 0))
+        await session.settle()
+        assert len(session.desk.screen_stack) == 2
 
 
 async def test_jog_keys_are_dead_while_a_dialog_is_open():
@@ -207,6 +261,40 @@ async def test_holding_a_key_jogs_and_letting_go_stops():
         session.tick()
         assert session.arm.calls[-1] == ("release",)
         assert session.desk.armed
+
+
+async def test_a_key_whose_release_the_terminal_reports_stops_the_arm_at_once():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        session.clock.now_s += 0.03
+        session.tick()
+        assert session.arm.asked("hold")
+        await session.send(KeyUp("q"))
+        assert session.arm.asked("release") == []
+        await session.send(KeyUp("w"))
+        assert session.arm.calls[-1] == ("release",)
+        assert session.desk.armed
+
+
+@pytest.mark.parametrize(
+    ("sent", "read"),
+    [
+        ("\x1b[113;1:3u", [(KeyUp, "q")]),
+        ("\x1b[113;1:2;113u", [(events.Key, "q")]),
+        ("\x1b[113;1:1;113u", [(events.Key, "q")]),
+        ("\x1b[113;;113u", [(events.Key, "q")]),
+        ("\x1b[1;1:2A", [(events.Key, "up")]),
+        ("\x1b[1;1:3A", [(KeyUp, "up")]),
+        ("\x1b[A", [(events.Key, "up")]),
+        ("q", [(events.Key, "q")]),
+        ("\x1b[104;2;72u", [(events.Key, "H")]),
+        ("\x1b[99;5:3u", [(KeyUp, "ctrl+c")]),
+    ],
+)
+def test_presses_repeats_and_releases_are_told_apart(sent, read):
+    assert [(type(event), event.key) for event in ReleaseParser().feed(sent)] == read
 
 
 async def test_a_real_timer_ends_a_hold_by_itself():
@@ -299,7 +387,7 @@ async def test_what_somebody_asked_from_outside_is_shown():
         assert "SLOWED from outside to 25%" in session.text("banner")
         session.arm.set(paused=True)
         await session.poll()
-        assert "PAUSED from outside" in session.text("banner")
+        assert "PAUSED  paused from outside" in session.text("banner")
         session.arm.set(paused=False, speed_override=1.0)
         await session.poll()
         assert session.text("banner") == ""
@@ -309,7 +397,7 @@ async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
     async with Session() as session:
         await session.press("X")
         await session.poll()
-        assert "ERROR-STOP: emergency stop. R resets" in session.text("banner")
+        assert "ERROR  emergency stop. R resets" in session.text("banner")
         await session.press("R")
         await session.desk.workers.wait_for_complete()
         await session.poll()
@@ -330,7 +418,7 @@ async def test_the_reference_is_taken_only_after_a_yes(answer, asked):
 @pytest.mark.parametrize(("answer", "asked"), [("y", [("restored",)]), ("n", [])])
 async def test_a_restored_position_is_confirmed_only_after_a_yes(answer, asked):
     async with Session(FakeArm(trust=Trust.RESTORED, trust_reason="recorded")) as session:
-        assert "C confirms" in session.text("conduct")
+        assert "C confirms" in session.text("trust")
         await session.press("C")
         assert len(session.desk.screen_stack) == 2
         await session.press(answer)
@@ -387,8 +475,8 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         session.arm.set(notice="jogging in Cartesian space needs a known position")
         await session.poll()
         assert "needs a known position" in session.text("remarks")
-        assert "no position of this arm has been saved" in session.text("conduct")
-        assert "posture not known" in "".join(session.desk.place.query_one("#space").rows)
+        assert "position unknown: press H" in session.text("trust")
+        assert "position unknown: press H" in "".join(session.desk.place.query_one("#space").rows)
 
 
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
@@ -407,7 +495,7 @@ async def test_nothing_that_matters_is_said_by_colour_alone():
     async with Session(FakeArm(trust=Trust.SUSPECT, gripping=True)) as session:
         await session.arm_keys()
         shown = session.everything
-        for word in ("SIMULATED", "ARMED", "standby", "suspect", "CLOSED", "14 mm, 0.21 s"):
+        for word in ("SIMULATED", "ARMED", "suspect", "CLOSED", "14 mm, 0.21 s"):
             assert word in shown
 
 

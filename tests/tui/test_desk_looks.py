@@ -5,13 +5,12 @@ import threading
 import pytest
 from desk_fake import MODEL, Clock, FakeArm, unknown_position
 from desk_planner import settled
+from desk_session import Session
 from waiting import until_seen
 
 from armdrive.status import status_view
+from tui.axes import AxisTable, bar
 from tui.desk import Desk
-from tui.jog import text as tables
-from tui.keys.keyboard import DEFAULT_KEYS
-from tui.settings import JogSettings
 from tui.watch import Watching
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
@@ -81,16 +80,20 @@ def test_the_dialogs(snap_compare, size, name):
 
 @pytest.mark.parametrize(
     ("value", "shown"),
-    [(None, "[-----]"), (0, "[o----]"), (10, "[----o]"), (-1, "[<----]"), (11, "[---->]")],
+    [(None, "━━━━━"), (0, "●━━━━"), (10, "━━━━●"), (-1, "<━━━━"), (11, "━━━━>")],
 )
 def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
-    assert tables.bar(value, 0.0, 10.0, 5) == shown
+    assert bar(value, 0.0, 10.0, 5) == shown
 
 
-@pytest.mark.parametrize("settings", [JogSettings(), JogSettings().other_mode()])
-def test_the_tables_fit_the_smallest_panel(settings):
-    known, unknown = FakeArm().status, FakeArm(**unknown_position()).status
-    lines = tables.joint_table(known, MODEL, settings, DEFAULT_KEYS, 41).splitlines()
-    lines += tables.joint_table(unknown, MODEL, settings, DEFAULT_KEYS, 41).splitlines()
-    lines += tables.tip_lines(known, MODEL, settings, DEFAULT_KEYS, 41, known.pose).splitlines()
-    assert max(len(line) for line in lines) <= 41
+@pytest.mark.parametrize("keys", [(), ("m",)])
+@pytest.mark.parametrize("more", [{}, unknown_position()], ids=["known", "unknown"])
+async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(keys, more):
+    async with Session(FakeArm(**more)) as session:
+        await session.press(*keys)
+        for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
+            table = session.desk.place.query_one(f"#{name}", AxisTable)
+            lines = table.shown.splitlines()[:axes]
+            assert len(lines) == axes
+            assert max(len(line.rstrip()) for line in lines) <= table.content_size.width
+            assert table.region.bottom <= 22, "the panel is cut off"

@@ -12,8 +12,8 @@ from textual import events
 from textual._xterm_parser import XTermParser
 
 from tui.app import SUSPENDED_S
+from tui.axes import AxisTable
 from tui.desk import POLL_S, STARVED_S
-from tui.jog.screen import HoldButtons
 from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
 from tui.watch import Watching
 
@@ -155,6 +155,28 @@ async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
         assert len(session.arm.asked("nudge")) == 1
 
 
+async def test_a_key_that_is_dropped_is_never_dropped_without_a_word():
+    async with Suspended() as session:
+        await session.suspend(2.0, told=False)
+        await session.type("\r")
+        await session.pass_by(0.1)
+        await session.poll()
+        assert not session.desk.armed
+        assert "a key was dropped" in session.text("remarks")
+        await session.pass_by(1.0)
+        await session.type("\r")
+        assert session.desk.armed
+
+
+async def test_a_desk_that_took_long_to_start_takes_the_first_key():
+    async with Suspended() as session:
+        session.desk.input.alive()
+        session.clock.now_s += 5.0  # the rest of its start, for which another thread was needed
+        session.desk.input.begin()
+        await session.type("\r")
+        assert session.desk.armed
+
+
 async def test_what_a_busy_desk_works_is_no_absence():
     async with Suspended() as session:
         await session.arm_again()
@@ -248,9 +270,9 @@ async def test_no_question_is_answered_by_what_was_typed_meanwhile():
 async def test_no_button_is_held_by_what_the_mouse_did_meanwhile():
     async with Suspended(size=(120, 40)) as session:
         await session.arm_again()
-        buttons = session.desk.place.query_one("#hold-joints", HoldButtons).region
+        caps = session.desk.place.query_one("#joints", AxisTable).content_region
         await session.suspend(0.4, told=True)
-        x, y = buttons.x + 1, buttons.y
+        x, y = caps.x + 1, caps.y
         for kind in (events.MouseDown, events.MouseUp):
             event = kind(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
             event.time = session.clock.now_s

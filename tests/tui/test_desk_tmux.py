@@ -73,13 +73,13 @@ def base(tmux):
 def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     tmux.seen("Before you move anything")
     tmux.press("Enter")
-    tmux.seen(r"SIMULATED.* JOG")
+    tmux.seen("SIMULATED")
     tmux.press("q")
     tmux.press("H")
     tmux.seen("the simulated operator referenced the arm")
     start = base(tmux)
     tmux.press("Enter")
-    tmux.seen("keys ARMED")
+    tmux.seen(" ARMED ")
     # a busy desk leaves out a key that it hears too late, and disarms where it was kept from work
     jog = lambda: tmux.press("Enter" if "DISARMED" in tmux.shown else "q")  # noqa: E731
     tried(jog, lambda: base(tmux) != start, "the key jogged nothing")
@@ -91,4 +91,4 @@ def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     tmux.gone()
     left = json.loads((places.states() / "desk.json").read_text())
     assert left["instructed"] is True
-    assert left["screen"] == "jog"
+    assert left["arms"]["simulated sim:teachmover"]["screen"] == "jog"

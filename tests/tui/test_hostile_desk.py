@@ -8,7 +8,6 @@ from textual.app import App
 
 from armdrive.status import State
 from tui.app import KeyApp
-from tui.log.screen import LogList
 from tui.painting import PlainText
 
 
@@ -44,15 +43,16 @@ class Plain(App):
 
     def compose(self):
         yield PlainText(id="text")
-        yield LogList(id="rows")
+        yield PlainText(id="rows")
 
 
 @pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
 async def test_text_and_rows_are_painted_without_control_characters_and_without_markup(text):
     app = Plain()
     async with app.run_test(size=(80, 10)) as pilot:
-        app.query_one(PlainText).show(f"before {text} behind")
-        app.query_one(LogList).show([(f"row {text} and a good deal more of it", "")])
+        app.query_one("#text", PlainText).show(f"before {text} behind")
+        row = f"row {text} and a good deal more of it"
+        app.query_one("#rows", PlainText).show_lines([(row, "bold")])
         await pilot.pause()
         seen = painted(app)
         assert not unprintable(seen)

@@ -3,7 +3,8 @@
 import json
 
 import pytest
-from desk_fake import FakeArm
+from desk_fake import FakeArm, unknown_position
+from desk_logged import storied
 from desk_planner import PlannerArm
 from desk_session import Session
 
@@ -13,7 +14,9 @@ from tui.keys.keyboard import DEFAULT_KEYS
 from tui.look import LOOKS, look_after, look_named
 from tui.settings import (
     INCREMENTS,
+    MOST_ARMS,
     SPEEDS,
+    ArmMemory,
     DeskMemory,
     JogSettings,
     Manner,
@@ -25,8 +28,9 @@ from tui.settings import (
 
 
 def test_increments_and_speeds_stop_at_the_ends_of_their_rows():
-    assert JogSettings().with_increment(99).increment == INCREMENTS[-1]
-    assert JogSettings().with_increment(-99).increment == INCREMENTS[0]
+    tip = JogSettings().other_mode()
+    assert JogSettings().with_step(99).step_deg == tip.with_step(99).step_mm == INCREMENTS[-1]
+    assert JogSettings().with_step(-99).step_deg == tip.with_step(-99).step_mm == INCREMENTS[0]
     assert JogSettings().with_speed(99).speed == SPEEDS[-1]
     assert JogSettings().with_speed(-99).speed == SPEEDS[0]
 
@@ -37,10 +41,13 @@ def test_the_mode_goes_to_and_fro():
 
 
 def test_a_tap_is_a_distance_and_a_hold_a_direction():
-    coarse = JogSettings().with_increment(1)
+    coarse = JogSettings().with_step(1)
     assert coarse.increment_of("a") == Jog.joint(base=-5.0)
     assert coarse.direction_of("a") == Jog.joint(base=-1.0)
-    assert coarse.other_mode().increment_of("up") == Jog(Space.CARTESIAN, (("z", 5.0),))
+    tip = coarse.other_mode()
+    assert tip.increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),)), "mm have their own step"
+    assert tip.with_step(-1).increment_of("up") == Jog(Space.CARTESIAN, (("z", 1.0),))
+    assert tip.with_step(-1).increment_of("r") == Jog(Space.CARTESIAN, (("pitch", 5.0),))
 
 
 def test_frames_go_round_and_count_only_where_the_tip_is_jogged():
@@ -63,13 +70,24 @@ def memory(tmp_path):
 
 
 def test_what_was_left_is_there_again(tmp_path):
-    left = DeskMemory("jog", "light", "cartesian", "tool", 5.0, 0.1, True, "joint", 0.25)
+    arm = ArmMemory("jog", "cartesian", "tool", 5.0, 0.5, 0.1, "joint", 0.25)
+    left = DeskMemory("light", True, {"real bench": arm})
     remember(tmp_path / "desk.json", left)
     assert recall(tmp_path / "desk.json") == left
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{", "[]", "7", '{"speed": "fast", "look": 3, "instructed": "yes"}', "[" * 9000]
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        "7",
+        '{"speed": "fast", "look": 3, "instructed": "yes"}',
+        "[" * 9000,
+        '{"arms": 7, "look": 3}',
+        '{"screen": "log", "speed": 1.0}',
+    ],
 )
 def test_a_damaged_memory_is_no_memory(tmp_path, text):
     path = tmp_path / "desk.json"
@@ -79,10 +97,10 @@ def test_a_damaged_memory_is_no_memory(tmp_path, text):
 
 def test_what_does_not_exist_here_is_left_as_it_is():
     settings = JogSettings(frames=("base", "tool"))
-    assert set_as(settings, DeskMemory("", "", "sideways", "board", 3.3, 7.0)) == settings
-    changed = set_as(settings, DeskMemory("", "", "cartesian", "tool", 5.0, 0.1))
-    assert (changed.cartesian, changed.frame, changed.increment, changed.speed) == (
-        True, "tool", 5.0, 0.1,
+    assert set_as(settings, ArmMemory("", "sideways", "board", 3.3, 3.4, 7.0)) == settings
+    changed = set_as(settings, ArmMemory("", "cartesian", "tool", 5.0, 0.5, 0.1))
+    assert (changed.cartesian, changed.frame, changed.step_deg, changed.step_mm, changed.speed) == (
+        True, "tool", 5.0, 0.5, 0.1,
     )  # fmt: skip
 
 
@@ -90,11 +108,11 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
     async with Session(memory=memory) as session:
         await session.press("m", "F", "right_square_bracket", "minus", "T")
         await session.arm_keys()
-        left = session.text("conduct").splitlines()[2]
+        left = (session.text("stopping"), session.title("tip"))
         look = session.desk.looks.name
         await session.press("ctrl+q")
     async with Session(memory=memory) as session:
-        assert session.text("conduct").splitlines()[2] == left
+        assert (session.text("stopping"), session.title("tip")) == left
         assert session.desk.looks.name == look
         assert not session.desk.armed
 
@@ -113,7 +131,7 @@ async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was
 
 
 def test_a_manner_that_makes_no_sense_is_the_usual_one():
-    assert manner_of(DeskMemory(move_mode="sideways", move_speed=7.0)) == Manner()
+    assert manner_of(ArmMemory(move_mode="sideways", move_speed=7.0), Manner()) == Manner()
 
 
 async def test_a_memory_that_cannot_be_written_keeps_nobody_in_the_desk(tmp_path):
@@ -194,7 +212,7 @@ async def test_the_palette_opens_disarmed_and_does_what_is_chosen():
         offered = session.desk.get_system_commands(session.desk.screen)
         chosen = next(each for each in offered if "Cartesian" in each.title)
         await chosen.callback()
-        assert "mode CARTESIAN" in session.text("conduct")
+        assert session.title("tip") == "Tip, Cartesian"
 
 
 async def test_a_space_in_the_palette_is_a_stop():
@@ -210,5 +228,71 @@ async def test_the_palette_offers_every_row_that_has_words_and_no_jog_key():
     async with Session() as session:
         titles = [each.title for each in session.desk.get_system_commands(session.desk.screen)]
         for row in session.desk.keys.at("jog"):
-            offered = any(title.startswith(f"{row.description} (") for title in titles)
-            assert offered == bool(row.description and row.id != "palette")
+            named = f"{row.description or row.id} ("
+            offered = any(title.startswith(named) for title in titles)
+            listed = (row.description or row.also) and row.id != "palette"
+            assert offered == bool(listed and not row.action.startswith("jog("))
+
+
+@pytest.mark.parametrize(
+    ("word", "row"),
+    [("home", "reference"), ("origin", "reference"), ("zero", "reference"), ("park", "park"),
+     ("grip", "grasp"), ("estop", "e-stop"), ("emergency", "e-stop")],
+)  # fmt: skip
+async def test_the_palette_knows_the_words_that_people_use_on_every_screen(word, row):
+    async with Session(storied()) as session:
+        await session.press("f7")
+        offered = [each.title for each in session.desk.get_system_commands(session.desk.screen)]
+        assert any(word in title and title.startswith(f"{row} (") for title in offered)
+
+
+async def test_what_counts_on_another_screen_is_done_there():
+    async with Session(storied()) as session:
+        await session.press("f7")
+        await session.desk.action_do_row("grasp")
+        assert session.desk.place.place == "jog"
+        assert session.arm.asked("grasp") == [], "the keys are not armed"
+
+
+async def test_a_new_real_arm_starts_slowly_whatever_was_set_on_the_simulated_one(memory):
+    async with Session(memory=memory) as session:
+        await session.press("m", "plus", "plus", "right_square_bracket", "ctrl+q")
+    for _ in range(2):
+        async with Session(FakeArm(simulated=False), memory=memory) as session:
+            assert "speed 10%   step 2 mm 2°" in session.text("stopping")
+            assert session.title("joints") == "Joints"
+            assert session.desk.manner.speed == 0.25
+            await session.press("ctrl+q")
+    async with Session(memory=memory) as session:
+        assert "speed 100%   step 5 mm 2°" in session.text("stopping")
+
+
+async def test_each_arm_has_settings_of_its_own(memory):
+    async with Session(FakeArm(arm="bench", simulated=False), memory=memory) as session:
+        await session.press("plus", "ctrl+q")
+    async with Session(FakeArm(arm="lab", simulated=False), memory=memory) as session:
+        assert "speed 10%" in session.text("stopping")
+        await session.press("ctrl+q")
+    async with Session(FakeArm(arm="bench", simulated=False), memory=memory) as session:
+        assert "speed 25%" in session.text("stopping")
+
+
+def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten():
+    memory = DeskMemory()
+    for number in range(MOST_ARMS + 5):
+        memory = memory.with_arm(FakeArm(arm=f"arm {number}").status, ArmMemory(speed=0.1))
+    assert len(memory.arms) == MOST_ARMS
+    assert memory.of(FakeArm(arm="arm 4").status) == ArmMemory()
+    assert memory.of(FakeArm(arm="arm 5").status) == ArmMemory(speed=0.1)
+
+
+async def test_an_arm_without_a_position_begins_at_the_jog_screen(memory):
+    async with Session(storied(), memory=memory) as session:
+        await session.press("f7", "ctrl+q")
+    arm = storied()
+    arm.set(**unknown_position())
+    async with Session(arm, memory=memory) as session:
+        assert session.desk.place.place == "jog"
+        assert "press H to reference" in session.text("trust")
+    async with Session(storied(), memory=memory) as session:
+        assert session.desk.place.place == "jog", "where it was left last"

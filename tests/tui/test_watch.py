@@ -12,8 +12,10 @@ from armdrive.connect.target import find
 from armdrive.errors import ArmError
 from armdrive.status import status_view
 from tui import watch as watch_words
+from tui.frame import SafetyPanel
 from tui.keys.remap import load_keys
 from tui.painting import PlainText
+from tui.program import LINES_SHOWN
 from tui.watch import HeldArm, Watching, WatchScreen
 
 END = object()
@@ -74,6 +76,8 @@ class Session:
         await self.pilot.pause()
 
     def text(self, name):
+        if name == "title":
+            return self.app.screen.query_one(SafetyPanel).arm
         return self.app.screen.query_one(f"#{name}", PlainText).shown
 
 
@@ -103,6 +107,23 @@ async def test_the_program_that_is_watched_is_shown_with_the_arm():
         assert "program stack.arm" in session.text("watched")
         await session.hear({**status_view(FakeArm().status), "program": {}})
         assert "program" not in session.text("watched")
+
+
+async def test_the_lines_of_a_program_that_runs_are_shown_with_the_current_one_lit(tmp_path):
+    path = tmp_path / "stack.arm"
+    path.write_text("".join(f"move p{number}\n" for number in range(1, 31)))
+    async with Session(FakeHolder()) as session:
+        view = status_view(FakeArm().status)
+        await session.hear({**view, "program": {"file": str(path), "line": 20}})
+        lines = session.text("program").splitlines()
+        assert len(lines) == LINES_SHOWN
+        assert [line for line in lines if line.startswith(">")] == [">  20  move p20"]
+        await session.hear({**view, "program": {"file": str(path), "line": 1}})
+        assert session.text("program").startswith(">   1  move p1")
+        await session.hear({**view, "program": {"file": "not here", "line": 7, "text": "grip 20"}})
+        assert session.text("program") == ">   7  grip 20"
+        await session.hear({**view, "program": {}})
+        assert not session.app.screen.query_one("#program").display
 
 
 async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_off():
@@ -197,8 +218,8 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         await session.hear(status_view(FakeArm().status))
         session.holder.said.put(last)
         await session.seen(lambda: session.app.ended)
-        assert why in session.text("banner")
-        assert "NOT WATCHED ANY MORE" in session.text("banner")
+        assert why in session.text("conduct")
+        assert "NOT WATCHED ANY MORE" in session.text("conduct")
         assert "shoulder" in session.text("watched")
 
 
@@ -285,8 +306,6 @@ def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
 )
 def test_the_title_names_the_program_and_how_far_it_is(program, words):
     view = {"simulated": False, "title": "TeachMover", "link": "COM3", "program": program}
-    title = watch_words.title("left", view, 60)
-    assert title.rstrip().endswith(words)
+    title = watch_words.conduct("left", view, "").arm
+    assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
-    assert len(title) == 60
-    assert len(watch_words.title("left", view, 20)) == 20

@@ -13,7 +13,7 @@ from typing import Protocol
 from armdrive.errors import ArmError
 
 LOOK_EVERY_S = 2.0
-"""So often a gamepad is looked for while there is none."""
+"""The reader looks for a gamepad at this interval while there is none."""
 
 
 NONE_THERE = "plug one in; it is looked for (your user has to be in the group `input`)"
@@ -49,7 +49,7 @@ class Pad(Protocol):
 
 
 class Uncounted(Exception):
-    """The system had no room for all events: nobody knows how the sticks stand."""
+    """The system lost events, so the positions of the sticks are unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ class PadReader:
                 if event is not None:
                     self._tell(event)
         except Uncounted:
-            reason = "some of what it told was lost"
+            reason = "some of its events were lost"
         except OSError as error:
             reason = error.strerror or reason
         finally:

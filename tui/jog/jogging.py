@@ -1,7 +1,7 @@
 """Jogging at the desk: keys become jogs through the dead-man, at the settings of the moment.
 
-The mouse and a gamepad tell when a button is let go, so they hold by themselves; but a link that
-has stalled tells nothing. So they hold for some time after they were last heard of, and no longer.
+The mouse and a gamepad report when a button is released, but a link that has stalled reports
+nothing. So what they hold ends a while after their last event.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from tui.keys.presses import StaleInput
 from tui.settings import JogSettings
 
 IDLE_DISARMS_S = 60.0
-"""So long without a jog key, and they are disarmed."""
+"""Jog keys disarm after this time without one."""
 
 
 MOUSE_HOLDS_S = 2.0
-"""So long something is held after its mouse or gamepad was last heard of; a nudge of it goes on."""
+"""A hold ends this long after the last event of its mouse or gamepad, also a small one."""
 
 MOUSE_RENEWS_S = 0.1
 MOUSE_HOLD_S = 0.25
@@ -100,8 +100,12 @@ class DeskJogging:
         self.lift()
         self._apply(self._deadman.press(key, came_s))
 
+    def key_up(self, key: str) -> None:
+        """Take the release of a jog key, where the terminal reports it: what it holds ends now."""
+        self._apply(self._deadman.key_up(key, self._clock()))
+
     def doubt(self, time_s: float) -> None:
-        """Hear that keys were kept waiting for so long: those that come now disarm.
+        """Note that keys were kept waiting for this long: those that come now disarm.
 
         Whatever was held has ended by itself meanwhile.
         """
@@ -118,7 +122,7 @@ class DeskJogging:
     # -- on-screen buttons, and what else tells when it is let go -----------------------------
 
     def push(self, key: str) -> None:
-        """Hold the on-screen button of a jog key until `lift`, or the mouse is heard of no more."""
+        """Hold the on-screen button of a jog key until `lift`, or until the mouse is silent."""
         if not self.armed:
             self._say("the buttons are dead, as the keys are, until they are armed")
             return
@@ -142,7 +146,7 @@ class DeskJogging:
             self._apply(())
 
     def moved(self) -> None:
-        """Hear of the mouse while it holds a button."""
+        """Note an event of the mouse while it holds a button."""
         self._heard_s = self._active_s = self._clock()
 
     def lift(self) -> None:
@@ -189,7 +193,7 @@ class DeskJogging:
         self._apply(self._deadman.release_all(self._clock()))
 
     def disarm_idle(self) -> None:
-        """Disarm keys that nobody has used for a while."""
+        """Disarm keys that have not been used for a while."""
         if self.armed and self._clock() - self._active_s >= IDLE_DISARMS_S:
             self.disarm(f"no key for {IDLE_DISARMS_S:.0f} s")
 

@@ -2,140 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, cast
 
-from rich.segment import Segment
-from rich.style import Style
-from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.strip import Strip
-from textual.widget import Widget
 
 from armdrive.errors import ArmError
 from armdrive.motion.frames import BASE, TOOL
+from armdrive.moves import GripperMove
 from armdrive.render.scene import Moment
-from armdrive.status import Status
+from armdrive.status import State, Status, Trust
 from kinematics.spaces import Pose
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
+from tui.axes import DEGREE, AxisTable
+from tui.frame import FACT_GAP
 from tui.gamepad.jogging import PAD
-from tui.jog import text as jog_text
 from tui.jog.jogging import DeskJogging
-from tui.jog.text import Load
+from tui.jog.rows import (
+    Limits,
+    Lit,
+    Load,
+    detail_lines,
+    grasped,
+    grip_line,
+    gripper_row,
+    joint_rows,
+    near_lines,
+    quicker,
+    tip_limits,
+    tip_rows,
+)
 from tui.keys.keyboard import bindings
+from tui.keys.table import JogPair, words
 from tui.painting import PlainText
 from tui.screens import DeskScreen, ScreenHost
 from tui.settings import JogSettings
 
-# Buttons for the mouse that move an arm while they are held: a column of minus and plus.
-
-CELLS = ("[-]", "[+]")
-BUTTONS_WIDTH = sum(map(len, CELLS)) + 1
-HELD = "<->", "<+>"
-"""How a button looks that is held: not by its colour alone."""
-
-
-class HoldButtons(Widget):
-    """One row for each pair of jog keys. Pressing holds; letting go, or leaving, lets go.
-
-    `push(row, plus)` is called when a button is pressed, `moved()` when the mouse is heard of while
-    it holds, `lift()` when it is let go of. The column is never focused: no key can press it.
-    """
-
-    DEFAULT_CSS = f"""
-    HoldButtons {{ width: {BUTTONS_WIDTH}; }}
-    """
-    can_focus = False
-
-    def __init__(
-        self,
-        push: Callable[[int, bool], None],
-        moved: Callable[[], None],
-        lift: Callable[[], None],
-        *,
-        id: str,  # noqa: A002
-    ) -> None:
-        super().__init__(id=id)
-        self._push, self._moved, self._lift = push, moved, lift
-        self._rows = 0
-        self._held: tuple[int, bool] | None = None
-
-    @property
-    def held(self) -> tuple[int, bool] | None:
-        """The row and side that is held down."""
-        return self._held
-
-    def show(self, rows: int, *, held: bool) -> None:
-        """Show so many rows; `held` says whether whatever is pressed still moves something."""
-        if not held and self._held is not None:
-            self._held = None
-            self.refresh()
-        if rows != self._rows:
-            self._rows = rows
-            self.styles.height = rows
-            self.refresh()
-
-    def render_line(self, y: int) -> Strip:
-        """Return one row of buttons."""
-        style = self.rich_style
-        segments = [Segment(" ", style)]
-        for side in (False, True):
-            down = self._held == (y, side)
-            look = style + Style(reverse=True) if down else style
-            segments.append(Segment((HELD if down else CELLS)[side], look))
-        return (
-            Strip(segments, BUTTONS_WIDTH) if y < self._rows else Strip.blank(BUTTONS_WIDTH, style)
-        )
-
-    def at(self, x: int, y: int) -> tuple[int, bool] | None:
-        """Return the row and side of a place, None beside the buttons."""
-        if not (0 <= y < self._rows and 1 <= x < BUTTONS_WIDTH):
-            return None
-        return y, x > len(CELLS[0])
-
-    def on_mouse_down(self, event: events.MouseDown) -> None:
-        """Press a button, with the first button of the mouse alone."""
-        event.stop()
-        self._let_go()
-        found = self.at(event.x, event.y)
-        if event.button != 1 or found is None:
-            return
-        self._held = found
-        self.capture_mouse()
-        self.refresh()
-        self._push(*found)
-
-    def on_mouse_move(self, event: events.MouseMove) -> None:
-        """Go on while the mouse stays on its button; leaving it lets go."""
-        if self._held is None:
-            return
-        if self.at(event.x, event.y) == self._held:
-            self._moved()
-        else:
-            self._let_go()
-
-    def on_mouse_up(self, event: events.MouseUp) -> None:
-        """Let go."""
-        event.stop()
-        self._let_go()
-
-    def on_leave(self) -> None:
-        """Let go when the mouse is somewhere else."""
-        self._let_go()
-
-    def on_hide(self) -> None:
-        """Let go of a button that is not shown any more."""
-        self._let_go()
-
-    def _let_go(self) -> None:
-        self.release_mouse()
-        if self._held is not None:
-            self._held = None
-            self.refresh()
-            self._lift()
+TALL = 34
+"""A terminal with this many rows has room for everything."""
 
 
 class Adjustments:
@@ -164,12 +72,12 @@ class Adjustments:
         self._set(self._desk.settings.with_next_frame())
 
     def finer(self) -> None:
-        """Make the increment smaller."""
-        self._set(self._desk.settings.with_increment(-1))
+        """Make the step of the present mode smaller."""
+        self._set(self._desk.settings.with_step(-1))
 
     def coarser(self) -> None:
-        """Make the increment larger."""
-        self._set(self._desk.settings.with_increment(1))
+        """Make it larger."""
+        self._set(self._desk.settings.with_step(1))
 
     def slower(self) -> None:
         """Jog more slowly."""
@@ -180,8 +88,41 @@ class Adjustments:
         self._set(self._desk.settings.with_speed(1))
 
 
-TABLES = ("joints", "tip")
-"""What is jogged has buttons beside it: the joints, or the tip."""
+class Fingers:
+    """The keys that open or close the fingers by themselves, once the keys are armed."""
+
+    def __init__(self, desk: ScreenHost, hand: DeskJogging) -> None:
+        self._desk = desk
+        self._hand = hand
+        self._felt = ""
+
+    def preset(self, share: float) -> None:
+        """Bring the fingers to a share of their range: 1 is open, 0 is closed."""
+        if self._may_move():
+            arm = self._desk.arm
+            low_mm, high_mm = arm.model.gripper_range_mm
+            goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
+            move = partial(arm.start, goal, stops=arm.stops)
+            self._desk.call(lambda: move().wait(), lambda status: opened(status.gripper_mm))
+
+    def grasp(self) -> None:
+        """Close the fingers on what is between them."""
+        if self._may_move():
+            self._desk.call(self._feel, lambda _: self._felt)
+
+    def _feel(self) -> None:
+        self._felt = grasped(self._desk.arm.gripper.feel())
+
+    def _may_move(self) -> bool:
+        """Return whether the keys are armed; then disarm them, since the fingers move alone."""
+        if self._desk.link.says_lost():
+            return False
+        if not self._hand.armed:
+            arm = self._desk.keys.label("arm")
+            self._desk.say(f"this moves the fingers: {arm} arms the keys first")
+            return False
+        self._hand.disarm("the fingers move by themselves")
+        return True
 
 
 class JogScreen(DeskScreen):
@@ -189,13 +130,6 @@ class JogScreen(DeskScreen):
 
     place = "jog"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = f"""
-    #panel {{ width: 1fr; min-width: 49; padding: 0 0 0 1; scrollbar-size: 0 0; }}
-    #conduct, #joints, #tip, #bottom, .table {{ height: auto; }}
-    #joints, #tip {{ width: 1fr; max-width: {jog_text.WIDEST_ROW}; }}
-    #conduct.-armed {{ color: $warning; text-style: bold; }}
-    JogScreen.-wide .table, JogScreen.-wide #bottom {{ margin: 1 0 0 0; }}
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -209,8 +143,10 @@ class JogScreen(DeskScreen):
         )
         self.hand.alarm = HoldAlarm(app, self.hand.tick)
         self.adjustments = Adjustments(desk, self.hand)
+        self.fingers = Fingers(desk, self.hand)
         self._load = Load()
-        self._felt = ""
+        self._lit = Lit(desk.clock)
+        self._tip_limits = tip_limits(desk.arm.model)
 
     @property
     def armed(self) -> bool:
@@ -218,83 +154,127 @@ class JogScreen(DeskScreen):
         return self.hand.armed
 
     @property
+    def says(self) -> str:
+        """What the jog keys do now."""
+        keys, state = self.desk.keys, self.desk.link.status.state
+        if state in (State.MOVING, State.HOMING, State.STOPPING):
+            return f"{keys.label('stop')} stops the arm"
+        if state is State.DISABLED:
+            return f"{keys.label('motors')} switches the motors on"
+        if self.armed:
+            return "tap a key for one step, hold it to keep moving"
+        return f"keys DISARMED: {keys.label('arm')} arms them"
+
+    @property
+    def settings_text(self) -> str:
+        """The speed and the steps of the jog keys."""
+        settings = self.desk.settings
+        step = f"step {settings.step_mm:g} mm {settings.step_deg:g}{DEGREE}"
+        return f"speed {settings.speed * 100:.0f}%{FACT_GAP}{step}"
+
+    @property
     def idle(self) -> tuple[str, ...]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
-        return ("arm",) if self.armed else ("grasp",)
+        frame = () if self.desk.settings.cartesian else ("frame",)
+        if self.desk.link.lost:
+            return ("arm", "grasp", "park", *frame)
+        return ("arm", *frame) if self.armed else ("grasp", *frame)
 
     @property
     def hint(self) -> str:
         """How jogging begins, and how it ends."""
         keys = self.desk.keys
-        arm, stop = keys.label("arm"), keys.label("stop")
-        return f"{arm} arms the jog keys; {stop} stops at any time"
+        if self.desk.link.status.trust is Trust.UNKNOWN:
+            reference = keys.label("reference")
+            return f"{reference} references the arm: only then does the desk know where it is"
+        return f"{keys.label('stop')} stops at any time; {keys.label('help')} explains the keys"
 
     def disarm(self, reason: str) -> None:
         """End what is held, and let no jog key have effect."""
         self.hand.disarm(reason)
 
     def compose_body(self) -> ComposeResult:
-        """Lay the middle out: drawings on the left, words and numbers on the right."""
+        """Lay the middle out: the arm on the left, panels of numbers on the right."""
+        keys = self.desk.keys
         with Horizontal():
-            reference = self.desk.keys.label("reference")
-            yield SpaceView(
-                self.desk.arm.model,
-                braille=self.desk.braille,
-                unknown=f"posture not known: {reference}",
-                clock=self.desk.clock,
-                id="space",
-            )
-            with VerticalScroll(id="panel", can_focus=False):
-                yield PlainText(id="conduct")
-                for name in TABLES:
-                    with Horizontal(classes="table"):
-                        yield PlainText(id=name)
-                        yield HoldButtons(
-                            self._push, self.hand.moved, self.hand.lift, id=f"hold-{name}"
-                        )
-                yield PlainText(id="bottom")
+            yield from self.arm_panel()
+            with VerticalScroll(id="panels", can_focus=False):
+                for name in ("tip", "joints", "gripper"):
+                    yield AxisTable(
+                        self._push, self.hand.moved, self.hand.lift, cap=keys.jog, id=name
+                    )
+                yield PlainText(id="near", classes="panel")
+                yield PlainText(id="details", classes="panel")
+
+    def on_mount(self) -> None:
+        """Name the panels."""
+        keys = self.desk.keys
+        details = keys.label("details")
+        presets = [keys.label(f"grip-{word}") for word in ("open", "half", "closed")]
+        self.query_one("#gripper").border_title = "Gripper"
+        self.query_one("#gripper").border_subtitle = (
+            f"{presets[0]} open  {presets[1]} half  {presets[2]} closed  "
+            f"{keys.label('grasp')} grasp"
+        )
+        self.query_one("#near").border_title = "Near"
+        self.query_one("#near").border_subtitle = f"{details} details"
+        self.query_one("#details").border_title = "Details"
 
     def show_body(self, status: Status) -> None:
-        """Show this status; keys that nobody uses are disarmed."""
+        """Show this status; keys that have not been used for a while are disarmed."""
         self.hand.disarm_idle()
-        settings, model = self.desk.settings, self.desk.arm.model
-        width = max(self.query_one("#panel").content_size.width - BUTTONS_WIDTH, 1)
-        keys, pose = self.desk.keys, self._pose(status)
-        self._show_buttons(settings, pose_known=pose is not None)
-        self.text("conduct").show(jog_text.conduct(status, settings, keys, armed=self.armed))
-        self.text("joints").show(jog_text.joint_table(status, model, settings, keys, width))
-        self.text("tip").show(jog_text.tip_lines(status, model, settings, keys, width, pose))
-        load = self._load.of(status.link_stats, self.desk.clock())
-        force_n = self.desk.arm.gripper.force_n
-        self.text("bottom").show(jog_text.bottom_lines(status, width, force_n, load))
-        self.text("conduct").set_class(self.armed, "-armed")
+        desk, settings, model = self.desk, self.desk.settings, self.desk.arm.model
+        held = self.hand.held_button not in ("", PAD)
+        pose, limits = self._pose(status)
+        joints = joint_rows(status, model, settings, self._lit)
+        force_n = desk.arm.gripper.force_n
+        self._table("tip").show_axes(tip_rows(pose, limits, settings, self._lit), held=held)
+        self._table("joints").show_axes(joints, held=held)
+        self._table("gripper").show_axes(
+            (gripper_row(status, model, settings, self._lit),),
+            grip_line(status.gripping, force_n),
+            held=held,
+        )
+        self._name_tables(settings)
+        self.text("near").show_lines(near_lines(status, model, joints, quicker(status.dialect)))
+        load = self._load.of(status.link_stats, desk.clock())
+        if self.text("details").display:
+            self.text("details").show(detail_lines(status, load))
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
 
-    def _pose(self, status: Status) -> Pose | None:
-        """Return the pose as the frame sees it that is jogged in; for the tool's, as the base."""
-        settings = self.desk.settings
+    def _table(self, name: str) -> AxisTable:
+        return self.query_one(f"#{name}", AxisTable)
+
+    def _name_tables(self, settings: JogSettings) -> None:
+        """Say in the panels' titles which of them the keys move, and in which frame."""
+        mode = self.desk.keys.label("mode")
+        frame = "" if settings.frame == BASE else f" of {settings.frame}"
+        driven, other = ("tip", "joints") if settings.cartesian else ("joints", "tip")
+        titles = {"tip": f"Tip, Cartesian{frame}", "joints": "Joints"}
+        for name, by_keys in ((driven, True), (other, False)):
+            table = self._table(name)
+            title = titles[name] if by_keys else name.capitalize()
+            subtitle = _arrows(settings) if by_keys else f"{mode}: keys move the {name}"
+            if table.border_title != title or table.border_subtitle != subtitle:
+                table.border_title, table.border_subtitle = title, subtitle
+                table.set_class(by_keys, "-driven")
+
+    def _pose(self, status: Status) -> tuple[Pose | None, Sequence[Limits | None]]:
+        """Return the pose in the frame that is jogged in, and its limits where that is the base.
+
+        A jog in the tool's frame is shown in the base's, since the tool is always at its own zero.
+        """
+        settings, limits = self.desk.settings, self._tip_limits
         if status.pose is None or not settings.cartesian or settings.frame in (BASE, TOOL):
-            return status.pose
+            return status.pose, limits
         try:
-            return self.desk.arm.pose_in(settings.frame)
+            return self.desk.arm.pose_in(settings.frame), (None,) * len(limits)
         except ArmError:
-            return None  # it has become unknown since the status was taken
+            return None, limits  # it has become unknown since the status was taken
 
-    # -- buttons ------------------------------------------------------------------------------
-
-    def _show_buttons(self, settings: JogSettings, *, pose_known: bool) -> None:
-        """Show buttons beside whatever is jogged, and how they are held."""
-        held = self.hand.held_button not in ("", PAD)
-        for name in TABLES:
-            buttons = self.query_one(f"#hold-{name}", HoldButtons)
-            shown = (name == "tip") == settings.cartesian and (pose_known or name != "tip")
-            buttons.visible = shown
-            buttons.show(len(settings.rows) if shown else 0, held=held)
-
-    def _push(self, row: int, plus: bool) -> None:
-        """Hold the button of a row."""
+    def _push(self, pair: JogPair, plus: bool) -> None:
+        """Hold the key cap of an axis."""
         if not self.desk.link.says_lost():
-            pair = self.desk.settings.rows[row]
             self.hand.push(pair.plus if plus else pair.minus)
 
     # -- keys ---------------------------------------------------------------------------------
@@ -309,23 +289,33 @@ class JogScreen(DeskScreen):
         if self.desk.link.says_lost():
             return
         if self.hand.arm_keys():
-            self.desk.say("armed: tap a key for one increment, hold it to keep moving")
+            self.desk.say("armed: let go of a key and the arm stops")
         else:
             arm = self.desk.keys.label("arm")
             self.desk.say(f"keys are still arriving: let go of all keys, then press {arm} again")
 
-    def action_grasp(self) -> None:
-        """Close the fingers on what is between them; they do that by themselves, so it is armed."""
-        desk, arm = self.desk, self.desk.arm
-        if desk.link.says_lost():
-            return
-        if not self.armed:
-            desk.say(f"grasping moves the fingers: {desk.keys.label('arm')} arms it first")
-            return
-        self.disarm("the fingers close by themselves")
+    def action_park(self) -> None:
+        """Ask whether the arm may go to its park posture."""
+        self.desk.control.park(self.desk.settings.speed)
 
-        def grasp() -> None:
-            found = arm.gripper.feel()
-            self._felt = jog_text.grasped(found)
+    def action_details(self) -> None:
+        """Show or hide what a technician asks for."""
+        details = self.text("details")
+        details.display = not details.display
+        self.query_one("#near").display = not details.display or self.size.height > TALL
+        self.desk.show()
 
-        desk.call(grasp, lambda _: self._felt)
+
+def opened(opening_mm: float | None) -> str:
+    """Say how far the fingers are open now."""
+    return "the fingers are there" if opening_mm is None else f"fingers {opening_mm:.1f} mm open"
+
+
+def _arrows(settings: JogSettings) -> str:
+    """Say what the arrow keys move."""
+    axes = {
+        pair.plus: words(pair.axis(cartesian=settings.cartesian))
+        for pair in settings.pairs
+        if len(pair.plus) > 1
+    }
+    return f"arrows: {axes['left']}, {axes['up']}"

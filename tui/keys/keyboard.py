@@ -17,8 +17,11 @@ from tui.gamepad.map import DEFAULT_PAD, PadMap
 from tui.keys.rows import DeskKey
 from tui.keys.table import STOP, TABLE, JogPair, titled, words
 
-FOOTER_FIRST = (STOP, "arm", "move-go", "points-go", "help", "quit")
-"""What a narrow footer shows before everything else, where it applies."""
+KEYS_OFFERED = 12
+"""The line of keys offers no more rows than this; the help has all."""
+
+KEYS_LAST = ("help", "palette", "quit")
+"""Rows that the line of keys offers on every screen."""
 
 KEYS_WIDTH = 18
 """So wide is the column of keys in the help."""
@@ -64,6 +67,11 @@ class Keyboard:
             (label(row.keys[0]) for row in self.rows if row.action == f"jog('{key}')"), label(key)
         )
 
+    def jog_key(self, key: str) -> str | None:
+        """Return the jog key of the table that a key of this keyboard stands for."""
+        row = next((r for r in self.rows if r.action.startswith("jog(") and key in r.keys), None)
+        return None if row is None else row.action.removeprefix("jog('").removesuffix("')")
+
     def at(self, place: str) -> tuple[DeskKey, ...]:
         """Return the rows that count on one screen, those of all screens after its own."""
         own = tuple(row for row in self.rows if row.place == place)
@@ -82,25 +90,25 @@ class Keyboard:
         before = {row.id: row.keys for row in bound}
         return {row.id: ",".join(row.keys) for row in self.rows if before.get(row.id) != row.keys}
 
-    def footer(self, place: str, width: int, idle: Collection[str] = ()) -> str:
-        """Return as much of the key line as fits whole, the stop first, as wide as that.
+    def next_keys(
+        self, place: str, idle: Collection[str] = (), first: Sequence[str] = ()
+    ) -> list[DeskKey]:
+        """Return the rows that make sense next on a screen.
 
-        Rows that are `idle`, by id, would do nothing now, and are left out.
+        They are the stop, those named `first`, the screen's own, and the help. Rows that are
+        `idle`, by id, would do nothing now, and are left out.
         """
-        shown = [row for row in self.at(place) if row.description and row.id not in idle]
-        order = {name: number for number, name in enumerate(FOOTER_FIRST)}
-        line = ""
-        for row in sorted(shown, key=lambda row: order.get(row.id, len(order))):
-            item = f"{label(row.keys[0])} {row.description}"
-            longer = f"{line}  {item}" if line else item
-            if len(longer) > width:
-                break
-            line = longer
-        return line.ljust(width)
+        at_hand = {row.id: row for row in self.at(place) if row.description and row.id not in idle}
+        own = [row.id for row in at_hand.values() if row.place]
+        room = KEYS_OFFERED - 1 - len(first) - len(KEYS_LAST)
+        ids = dict.fromkeys((STOP, *first, *own[:room], *KEYS_LAST))
+        return [at_hand[each] for each in ids if each in at_hand]
 
     def help(self, place: str, pairs: Sequence[JogPair]) -> Iterator[str]:
-        """Yield one line for each row that counts on a screen, and its jog keys last."""
+        """Yield how to move the arm, then a line for each row that counts on a screen."""
+        yield from self._jog_help(pairs)
         rows = [row for row in self.at(place) if not row.action.startswith("jog(")]
+        yield ""
         yield f"On the {titled(place)} screen"
         for row in rows:
             if row.place:
@@ -110,16 +118,19 @@ class Keyboard:
         for row in rows:
             if not row.place:
                 yield _line(row)
-        if any(row.action.startswith("jog(") for row in self.at(place)):
-            yield from self._jog_help(pairs)
 
     def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
+        yield f"Move the arm, on the {titled('jog')} screen ({self.label('screen-jog')})"
+        yield f"1  {self.label('reference')} tells the desk where the arm is (the reference)."
+        yield f"2  {self.label('arm')} arms the keys below; they disarm after 60 s without a key."
+        yield "3  Tap a key for one step. Hold it to keep moving; let go and the arm stops."
+        yield f"4  {label(self.of(STOP)[0])} stops it at any time, on every screen."
         yield ""
-        yield "Jog keys, while armed: tap for one increment, hold to keep moving."
+        yield "Jog keys, while armed: the first moves by +, the second by -."
         for pair in pairs:
             moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
             keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
-            yield f"{keys:<{KEYS_WIDTH - 1}} {moves} + and -"
+            yield f"{keys:<{KEYS_WIDTH - 1}} {moves}"
 
 
 def _line(row: DeskKey) -> str:

@@ -29,7 +29,7 @@ TABLES = ("layout", "keys", PAD)
 """What a file of keys may hold."""
 
 STOP_KEYS = ("space", "ctrl+c")
-"""Stop whatever a file says: who comes to somebody else's desk has to know one key."""
+"""Always stop, whatever a file says: a guest at the desk has to know one key."""
 
 QWERTY = "qwerty"
 LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
@@ -56,7 +56,7 @@ whose keys would need three fingers there."""
 def load_keys(source: str | None) -> Keyboard:
     """Return the keyboard of a layout's name or a file; without either, of the user's own file.
 
-    Raises `KeyFileError`. Where nobody has a file, the table is as it stands.
+    Raises `KeyFileError`. Without a file, returns the table as it stands.
     """
     if source in LAYOUTS:
         return _checked(_of_layout(str(source)), f"the layout {source}")
@@ -137,7 +137,7 @@ def _checked(keyboard: Keyboard, where: str) -> Keyboard:
 
 
 def _heard_at(keyboard: Keyboard, place: str) -> Iterator[DeskKey]:
-    """Yield the rows whose keys are heard at a place.
+    """Yield the rows whose keys have an effect at a place.
 
     On a screen those are its own and those of all screens; in a dialog nothing goes through it
     but what works everywhere.

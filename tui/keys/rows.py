@@ -14,8 +14,8 @@ class DeskKey:
     `action` is a method `action_...` of the screen or the app; "part.method" is a method of one of
     its parts.
     `place` is the screen (or kind of dialog) on which they do it; without one it is all screens.
-    `everywhere` keys work in every dialog too, before anything else. Those without a description
-    stand in no footer.
+    `everywhere` keys work in every dialog too, before anything else. Rows without a description are
+    never offered in the line of keys. `also` are other words by which people look for it.
     """
 
     id: str
@@ -25,6 +25,7 @@ class DeskKey:
     tooltip: str
     place: str = ""
     everywhere: bool = False
+    also: str = ""
 
 
 # Every screen of the desk, and its dialogs.
@@ -57,6 +58,7 @@ DESK_KEYS = (
         "reference",
         "Show the reference posture, and say that the arm stands in it. A simulated arm is "
         "led; one with switches homes by itself, after a question.",
+        also="home homing origin zero",
     ),
     DeskKey(
         "confirm",
@@ -93,13 +95,21 @@ DESK_KEYS = (
         "look",
         "Other colours: dark, light, of high contrast, or your terminal's own.",
     ),
-    DeskKey("reset", ("R",), "control.reset", "reset", "Leave error-stop. Moves nothing."),
+    DeskKey(
+        "reset",
+        ("R",),
+        "control.reset",
+        "reset",
+        "Leave error-stop. Moves nothing.",
+        also="clear error unlock",
+    ),
     DeskKey(
         "estop",
         ("X",),
         "control.estop",
         "e-stop",
         "Stop and latch error-stop: nothing moves until a reset.",
+        also="estop emergency",
     ),
 )
 """What can be done on every screen."""
@@ -112,7 +122,7 @@ DIALOG_KEYS = (
     DeskKey("yes", ("y",), "answer(True)", "yes", "It is so: do it.", "question"),
     DeskKey("no", ("n",), "answer(False)", "no", "It is not so: do nothing.", "question"),
 )
-"""Enter answers no question: whoever armed with it might still be pressing it."""
+"""Enter answers no question: a person who armed with it may still be pressing it."""
 
 
 # The screens that plan motion: move and points.
@@ -213,7 +223,7 @@ POINT_KEYS = (
             "While stepping: go back to the point before. Fingers and waits are not taken back.",
             "points"),
     DeskKey("points-rewind", ("home",), "sequence.rewind", "rewind",
-            "Begin the sequence anew. Moves nothing.", "points"),
+            "Start the sequence over. Moves nothing.", "points"),
     DeskKey("points-pause", ("p",), "pause", "pause",
             "Hold the arm up behind its next burst, and let it go on.", "points"),
 )  # fmt: skip
@@ -351,4 +361,4 @@ WATCH_KEYS = (
     DeskKey("watch-faster", ("plus", "equals_sign"), "tempo(1)", "faster",
             "Have the arm go less slow, at most as fast as it is asked to.", "watch"),
 )  # fmt: skip
-"""All that may be done to somebody else's arm, beside the stop."""
+"""Besides the stop, all that a watcher may do to the arm."""

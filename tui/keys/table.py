@@ -86,7 +86,7 @@ JOG_KEYS = (
         ("left_square_bracket",),
         "adjustments.finer",
         "finer",
-        "Make the increment smaller.",
+        "Make the step smaller: degrees in joint mode, mm in Cartesian mode.",
         "jog",
     ),
     DeskKey(
@@ -94,7 +94,7 @@ JOG_KEYS = (
         ("right_square_bracket",),
         "adjustments.coarser",
         "coarser",
-        "Make the increment larger.",
+        "Make the step larger: degrees in joint mode, mm in Cartesian mode.",
         "jog",
     ),
     DeskKey("slower", ("minus",), "adjustments.slower", "slower", "Jog more slowly.", "jog"),
@@ -104,10 +104,45 @@ JOG_KEYS = (
     DeskKey(
         "grasp",
         ("G",),
-        "grasp",
+        "fingers.grasp",
         "grasp",
         "While armed: close the fingers on what is between them, until the grip switch closes.",
         "jog",
+        also="grip gripper hold",
+    ),
+    *(
+        DeskKey(
+            f"grip-{word}",
+            (key,),
+            f"fingers.preset({share})",
+            "",
+            f"While armed: {does}.",
+            "jog",
+            also="grip gripper fingers",
+        )
+        for key, word, share, does in (
+            ("1", "open", 1.0, "open the fingers"),
+            ("2", "half", 0.5, "bring the fingers half open"),
+            ("3", "closed", 0.0, "close the fingers"),
+        )
+    ),
+    DeskKey(
+        "park",
+        ("K",),
+        "park",
+        "park",
+        "Show the park posture, and go there after a question.",
+        "jog",
+        also="parking rest",
+    ),
+    DeskKey(
+        "details",
+        ("D",),
+        "details",
+        "details",
+        "Show or hide the details: motors, inputs, and what goes over the wire.",
+        "jog",
+        also="wire bytes motors inputs",
     ),
     DeskKey(
         "frame",
@@ -157,6 +192,8 @@ ARROWS = (("left", "right", "base", "y"), ("up", "down", "shoulder", "z"))
 
 TASK_AXES = ("x", "y", "z", "pitch", "roll")
 GRIPPER = "gripper"
+MM_AXES = ("x", "y", "z", GRIPPER)
+"""Axes that are jogged by mm; all others turn, by degrees."""
 
 
 def jog_pairs(joints: Sequence[str], *, has_yaw: bool = False) -> tuple[JogPair, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
@@ -11,9 +11,7 @@ from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical, VerticalScroll
-from textual.content import Content
 from textual.screen import ModalScreen
-from textual.widgets import Static
 
 from armdrive.errors.printable import printable
 from armdrive.errors.table import CatalogueEntry, found
@@ -24,7 +22,7 @@ from tui.keys.keyboard import Keyboard, bindings
 from tui.log import text as log_text
 from tui.log.view import LogView
 from tui.painting import PlainText
-from tui.screens import DeskScreen
+from tui.screens import DeskScreen, panels
 
 # The dialogs: a line in full, the text that lines must have, and every error there is.
 
@@ -98,7 +96,6 @@ class FindScreen(Typing):
     """The text that every line must have; the log behind it follows as it is typed."""
 
     BINDINGS: ClassVar[list[BindingType]] = bindings("find")
-    CSS = "FindScreen { align: center bottom; }"
 
     def __init__(self, keys: Keyboard, text: str, use: Callable[[str], None]) -> None:
         super().__init__()
@@ -171,41 +168,13 @@ class CatalogueScreen(Typing):
         self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
 
 
-# The rows, painted when they change. Errors are told by a mark, and by their style as well.
-
-Row = tuple[str, str]
-"""A text and its style."""
-
-
-class LogList(Static):
-    """As many rows as fit, each cut to the width before it comes here."""
-
-    def __init__(self, *, id: str) -> None:  # noqa: A002
-        super().__init__("", id=id, markup=False)
-        self._rows: tuple[Row, ...] = ()
-
-    @property
-    def shown(self) -> str:
-        """The rows as text."""
-        return "\n".join(text for text, _ in self._rows)
-
-    def show(self, rows: Sequence[Row]) -> None:
-        """Show these rows from now on."""
-        if tuple(rows) != self._rows:
-            self._rows = tuple(rows)
-            # cut once more: an escape is longer than what it stands for
-            fitting = ((printable(text)[: len(text)], style) for text, style in rows)
-            lines = (Content.styled(text, style) for text, style in fitting)
-            self.update(Content("\n").join(lines))
-
-
 GLANCE_S = 0.2
-"""Lines that keep coming are painted so often: nobody reads faster, and each time all of them move.
+"""Lines that keep coming are painted at this interval, which is as fast as people read.
 
-A key is answered at once."""
+A key has its effect at once."""
 
 STYLES = {Topic.ERRORS: "bold $error", Topic.INTENTS: "bold", Topic.REQUESTS: "dim"}
-"""Beside the marks and words that say the same."""
+"""In addition to the marks and words that say the same."""
 
 
 class LogScreen(DeskScreen):
@@ -213,10 +182,6 @@ class LogScreen(DeskScreen):
 
     place = "log"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #log-head { height: 2; }
-    #log-lines { height: 1fr; }
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -227,8 +192,7 @@ class LogScreen(DeskScreen):
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: what is shown of how much, and the lines."""
         with Vertical():
-            yield PlainText(id="log-head")
-            yield LogList(id="log-lines")
+            yield from panels(**{"log-head": "What is shown", "log-lines": "Log"})
 
     def show_body(self, status: Status) -> None:  # noqa: ARG002 - the log says it itself
         """Take what has come, and show it."""
@@ -246,7 +210,7 @@ class LogScreen(DeskScreen):
         view, keys = self.log_view, self.desk.keys
         head = log_text.head(view.book, keys, following=view.following, held=view.held)
         self.text("log-head").show(head)
-        listed = self.query_one(LogList)
+        listed = self.text("log-lines")
         width, height = listed.content_size
         chosen = None if view.following else view.line
         rows = [
@@ -255,7 +219,8 @@ class LogScreen(DeskScreen):
         ]
         if not rows:
             rows = [(log_text.nothing(view.book.filter), "")]
-        listed.show(rows)
+        # cut once more: an escape is longer than what it stands for
+        listed.show_lines((printable(text)[: len(text)], style) for text, style in rows)
 
     # -- keys ---------------------------------------------------------------------------------
 

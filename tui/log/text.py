@@ -30,7 +30,7 @@ def head(book: LogBook, keys: Keyboard, *, following: bool, held: bool) -> str:
 
 
 def row(line: LogLine, width: int, *, chosen: bool) -> str:
-    """Return a line of the log in so many columns: mark, time, way, code, bytes, words."""
+    """Return a line of the log cut to a width: mark, time, direction, code, bytes, words."""
     mark = ">" if chosen else "!" if line.topic is Topic.ERRORS else " "
     start = f"{mark}{line.time_s:10.3f} {line.arrow} "
     code = f"[{line.code}] " if line.code and not line.words.startswith("[") else ""

@@ -3,16 +3,70 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from armdrive.errors import ArmError
-from armdrive.trace.entries import Topic
+from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
 from tui.screens import ScreenHost
 
 PORTION = 100
-"""So many lines are made at a poll, which is 2000 a second, and keeps a stop waiting some 5 ms."""
+"""Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms."""
+
+
+POLLING = frozenset((EntryKind.REQUEST, EntryKind.SENT, EntryKind.RECEIVED, EntryKind.REGISTERS))
+"""What a program that asks a resting arm for its position repeats again and again."""
+
+REMEMBERED = 64
+"""Distinct lines of one round of polling, at most: a bus of six drives needs forty."""
+
+FOLDED_FROM = 8
+"""Fewer repeated lines than this are shown as they are."""
+
+
+class Folding:
+    """Lines in which idle polling is folded into one line that says how much it stands for.
+
+    Polling is idle while it only repeats lines that have just been shown.
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[LogLine] = []
+        """The lines as they are shown, the oldest first."""
+        self._recent: OrderedDict[tuple[EntryKind, str, str], None] = OrderedDict()
+        self._repeated: list[LogLine] = []
+        self._folded = 0
+
+    def take(self, lines: Iterable[LogLine], kept: int) -> None:
+        """Take further lines, and keep no more than this many."""
+        for line in lines:
+            self._take(line)
+        del self.lines[: max(len(self.lines) - kept, 0)]
+
+    def _take(self, line: LogLine) -> None:
+        key = (line.kind, line.shown, line.words)
+        if line.kind not in POLLING or key not in self._recent:
+            self._repeated, self._folded = [], 0
+            self.lines.append(line)
+        elif self._folded:
+            self._folded += 1
+            self.lines[-1] = self._fold(line)
+        else:
+            self._repeated.append(line)
+            self.lines.append(line)
+            if len(self._repeated) >= FOLDED_FROM:
+                self._folded = len(self._repeated)
+                self.lines[-self._folded :] = [self._fold(line)]
+        self._recent[key] = None
+        self._recent.move_to_end(key)
+        if len(self._recent) > REMEMBERED:
+            self._recent.popitem(last=False)
+
+    def _fold(self, last: LogLine) -> LogLine:
+        words = f"{self._folded} lines of idle polling, the same as above"
+        return replace(self._repeated[0], time_s=last.time_s, shown="...", words=words)
 
 
 @dataclass(slots=True)
@@ -44,7 +98,7 @@ class Window:
         return lines[first : first + height]
 
     def go(self, lines: Sequence[LogLine], by: int) -> None:
-        """Choose another line, so many further on; beyond the last one the newest is followed."""
+        """Choose the line `by` lines further on; beyond the last one, follow the newest."""
         if not lines:
             return
         at = len(lines) - 1 if self.chosen is None else index_of(lines, self.chosen)
@@ -78,8 +132,12 @@ class LogView:
         self._desk = desk
         self._changed = changed
         self._reader: LogReader | None = None
-        self._lines: Sequence[LogLine] = ()
+        self._folding = Folding()
         self._height = 0
+
+    @property
+    def _lines(self) -> Sequence[LogLine]:
+        return self._folding.lines
 
     @property
     def following(self) -> bool:
@@ -109,13 +167,14 @@ class LogView:
             return False
         if new:
             self.book.take(new)
-            self._lines = tuple(self.book.lines)
+            self._folding.take(filter(self.book.filter.passes, new), self.book.kept)
         return bool(new)
 
     def sieve(self, sieve: LogFilter) -> None:
         """Have other lines in sight."""
         self.book.choose(sieve)
-        self._lines = tuple(self.book.lines)
+        self._folding = Folding()
+        self._folding.take(self.book.lines, self.book.kept)
         self._changed()
 
     def find(self, text: str) -> None:

@@ -14,7 +14,7 @@ from armdrive.motion.frames import BASE, TOOL
 from armdrive.moves import JointMove, LineMove, Motion, PoseMove
 from armdrive.status import Status
 from kinematics.spaces import Joints, Pose
-from tui.settings import SPEEDS
+from tui.settings import SPEEDS, neighbour
 
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
 """By how much the arrows change a field, in degrees or mm."""
@@ -212,7 +212,7 @@ def pose_of(values: Mapping[str, float]) -> Pose:
 
 
 def present_of(form: GoalForm, status: Status, pose: Pose | None) -> dict[str, float]:
-    """Return where the arm is, field by field; empty while nobody knows.
+    """Return where the arm is, field by field; empty while that is unknown.
 
     `pose` is the present one in the form's frame; in the tool's a goal is a change, from zero.
     """
@@ -221,8 +221,3 @@ def present_of(form: GoalForm, status: Status, pose: Pose | None) -> dict[str, f
     if form.frame == TOOL:
         return dict.fromkeys(form.names, 0.0)
     return {} if pose is None else of_pose(pose)
-
-
-def neighbour(values: tuple[float, ...], value: float, by: int) -> float:
-    """Return the value so many places further in a table; its ends are the ends."""
-    return values[min(max(values.index(value) + by, 0), len(values) - 1)]

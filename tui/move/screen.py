@@ -20,8 +20,7 @@ from tui.keys.keyboard import bindings
 from tui.move import text as move_text
 from tui.move.form import DIGITS, GoalForm, present_of
 from tui.move.planned import PlannedMove
-from tui.painting import PlainText
-from tui.screens import DeskScreen, ScreenHost
+from tui.screens import DeskScreen, ScreenHost, panels
 from tui.settings import Manner
 
 
@@ -137,19 +136,13 @@ class GoalEntry:
 
 
 class MoveScreen(DeskScreen):
-    """A form, and beside it the arm with the ghost of where it would go.
+    """A form, and the arm with the ghost of where it would go.
 
     Nothing here moves the arm but what was seen, and confirmed by two presses.
     """
 
     place = "move"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #move-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #goal, #foreseen, #going { height: auto; }
-    #going { text-style: bold; }
-    MoveScreen.-wide #foreseen, MoveScreen.-wide #going { margin: 1 0 0 0; }
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -162,21 +155,19 @@ class MoveScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm with its ghost on the left, the goal on the right."""
-        desk = self.desk
         with Horizontal():
-            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
-            with VerticalScroll(id="move-panel", can_focus=False):
-                for name in ("goal", "foreseen", "going"):
-                    yield PlainText(id=name)
+            yield from self.arm_panel()
+            with VerticalScroll(id="panels", can_focus=False):
+                yield from panels(goal="Goal", going="Go", foreseen="What the motion would be")
 
     def show_body(self, status: Status) -> None:
         """Show the goal, and what its motion would be as soon as that is worked out."""
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         form, present = self.entry.form, self.entry.present(status)
-        self.text("goal").show(move_text.form_text(form, present, self.desk.keys))
-        self.text("foreseen").show(self.desk.spoken(self._foreseen_text(fresh)))
-        self.text("going").show(self.planned.text(status, fresh))
+        self.show_panel("goal", move_text.form_text(form, present, self.desk.keys))
+        self.show_panel("foreseen", self.desk.spoken(self._foreseen_text(fresh)))
+        self.show_panel("going", self.planned.text(status, fresh))
 
     def _foreseen_text(self, fresh: Preview | None) -> str:
         if self.planned.under_way:

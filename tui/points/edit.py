@@ -1,6 +1,6 @@
 """The keys of the points screen that change its file: points and names, and steps of sequences.
 
-None of them moves the arm, and nothing is written over what somebody else has changed.
+None of them moves the arm, and none overwrites a change that another program has made.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.storage.points import Step, StepList
 from kinematics.errors import KinematicsError
 from tui.keys.presses import Confirmation
-from tui.move.form import neighbour
 from tui.points.list import NameEntry, PointNaming, PointSelection
 from tui.screens import ScreenHost
-from tui.settings import SPEEDS
+from tui.settings import SPEEDS, neighbour
 
 Change = Callable[[list[Step], int], str]
 """Changes the steps at a marked one, and says in words what was done."""
@@ -76,7 +75,7 @@ class StepEdits:
             self._desk.say(f"it is the {end} step of {self._selection.listed.name}")
         else:
             self._change(partial(_shifted, by=by))
-            if self._selection.marked is not None:  # else somebody else had changed the sequence
+            if self._selection.marked is not None:  # else another program had changed the sequence
                 self._selection.mark(at + by)
 
     def drop(self) -> None:
@@ -142,7 +141,7 @@ class StepEdits:
         at, steps = self._selection.marked, self._steps
         if steps is None or (naming.changes and at is None):
             self._names.clear()
-            self._desk.say("somebody else has changed the sequence: look at it, and mark a step")
+            self._desk.say("another program has changed the sequence: look at it, and mark a step")
             return
         before = steps.steps[at] if naming.changes and at is not None else None
         try:
@@ -170,7 +169,7 @@ class StepEdits:
         self._desk.say(f"mark a step of a sequence first: {both}")
 
     def _change(self, change: Change) -> None:
-        """Write the sequence with its marked step changed, unless somebody else has changed it."""
+        """Write the sequence with its marked step changed, unless a program has changed it."""
         if (at := self._selection.marked) is not None:
             self._write(change, at)
 

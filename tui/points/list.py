@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught, parse_step
+from armdrive.programs.teaching.steps import parse_step
+from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught
 from tui.screens import ScreenHost
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
@@ -33,7 +34,7 @@ class PointNaming:
     purpose: str
     text: str = ""
     offered: bool = False
-    """Whether nobody has typed it yet: the first letter takes its place."""
+    """Whether it is only a proposal: the first letter that is typed replaces it."""
     changes: bool = False
     """Whether the marked step becomes this one; else it is a further one."""
 
@@ -67,11 +68,12 @@ class PointNaming:
         """
         if self.purpose == "gripper" and self.text == HERE:
             if opening_mm is None:
-                raise BadRequest("nobody knows how far the fingers are open: reference the arm")
+                raise BadRequest("the opening of the fingers is unknown: reference the arm")
             return Step(gripper=round(opening_mm, 1), speed=speed)
         if wrong := self._no_number():
             raise BadRequest(wrong)
-        step = parse_step(f"{self.purpose} {self.text}")
+        word = "delay" if self.purpose == "wait" else self.purpose
+        step = parse_step(f"{word} {self.text}")
         return step if step.wait_s is not None else replace(step, speed=speed)
 
     def _no_number(self) -> str:

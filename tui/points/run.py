@@ -37,7 +37,7 @@ class SequenceRun:
         self._press = SinglePress(desk.clock, STEP_QUIET_S)
 
     def follow(self, listed: PointList, *, same_row: bool) -> None:
-        """Take what is chosen now; a sequence begins anew unless its steps are the same."""
+        """Take what is chosen now; a sequence starts over unless its steps are the same."""
         self._name = listed.name
         stepper, steps = self.stepper, listed.sequence
         if stepper is not None and steps is not None and same_row and stepper.steps == steps.steps:
@@ -84,7 +84,7 @@ class SequenceRun:
             self._begin(self.stepper.run)
 
     def rewind(self) -> None:
-        """Begin the sequence anew. Moves nothing."""
+        """Start the sequence over. Moves nothing."""
         if self.stepper is not None and not self.says_busy():
             self.stepper.rewind()
             self._desk.show()

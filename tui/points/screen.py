@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import ClassVar
 
 from textual import events
@@ -17,12 +18,12 @@ from tui.keys.keyboard import bindings
 from tui.keys.presses import Confirmation
 from tui.move import text as move_text
 from tui.move.planned import PlannedMove
-from tui.painting import PlainText
+from tui.painting import Span
 from tui.points import text as point_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
 from tui.points.list import NameEntry, PointList, PointSelection
 from tui.points.run import SequenceRun
-from tui.screens import DeskScreen
+from tui.screens import DeskScreen, panels
 
 OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
 OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
@@ -30,16 +31,10 @@ OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", 
 
 
 class PointsScreen(DeskScreen):
-    """The list and what is chosen of it, beside the arm with the ghost of where it would go."""
+    """The list, the chosen point or sequence, and the arm with the ghost of where it would go."""
 
     place = "points"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #points-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #list, #chosen, #how, #ahead, #begin { height: auto; }
-    #begin { text-style: bold; }
-    #chosen { margin: 1 0 0 0; }
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -72,12 +67,16 @@ class PointsScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out."""
-        desk = self.desk
         with Horizontal():
-            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
-            with VerticalScroll(id="points-panel", can_focus=False):
-                for name in ("list", "chosen", "how", "ahead", "begin"):
-                    yield PlainText(id=name)
+            yield from self.arm_panel()
+            with VerticalScroll(id="panels", can_focus=False):
+                yield from panels(
+                    list="Points and sequences",
+                    begin="Go",
+                    chosen="Chosen",
+                    how="How it is reached",
+                    ahead="What the motion would be",
+                )
 
     def goal(self, status: Status) -> Motion | None:  # noqa: ARG002 - as of every goal
         """Return the chosen point, or that of the next step of the chosen sequence."""
@@ -99,21 +98,25 @@ class PointsScreen(DeskScreen):
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, arm = self.desk.keys, self.desk.arm.model.arm
         height = max(self.size.height // 4, 4)
-        self.text("list").show(point_text.list_text(self.selection.listed, arm, height, keys))
-        self.text("chosen").show(self._chosen_text())
-        self.text("how").show(self._how_text())
+        self.show_panel("list", point_text.list_text(self.selection.listed, arm, height, keys))
+        self.text("chosen").show_lines(self._chosen_lines())
+        self.text("chosen").display = bool(self.text("chosen").shown)
+        self.show_panel("how", self._how_text())
         ahead = move_text.short_text(fresh) if fresh is not None else ""
-        self.text("ahead").show(self.desk.spoken(ahead))
-        self.text("begin").show(self._begin_text(status, fresh is not None))
+        self.show_panel("ahead", self.desk.spoken(ahead))
+        self.show_panel("begin", self._begin_text(status, fresh is not None))
 
-    def _chosen_text(self) -> str:
+    def _chosen_lines(self) -> Iterator[Span]:
         sequence, point = self.sequence, self.selection.listed.point
         if sequence.stepper is not None:
-            marked = self.selection.marked
-            return point_text.sequence_text(
-                sequence.stepper, self.desk.keys, stepping=sequence.stepping, marked=marked
+            yield from point_text.sequence_lines(
+                sequence.stepper,
+                self.desk.keys,
+                stepping=sequence.stepping,
+                marked=self.selection.marked,
             )
-        return "" if point is None else point_text.point_text(point)
+        elif point is not None:
+            yield point_text.point_text(point), ""
 
     def _how_text(self) -> str:
         if self.selection.listed.point is None:

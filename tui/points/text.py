@@ -9,7 +9,9 @@ from armdrive.storage.points import Point
 from kinematics.geometry import ArmGeometry
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import words
+from tui.painting import Span
 from tui.points.list import PointList, PointNaming
+from tui.program import CURRENT_STYLE, DONE_STYLE
 
 NAME_WIDTH = 16
 STEPS_SHOWN = 9
@@ -59,35 +61,35 @@ def point_text(point: Point) -> str:
         "  ".join(f"{words(name)} {angle:.1f}°" for name, angle in point.joints.deg.items()),
     ]
     if point.opening_mm is not None:
-        lines.append(f"fingers {point.opening_mm:.1f} mm, which stay as they are")
+        lines.append(f"fingers {point.opening_mm:.1f} mm, (unchanged)")
     taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"
     lines += [part for part in (taught, point.note) if part]
     return "\n".join(lines)
 
 
-def sequence_text(
+def sequence_lines(
     stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None = None
-) -> str:
-    """Lay the steps out about the next or the marked one, and say what the keys would do."""
-    return "\n".join(_sequence_lines(stepper, keys, stepping=stepping, marked=marked))
-
-
-def _sequence_lines(
-    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None
-) -> Iterator[str]:
+) -> Iterator[Span]:
+    """Lay the steps out around the next or the marked one, and say what the keys would do."""
     total, middle = len(stepper.steps), stepper.at if marked is None else marked
     first = max(min(middle - STEPS_SHOWN // 2, total - STEPS_SHOWN), 0)
     for index, step in enumerate(stepper.steps[first : first + STEPS_SHOWN], first):
         mark = (">" if index == stepper.at else " ") + ("*" if index == marked else " ")
-        yield f"{mark}{index + 1:>3} {'done ' * (index < stepper.at)}{step}"
-    if marked is not None:
+        style = CURRENT_STYLE if index == stepper.at else DONE_STYLE * (index < stepper.at)
+        yield f"{mark}{index + 1:>3} {'done ' * (index < stepper.at)}{step}", style
+    for line in _step_keys(stepper, keys, stepping=stepping, marked=marked is not None):
+        yield line, ""
+
+
+def _step_keys(stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: bool) -> Iterator[str]:
+    if marked:
         drop, sooner = keys.label("points-step-drop"), keys.label("points-step-sooner")
         later, change = keys.label("points-step-later"), keys.label("points-step-change")
         yield f"* {change} changes it, {drop} twice: out; {sooner} {later}: sooner, later"
     grip, wait = keys.label("points-grip"), keys.label("points-wait")
-    yield f"{grip} adds fingers, {wait} a wait"
-    if stepper.at == total:
-        yield f"at its end: {keys.label('points-rewind')} begins anew"
+    yield f"{grip} adds a gripper step, {wait} a wait"
+    if stepper.at == len(stepper.steps):
+        yield f"at its end: {keys.label('points-rewind')} starts over"
     switch = keys.label("points-stepping")
     if not stepping:
         yield f"{switch} lets single steps be made"

@@ -43,7 +43,7 @@ class NewFile(SetupStage):
         super().back()
 
     def due(self) -> None:
-        """Write it, unless somebody else has meanwhile written one of that name."""
+        """Write it, unless a file of that name has been written meanwhile."""
         if not self.twice.due():
             return
         path = arm_path(self.name)
@@ -54,12 +54,12 @@ class NewFile(SetupStage):
 
 
 class Closing(SetupStage):
-    """A stage behind which the desk may be opened anew, on an arm file; that takes two presses."""
+    """A stage after which the desk may be opened on an arm file; that takes two presses."""
 
     path: Path
 
     def reopening(self) -> list[str]:
-        """Say how the desk is opened on the file; nothing where nobody would do that."""
+        """Say how the desk is opened on the file; empty where it cannot be."""
         if not self.desk.reopens:
             return []
         return [self.again(f"leaves this arm, and opens the desk on {self.path.stem}"), WARNING]
@@ -149,7 +149,7 @@ class Correction(Closing):
 
 
 CHOICES = 8
-"""So many choices are shown at once."""
+"""Choices shown at once."""
 
 
 class Ports(SetupStage):

@@ -124,7 +124,7 @@ class MotorsStage(SetupStage):
         return words[what]
 
     def another(self) -> None:
-        """Have somebody choose which motor's part moved instead."""
+        """Ask which motor's part moved instead."""
         if self._turning or not self.check.shown or self.check.asks_hand:
             raise BadRequest("turn it first, then say what was seen")
         self.others, self.marked = self.check.others(), 0

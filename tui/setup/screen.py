@@ -1,4 +1,4 @@
-"""The set-up screen: from a port nobody knows to an arm file that was checked on the arm."""
+"""The set-up screen: from an unknown port to an arm file that was checked on the arm."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from armdrive.status import Status
 from kinematics.errors import KinematicsError
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import bindings
-from tui.painting import PlainText
-from tui.screens import DeskScreen, ScreenHost
+from tui.screens import DeskScreen, ScreenHost, panels
 from tui.setup.arm_file import InterviewAsking, Ports
 from tui.setup.motors import MotorsStage
 from tui.setup.stage import Go, SetupStage, listed
@@ -47,7 +46,7 @@ class Steps(SetupStage):
 
     @property
     def free(self) -> bool:
-        """Whether this desk has no arm of somebody's own: it is simulated, and has no file."""
+        """Whether the arm on this desk is only simulated and has no file."""
         return self.desk.link.status.simulated and self.path is None
 
     def text(self) -> str:
@@ -123,10 +122,6 @@ class SetupScreen(DeskScreen):
 
     place = "setup"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #setup-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 1 0; }
-    #setup-text { height: auto; }
-    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -148,18 +143,17 @@ class SetupScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm, where it is drawn, and the words of the stage."""
-        desk = self.desk
         with Horizontal():
-            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
+            yield from self.arm_panel()
             with VerticalScroll(id="setup-panel", can_focus=False):
-                yield PlainText(id="setup-text")
+                yield from panels(**{"setup-text": "Set up an arm"})
 
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
         del status
         self._try(self.stage.due)
         view, moment = self.query_one(SpaceView), self.stage.moment()
-        view.display = moment is not None
+        self.query_one("#arm").display = moment is not None
         view.show(moment or Moment())
         self.text("setup-text").show(self.stage.text())
 
@@ -171,15 +165,15 @@ class SetupScreen(DeskScreen):
         self._do(lambda: self.stage.type(character))
         return True
 
-    def _try(self, deed: Callable[[], object]) -> None:
+    def _try(self, action: Callable[[], object]) -> None:
         try:
-            deed()
+            action()
         except (ArmError, KinematicsError, OSError) as error:
             self.desk.message = str(error)
 
-    def _do(self, deed: Callable[[], object]) -> None:
+    def _do(self, action: Callable[[], object]) -> None:
         self.desk.message = ""
-        self._try(deed)
+        self._try(action)
         self.desk.show()
 
     def action_enter(self) -> None:

@@ -13,7 +13,7 @@ WARNING = (
     "Opening it can restart the board behind it: motors lose their current, and an arm that is "
     "raised sags. Support it first. Nothing that is sent moves it."
 )
-"""Said before a port is opened."""
+"""The warning before a port is opened."""
 
 Go = Callable[["SetupStage"], None]
 """Shows another stage."""
@@ -37,7 +37,7 @@ class SetupStage:
         raise NotImplementedError
 
     def moment(self) -> Moment | None:
-        """Return the posture to be drawn beside it, if one is."""
+        """Return the posture to be drawn, if there is one."""
         return None
 
     def rows(self) -> int:

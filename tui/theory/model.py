@@ -22,10 +22,10 @@ from kinematics.textbook.worked_example import example_posture
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.dialogs import Dialogs
+from tui.frame import KeyLine
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of, label
 from tui.keys.rows import DeskKey
 from tui.keys.table import LETTERS, STOP, JogPair, words
-from tui.look import CSS
 from tui.painting import PlainText
 from tui.settings import INCREMENTS
 from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
@@ -51,7 +51,6 @@ class ModelKeyboard(Keyboard):
     __slots__ = ()
 
     def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
-        yield ""
         yield "Jog keys: each press is one step, at once; nothing is armed, as nothing moves."
         for pair in pairs:
             keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
@@ -187,7 +186,7 @@ class ModelHand:
         return f"every joint at zero{moved}"
 
     def coarser(self, steps: int) -> None:
-        """Make the increment larger by so many sizes."""
+        """Make the increment larger by this many sizes."""
         self.increment_index = min(max(self.increment_index + steps, 0), len(INCREMENTS) - 1)
 
     def _amount(self, unit: str) -> float:
@@ -243,7 +242,7 @@ class ModelScreen(Screen[None]):
         with Container(id="body"):
             yield TheoryPanel(self.desk.hand.subject, self._numbers, braille=self.desk.braille)
         yield PlainText(id="remarks")
-        yield PlainText(id="footer")
+        yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
         """Show the model as soon as there is room to show it in."""
@@ -266,7 +265,7 @@ class ModelScreen(Screen[None]):
         step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
         self._text("title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
         self._text("remarks").show(f"{step}\n! {desk.said}" if desk.said else step)
-        self._text("footer").show(desk.keys.footer(PLACE, width))
+        self.query_one(KeyLine).show_keys(desk.keys.next_keys(PLACE), width)
         self.panel.show(desk.hand.study)
 
     def _numbers(self, of: Study, width: int) -> str:
@@ -316,7 +315,6 @@ class ModelDesk(KeyApp):
     BINDINGS: ClassVar[list[BindingType]] = bindings_of(
         row for row in model_keys().rows if not row.place
     )
-    CSS = CSS
 
     def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
         super().__init__()
@@ -354,7 +352,7 @@ class ModelDesk(KeyApp):
 
 
 def run_model(subject: Subject, *, ascii_only: bool = False, keys: Keyboard = DEFAULT_KEYS) -> int:
-    """Show a model until somebody leaves it, and return the exit code."""
+    """Show a model until the user leaves it, and return the exit code."""
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     desk = ModelDesk(subject, braille=braille, keys=keys)
     desk.run_or_raise()

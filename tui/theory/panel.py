@@ -1,4 +1,4 @@
-"""The theory of a posture: the arm in space, its joints, and pages of matrices beside it."""
+"""The theory of a posture: the arm in space, its joints, and pages of matrices."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from kinematics.textbook.systems.named import Lost
 from kinematics.textbook.worked_example import ExampleSection
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
-from tui.jog.text import bar
+from tui.axes import bar
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, spoken, words
 from tui.painting import PlainText
@@ -34,7 +34,7 @@ COLUMN_WIDTH, MOST_COLUMNS = 43, 3
 LEAST_VIEW_WIDTH = 34
 
 REST_S = 0.5
-"""A posture that has been shown for so long rests."""
+"""A posture that has been shown for this long is at rest."""
 
 WORKING = ExampleSection("in symbols", ("working them out: it takes a moment",))
 
@@ -43,15 +43,6 @@ class TheoryPanel(Horizontal):
     """Shows a study, and works out in a thread what takes long. It moves nothing and knows no arm.
 
     `numbers` writes the rows of joints and coordinates for a width.
-    """
-
-    DEFAULT_CSS = """
-    TheoryPanel #theory-left { width: 1fr; }
-    TheoryPanel #theory-numbers { height: auto; text-wrap: nowrap; text-overflow: clip; }
-    TheoryPanel #theory-summary { height: auto; }
-    TheoryPanel #theory-summary { max-height: 20%; text-style: bold; }
-    TheoryPanel .theory-page { width: 43; height: 1fr; padding: 0 0 0 1; }
-    TheoryPanel .theory-page { text-wrap: nowrap; text-overflow: clip; }
     """
 
     def __init__(self, subject: Subject, numbers: Numbers, *, braille: bool) -> None:
@@ -83,7 +74,7 @@ class TheoryPanel(Horizontal):
     # -- what is shown ------------------------------------------------------------------------
 
     def show(self, of: Study | None) -> None:
-        """Show a study; None while nobody knows the posture."""
+        """Show a study; None while the posture is unknown."""
         before, self._study = self._study, of
         if of is not None and (before is None or of.values != before.values):
             self._look_soon(of)
@@ -206,7 +197,7 @@ NAME_WIDTH = 11
 NO_KEYS = "   "
 VALUE_WIDTH = 8
 ENDS_WIDTH = 9
-"""What the two limits take beside a bar."""
+"""The width of the two limits at the ends of a bar."""
 
 SHORTEST_BAR, LONGEST_BAR = 7, 22
 

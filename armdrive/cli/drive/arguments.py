@@ -1,4 +1,4 @@
-"""What may be typed after the commands that drive an arm, and their help."""
+"""The options of the commands that drive an arm, and their help."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.options import (
+    SPEED_HELP,
     Action,
     Arguments,
     Declare,
@@ -18,14 +19,13 @@ from armdrive.cli.options import (
     fraction,
     number,
 )
-from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from kinematics.spaces import JOINT_NAMES
 
-# --- what several commands with actions take
+# --- options that several actions share
 
 
 def _naming(*words: str, more: Declare | None = None) -> Declare:
-    """Return what declares the names that an action wants, its own options, and the arm."""
+    """Return a function that declares names, the action's own options, and the arm."""
 
     def declare(action: argparse.ArgumentParser) -> None:
         for word in words:
@@ -38,29 +38,34 @@ def _naming(*words: str, more: Declare | None = None) -> Declare:
 
 
 def _again(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--again": "write over what is there"})
+    add_switches(action, {"--again": "overwrite a point or sequence of that name"})
 
 
 def _force(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--force": "overwrite another file"})
+    add_switches(action, {"--force": "overwrite an existing file"})
 
 
 # --- disable
 
 
 def _disable(parser: argparse.ArgumentParser) -> None:
-    """Declare what `disable` takes.
+    """Add the options of `disable`.
 
-    armdrive disable              asks whether to park first; on a simulated arm it parks
-    armdrive disable --yes        parks, then switches off
-    armdrive disable --no-park    switches off where the arm stands: support it
+    Without motor current an arm can sag. A real arm asks whether to park first; a simulated arm
+    parks.
+
+    Examples:
+      armdrive disable
+      armdrive disable --yes               park, then switch off, without asking
+      armdrive disable --no-park           switch off where the arm stands: support it
+
     """
     choice = parser.add_mutually_exclusive_group()
     add_switches(
         choice,
         {
             "--yes": "park first, without asking",
-            "--no-park": "switch off where the arm stands, without asking",
+            "--no-park": "switch off where the arm stands, without asking: support it",
         },
     )
     add_allow_restored(parser)
@@ -71,9 +76,14 @@ def _disable(parser: argparse.ArgumentParser) -> None:
 
 
 def _enable(parser: argparse.ArgumentParser) -> None:
-    """Declare what `enable` takes.
+    """Add the options of `enable`.
 
-    An arm that has sagged is not lifted: it is held where it is, and its position is suspect.
+    The motors hold the arm where it is. An arm that has sagged is not lifted, and its position is
+    suspect until `armdrive home`.
+
+    Examples:
+      armdrive enable --sim robko01
+
     """
     add_arm_options(parser)
 
@@ -82,15 +92,16 @@ def _enable(parser: argparse.ArgumentParser) -> None:
 
 
 def _home(parser: argparse.ArgumentParser) -> None:
-    """Declare what `home` takes.
+    """Add the options of `home`.
 
-    An arm without switches is brought there by you, step by step: the posture is drawn, you jog on
-    lines such as `shoulder -2` or in the desk, and `done` confirms. An arm with switches MOVES to
-    them once you have agreed. A simulated arm has a simulated operator, who jogs it there.
+    An arm without switches cannot find its position by itself. `home` draws the reference posture;
+    you jog the arm there, with lines such as `shoulder -2` or in the desk, and confirm with `done`.
+    An arm with switches MOVES to them after you agree. On a simulated arm, a simulated operator
+    does all this.
 
     Examples:
       armdrive home
-      armdrive home --declare park                         it stands in its park posture
+      armdrive home --declare park         the arm stands in its park posture
       armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
 
     """
@@ -98,21 +109,21 @@ def _home(parser: argparse.ArgumentParser) -> None:
     add_switches(
         how,
         {
-            "--yes": "the arm stands in its reference posture now: do not ask",
-            "--confirm": "instead: the arm stands where an earlier command left it",
+            "--yes": "the arm is in its reference posture now: do not ask",
+            "--confirm": "instead: the arm is where an earlier command left it",
         },
     )
     how.add_argument(
         "--declare",
         nargs="+",
         metavar="JOINT=DEG",
-        help=f"instead: it stands in these angles ({GRIPPER_AXIS}=MM too), or as parked: `park`",
+        help="instead: the arm is at these angles (gripper=MM too), or at `park`",
     )
     add_switches(
         how,
         {
-            "--switches": "have an arm with switches seek them WITHOUT ASKING: it moves",
-            "--guide": "be guided on a simulated arm too, for practice",
+            "--switches": "MOVE an arm with switches to them without asking",
+            "--guide": "practise the steps on a simulated arm",
         },
     )
     add_arm_options(parser)
@@ -122,56 +133,69 @@ def _home(parser: argparse.ArgumentParser) -> None:
 
 
 WEB_PORT = 8765
-"""Where a browser finds the desk, unless another port is named."""
+"""The TCP port of the desk in a browser, if --web-port names no other."""
 
 
 def _jog(parser: argparse.ArgumentParser) -> None:
-    """Declare what `jog` takes.
+    """Add the options of `jog`.
 
-    Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link
-    that was lost is looked for by L, or by itself with --reconnect; the arm then stands in
-    error-stop. With --model a named system of the lecture notes, or a link table, is jogged with no
-    arm at all.
+    The desk fills the terminal and shows its keys. Hold a key to jog and release it to stop; the
+    space bar always stops. After a lost connection, L reconnects, and so does --reconnect by
+    itself; the arm is then in error-stop. With --model you jog a named system of the lecture notes
+    or a link table, without any arm.
+
+    Examples:
+      armdrive jog
+      armdrive jog --arm bench --reconnect
+      armdrive jog --keys azerty
+      armdrive jog --model puma
+      armdrive jog --web                   in a browser on this computer
+      armdrive jog --show-keys             print the keys; opens nothing
+
     """
-    parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
+    parser.add_argument("--ascii", action="store_true", help="draw with plain characters")
     parser.add_argument(
         "--reconnect",
         action="store_true",
         default=None,
-        help="look for a lost link until it is back, as `reconnect = true` in the arm file does",
+        help="reconnect after a lost connection, as `reconnect = true` in the arm file does",
     )
     parser.add_argument(
         "--keys",
         metavar="FILE",
-        help="a file of keys, or a layout: azerty, qwertz, dvorak, colemak, qwerty",
+        help="a key file, or a keyboard layout: azerty, qwertz, dvorak, colemak, qwerty",
     )
     parser.add_argument(
-        "--show-keys", action="store_true", help="print all keys with their ids, and open nothing"
+        "--show-keys", action="store_true", help="print all keys with their ids; opens nothing"
     )
     parser.add_argument(
         "--model",
         nargs="?",
         const="",
         metavar="NAME",
-        help="a named system or a .toml file, with no arm connected; without NAME: list them",
+        help="a named system or a .toml file, without an arm; no NAME: list them",
     )
     parser.add_argument(
         "--setup",
         action="store_true",
-        help="begin at the set-up screen: find an arm, describe it, check its motors",
+        help="start on the set-up screen: find an arm, describe it, check its motors",
     )
     parser.add_argument(
         "--gamepad",
         nargs="?",
         const="",
         metavar="NAME",
-        help="jog with a gamepad too (Linux); with several, letters of the name of one",
+        help="jog with a gamepad too (Linux); NAME: part of its name, if there are several",
     )
     parser.add_argument(
-        "--web", action="store_true", help="show it in a browser on this computer instead"
+        "--web", action="store_true", help="show the desk in a browser on this computer instead"
     )
     parser.add_argument(
-        "--web-port", type=count, default=WEB_PORT, metavar="N", help=f"with --web; else {WEB_PORT}"
+        "--web-port",
+        type=count,
+        default=WEB_PORT,
+        metavar="N",
+        help=f"TCP port for --web (default {WEB_PORT})",
     )
     parser.add_argument("--served", action="store_true", help=argparse.SUPPRESS)  # behind a page
     add_arm_options(parser)
@@ -180,40 +204,50 @@ def _jog(parser: argparse.ArgumentParser) -> None:
 # --- move
 
 
+_AXIS_HELP: Mapping[str, str] = MappingProxyType(
+    {
+        "x": "forward from the base axis",
+        "y": "to the left",
+        "z": "up from the table",
+        "pitch": "elevation of the hand; -90 points at the table",
+        "roll": "of the hand",
+        "yaw": "direction of the hand, on an arm with six joints",
+    }
+)
+
 COORDINATES = (
     ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
 )  # fmt: skip
-"""What a pose has, and in which units it is typed."""
+"""The coordinates of a pose with the units in which they are typed."""
 
 
 def _move(parser: argparse.ArgumentParser) -> None:
-    """Declare what `move` takes.
+    """Add the options of `move`.
+
+    Coordinates and joints that you leave out keep their values.
 
     Examples:
-      armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
+      armdrive move --x 250 --z 120 --pitch -90           to a pose, every joint at once
       armdrive move --y 80 --line                         along a straight line
-      armdrive move --y 80 --via 270,0,120                along an arc through that point
-      armdrive move --frame tool --z -30 --line           30 mm back, as the hand points
-      armdrive move --shoulder 40 --elbow -60 --speed 0.5
-      armdrive move --gripper 40
+      armdrive move --y 0 --via 270,40,120                along an arc through that point
+      armdrive move --frame tool --z -30 --line           30 mm back, along the hand
+      armdrive move --shoulder 40 --elbow -60 --speed 50%
+      armdrive move --gripper 40                          open to 40 mm
+      armdrive move --y 80 --line --preview               only show what would happen
       armdrive move --park
-      armdrive move --y 80 --line --preview               moves nothing: what it would be
 
     """
-    goal = parser.add_argument_group("to a pose (what is not named stays)")
+    goal = parser.add_argument_group("to a pose")
     for axis, unit in COORDINATES:
-        goal.add_argument(f"--{axis}", type=number, metavar=unit.upper())
+        goal.add_argument(f"--{axis}", type=number, metavar=unit.upper(), help=_AXIS_HELP[axis])
     goal.add_argument("--line", action="store_true", help="along a straight line")
-    goal.add_argument(
-        "--via", type=_point, metavar="X,Y,Z", help="along the arc of a circle through this point"
-    )
+    goal.add_argument("--via", type=_point, metavar="X,Y,Z", help="along an arc through this point")
     goal.add_argument(
         "--frame",
-        default=BASE_FRAME,
         metavar="NAME",
-        help="the pose is one of a frame of the arm file; of tool: a change from where it is",
+        help="the pose is in this frame of the arm file; `tool`: relative to the hand",
     )
-    turn = parser.add_argument_group("or to joint angles (what is not named stays)")
+    turn = parser.add_argument_group("or to joint angles")
     for name in JOINT_NAMES:
         turn.add_argument(f"--{name.replace('_', '-')}", type=number, metavar="DEG")
     turn.add_argument(
@@ -222,14 +256,16 @@ def _move(parser: argparse.ArgumentParser) -> None:
         type=_named_angle,
         default=[],
         metavar="NAME=DEG",
-        help="a joint of an arm that is given by a model file; may be repeated",
+        help="a joint of an arm that a model file describes; may be repeated",
     )
-    parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
-    add_switches(parser, {"--park": "to the park posture"})
-    parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
+    parser.add_argument(
+        "--gripper", type=number, metavar="MM", help="open or close the gripper to this width"
+    )
+    add_switches(parser, {"--park": "go to the park posture"})
+    parser.add_argument("--speed", type=fraction, default=1.0, help=SPEED_HELP)
     add_switches(
         parser,
-        {"--preview": "say what the motion would be, every solution and margin; moves nothing"},
+        {"--preview": "show the motion with its solutions and margins; moves nothing"},
     )
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -253,10 +289,16 @@ def _point(word: str) -> tuple[float, ...]:
 
 
 def _pause(parser: argparse.ArgumentParser) -> None:
-    """Declare what `pause` takes.
+    """Add the options of `pause`.
 
-    The arm stands, held, until `armdrive resume`; `armdrive stop` ends the motion for good. Without
-    a name, every arm that a program of yours holds. The controller's own homing is not paused.
+    The arm waits, with its motors on, until `armdrive resume`; `armdrive stop` ends the motion for
+    good. If you name no arm, every arm that your programs are driving is paused. A controller that
+    homes by itself does not pause.
+
+    Examples:
+      armdrive pause
+      armdrive pause --sim teachmover
+
     """
     add_arm_options(parser)
 
@@ -274,14 +316,14 @@ def _into_arm(action: argparse.ArgumentParser) -> None:
         action,
         {
             "--yes": "do not ask before writing",
-            "--leave-others": "let rows stay that the file does not have",
+            "--leave-others": "keep rows that are not in the file",
         },
     )
     add_switches(
         action.add_mutually_exclusive_group(),
         {
-            "--shift": "so that rows lead where they led",
-            "--as-is": "the numbers, wherever they lead now",
+            "--shift": "change the numbers, so that rows lead to the same places as before",
+            "--as-is": "write the numbers as they are, wherever they lead now",
         },
     )
     add_allow_restored(action)
@@ -295,22 +337,22 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType(
             _naming(more=add_allow_restored),
         ),
         "read": Action(
-            "read the program out of the arm into a file",
+            "copy the program from the arm to a file",
             "program.pendant:read",
             _naming("file", more=_into_file),
         ),
         "write": Action(
-            "write a file's rows into the arm, and read them back",
+            "copy a file to the arm, and check it by reading it back",
             "program.pendant:write",
             _naming("file", more=_into_arm),
         ),
         "points": Action(
-            "make points and a sequence of a file's rows",
+            "make points and a sequence from a file",
             "program.pendant:make_points",
             _naming("file", "name", more=_again),
         ),
         "make": Action(
-            "make a file of rows of a taught sequence",
+            "make a file from a taught sequence",
             "program.pendant:make_rows",
             _naming("name", "file", more=_into_file),
         ),
@@ -320,17 +362,17 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType(
 
 
 def _pendant(parser: argparse.ArgumentParser) -> None:
-    """Declare what `pendant` takes.
+    """Add the options of `pendant`.
 
-    Nothing moves. A file can be read, compared and edited; every row comes back word for word.
+    Nothing moves. The file is text, which you can read, compare and edit.
 
     Examples:
-      armdrive pendant show                              what is in the arm, row by row
-      armdrive pendant read monday.pendant               into a file
-      armdrive pendant write monday.pendant              back, and read once more to be sure
-      armdrive pendant write monday.pendant --shift      after the arm was homed anew
-      armdrive pendant points monday.pendant stack       as points and a sequence `stack`
-      armdrive pendant make stack stack.pendant          and a sequence as rows for the pendant
+      armdrive pendant make stack stack.pendant          write a taught sequence to a file
+      armdrive pendant write stack.pendant               copy the file to the arm
+      armdrive pendant show                              print the program in the arm
+      armdrive pendant read monday.pendant               copy the program to a file
+      armdrive pendant write monday.pendant --shift      and back, after the arm was homed again
+      armdrive pendant points monday.pendant tower       as points and a sequence `tower`
 
     Every action prints JSON with --json.
 
@@ -344,35 +386,45 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
 def _point_go(action: argparse.ArgumentParser) -> None:
     add_allow_restored(action)
     add_switches(action, {"--line": "along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
-    add_switches(action, {"--preview": "say what it would be; moves nothing"})
+    action.add_argument("--speed", type=fraction, default=1.0, help=SPEED_HELP)
+    add_switches(action, {"--preview": "show the motion; moves nothing"})
 
 
 def _point_run(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--times", type=count, default=1, help="so often (default 1)")
+    action.add_argument(
+        "--times", type=count, default=1, metavar="N", help="repeat N times (default 1)"
+    )
     add_allow_restored(action)
 
 
 def _point_save(action: argparse.ArgumentParser) -> None:
     action.add_argument("--note", default="", help="what the point is for")
-    add_switches(action, {"--again": "move a point that is there"})
+    add_switches(action, {"--again": "overwrite a point of that name"})
 
 
 def _offset(action: argparse.ArgumentParser) -> None:
     _again(action)
     for axis in ("x", "y", "z"):
         action.add_argument(
-            f"--{axis}", type=number, default=0.0, metavar="MM", help=f"along the base's {axis}"
+            f"--{axis}",
+            type=number,
+            default=0.0,
+            metavar="MM",
+            help=f"shift along the base's {axis} axis",
         )
     action.add_argument(
-        "--turn", type=number, default=0.0, metavar="DEG", help="about the base axis, first"
+        "--turn",
+        type=number,
+        default=0.0,
+        metavar="DEG",
+        help="turn about the base axis, before the shift",
     )
 
 
 POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "list": Action(
-            "list the points and sequences, and where their file is",
+            "list the points and sequences, and the file they are in",
             "drive.points:list_points",
             _naming(),
         ),
@@ -380,7 +432,7 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
             "show a point, or the steps of a sequence", "drive.points:show", _naming("name")
         ),
         "save": Action(
-            "name the place where the arm stands; moves nothing",
+            "save the place where the arm is, under a name; moves nothing",
             "drive.points_driving:save",
             _naming("name", more=_point_save),
         ),
@@ -390,23 +442,23 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
             _naming("name", more=_point_go),
         ),
         "run": Action(
-            "carry out a sequence",
+            "run a sequence",
             "drive.points_driving:run",
             _naming("name", more=_point_run),
         ),
         "rename": Action(
-            "give a point another name, in sequences too",
+            "rename a point, also in the sequences that use it",
             "drive.points:rename",
             _naming("name", "new"),
         ),
-        "delete": Action("take a point or a sequence away", "drive.points:delete", _naming("name")),
+        "delete": Action("delete a point or a sequence", "drive.points:delete", _naming("name")),
         "copy": Action(
-            "the same point or sequence once more, over new points",
+            "copy a point, or a sequence with its points",
             "drive.points:shape",
             _naming("name", "new", more=_again),
         ),
         "mirror": Action(
-            "a point or a sequence with left and right exchanged",
+            "copy a point or a sequence with left and right exchanged",
             "drive.points:shape",
             _naming("name", "new", more=_again),
         ),
@@ -416,7 +468,7 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
             _naming("name", "file", more=_force),
         ),
         "offset": Action(
-            "a point or a sequence in another place",
+            "copy a point or a sequence to another place",
             "drive.points:shape",
             _naming("name", "new", more=_offset),
         ),
@@ -426,19 +478,19 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
 
 
 def _points(parser: argparse.ArgumentParser) -> None:
-    """Declare what `points` takes.
+    """Add the options of `points`.
 
-    Points are kept in a file of their own, which may be edited: docs/points.md tells every key.
+    Each arm has a file of points, which you may edit: docs/how-to/points.md describes it.
 
     Examples:
       armdrive points save pick --note "above the block"
       armdrive points list
-      armdrive points go pick --line --speed 0.3          or --preview, which moves nothing
+      armdrive points go pick --line --speed 30%
       armdrive points rename pick grip
       armdrive points run stack
       armdrive points mirror stack stack-left             the same on the other side
       armdrive points offset stack stack2 --x 40 --turn 30
-      armdrive points export stack stack.arm              as a program: `armdrive run stack.arm`
+      armdrive points export stack stack.arm              then: armdrive run stack.arm
 
     Every action prints JSON with --json.
 
@@ -450,23 +502,37 @@ def _points(parser: argparse.ArgumentParser) -> None:
 
 
 def _record(parser: argparse.ArgumentParser) -> None:
-    """Declare what `record` takes.
+    """Add the options of `record`.
 
-    Without a name, every arm that a program of yours holds. A fault is written without being asked
-    for.
+    A program that drives an arm remembers the last minutes. `record` has it write them to a file,
+    which `armdrive log` reads and `armdrive replay` compares with a simulation. After a fault the
+    program writes them by itself. If you name no arm, every arm that your programs are driving is
+    recorded.
+
+    Examples:
+      armdrive record
+      armdrive record --sim teachmover --output monday.jsonl
+
     """
     add_arm_options(parser)
-    parser.add_argument("--output", type=Path, metavar="FILE", help="copy the recording there")
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE", help="copy the recording to this file"
+    )
 
 
 # --- reset
 
 
 def _reset(parser: argparse.ArgumentParser) -> None:
-    """Declare what `reset` takes.
+    """Add the options of `reset`.
 
-    A controller that is locked, or in alarm, stays so from one command to the next: this unlocks
-    it. A position that is suspect stays suspect, until the arm is homed.
+    A controller stays locked or in alarm from one command to the next; `reset` unlocks it. The
+    position, if suspect, stays suspect until `armdrive home`.
+
+    Examples:
+      armdrive reset
+      armdrive reset --sim grbl
+
     """
     add_arm_options(parser)
 
@@ -475,10 +541,15 @@ def _reset(parser: argparse.ArgumentParser) -> None:
 
 
 def _resume(parser: argparse.ArgumentParser) -> None:
-    """Declare what `resume` takes.
+    """Add the options of `resume`.
 
-    Nothing goes on that an error, a stop or a lost wire has ended. Without a name, every arm that a
-    program of yours holds.
+    A motion that an error, a stop or a lost connection has ended does not go on. If you name no
+    arm, every arm that your programs are driving goes on.
+
+    Examples:
+      armdrive resume
+      armdrive resume --sim teachmover
+
     """
     add_arm_options(parser)
 
@@ -487,48 +558,75 @@ def _resume(parser: argparse.ArgumentParser) -> None:
 
 
 def _slow(parser: argparse.ArgumentParser) -> None:
-    """Declare what `slow` takes.
+    """Add the options of `slow`.
 
-    Holds for what is sent next, bursts, segments and jogs, until it is changed; 100 ends it.
-    Without a name, every arm that a program of yours holds.
+    Everything sent from now on is slower, jogs too, until `slow 100%`. If you name no arm, every
+    arm that your programs are driving slows down.
 
     Examples:
-      armdrive slow 20
-      armdrive slow 100 --arm bench
+      armdrive slow 20%
+      armdrive slow 100% --sim teachmover
 
     """
-    parser.add_argument("percent", type=_percent, help="1 to 100")
+    parser.add_argument("speed", type=_override, metavar="SPEED", help="0.2 or 20%%; at least 1%%")
     add_arm_options(parser)
 
 
-def _percent(word: str) -> float:
-    percent = number(word)
-    if not 1.0 <= percent <= 100.0:
-        raise argparse.ArgumentTypeError(f"give 1 to 100 percent, not {word}")
-    return percent
+LEAST_OVERRIDE = 0.01
+"""As the program that drives the arm accepts it."""
+
+
+def _override(word: str) -> float:
+    speed = fraction(word)
+    if speed < LEAST_OVERRIDE:
+        raise argparse.ArgumentTypeError(f"a speed is at least {LEAST_OVERRIDE:.0%}, not {word}")
+    return speed
+
+
+# --- stop
+
+
+def _stop(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `stop`.
+
+    The arm stops, keeps its position and needs no reset. If you name no arm, every arm that your
+    programs are driving stops. An emergency stop is the switch of the arm's own power supply.
+
+    Examples:
+      armdrive stop
+      armdrive stop --sim teachmover
+
+    """
+    add_arm_options(parser)
 
 
 # --- verify
 
 
 def _verify(parser: argparse.ArgumentParser) -> None:
-    """Declare what `verify` takes.
+    """Add the options of `verify`.
 
-    The arm MOVES to a little above its reference mark. Then you jog the tips onto the mark by small
-    steps, on lines such as `shoulder -0.5`, and type `done`. What the registers read beyond the
-    reference posture is told by motor, by joint and at the tip, with what it means, and is written
-    down with the date in the state folder. A simulated arm has a simulated operator.
+    The arm MOVES to just above its reference mark. You jog the finger tips onto the mark in small
+    steps, with lines such as `shoulder -0.5`, and type `done`. The result is the drift of each
+    motor, of each joint and of the tip, with what it means; a log in the state folder keeps it. On
+    a simulated arm, a simulated operator does all this.
 
-    It ends with 1 where the arm is off and the posture was not taken for the new reference.
+    The exit code is 1 if the arm has drifted and you did not accept the posture as the new
+    reference.
+
+    Examples:
+      armdrive verify
+      armdrive verify --accept --speed 30%
+
     """
     add_switches(
         parser,
         {
-            "--accept": "take the posture at the mark for the new reference, without asking",
-            "--keep": "measure alone: take nothing for the new reference",
+            "--accept": "accept the posture at the mark as the new reference, without asking",
+            "--keep": "only measure: keep the old reference",
         },
     )
-    parser.add_argument("--speed", type=fraction, default=0.5, help="fraction of the limits")
+    parser.add_argument("--speed", type=fraction, default=0.5, help=SPEED_HELP)
     add_allow_restored(parser)
     add_arm_options(parser)
 
@@ -547,7 +645,7 @@ ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
         "reset": Arguments(_reset),
         "resume": Arguments(_resume),
         "slow": Arguments(_slow),
-        "stop": Arguments(add_arm_options),
+        "stop": Arguments(_stop),
         "verify": Arguments(_verify),
     }
 )

@@ -1,4 +1,4 @@
-"""The reference of an arm: tell it where it stands, and measure how far it has drifted."""
+"""The reference of an arm: establish it, and measure how far the arm has drifted."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.options import typed_number
-from armdrive.cli.presenter import Result, TerminalReporter, as_json, say, tell
+from armdrive.cli.presenter import Result, as_json, say, tell
+from armdrive.cli.reporter import TerminalReporter
 from armdrive.cli.screens import agreed
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import BadRequest, OperatorNeeded
@@ -26,12 +27,12 @@ NEXT = (
     "Each later command first asks whether the arm still stands as it was left; in a script, add "
     "--allow-restored."
 )
-"""Said of a real arm: another program cannot know whether it was moved by hand meanwhile."""
-WAY_CLEAR = "Is its way clear, and a hand at its switch? Type yes: "
+"""Shown for a real arm: the next program cannot know whether the arm was moved by hand."""
+WAY_CLEAR = "Is its way clear, and your hand at the power switch? Type yes: "
 
 
 def home(options: argparse.Namespace) -> Result:
-    """Reference the arm and say where it is."""
+    """Reference the arm, and return its status."""
     with opened_arm(options) as arm:
         _reference(arm, options)
         lines = [f"referenced: tip {arm.pose}"]
@@ -57,7 +58,7 @@ def _reference(arm: Arm, options: argparse.Namespace) -> None:
         _switch_on(arm)
         arm.home()
     elif as_json(options):
-        arm.home()  # which says that somebody has to look
+        arm.home()  # refuses: a person has to look
     else:
         _guided(arm)
 
@@ -71,8 +72,8 @@ def _guided(arm: Arm) -> None:
     guide = TerminalOperator(terminal=sys.stdin.isatty() and sys.stdout.isatty())
     if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
         raise OperatorNeeded(
-            "nobody agreed: nothing was moved or referenced. Run `armdrive home` in a terminal, or "
-            "say how the arm stands: --yes, in its reference posture; --declare JOINT=DEG ..."
+            "not confirmed: nothing was moved or referenced. Run `armdrive home` in a terminal, or "
+            "state where the arm is: --yes (its reference posture) or --declare JOINT=DEG ..."
         )
     while True:
         try:
@@ -98,7 +99,7 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     tell(options, f"THE ARM WILL MOVE: its controller seeks {order}.")
     sure = options.switches or arm.simulated
     if not sure and (as_json(options) or not agreed(WAY_CLEAR)):
-        raise OperatorNeeded("nobody agreed, so nothing was moved: answer yes, or give --switches")
+        raise OperatorNeeded("not confirmed, so nothing moved: answer yes, or give --switches")
     _switch_on(arm)
     with TerminalReporter(silent=as_json(options)) as reporter:
         arm.home(told=lambda group: reporter.tell(f"homed: {' and '.join(group)}"))
@@ -107,7 +108,7 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
 def _declare(arm: Arm, words: list[str]) -> None:
     if words == [PARK]:
         if arm.config.park is None and arm.model.reference is None:
-            raise BadRequest("this arm has no park posture: write [park] into its arm file")
+            raise BadRequest("this arm has no park posture: add [park] to its arm file")
         _switch_on(arm)
         arm.declare_posture(park_pose(arm.config))
         return
@@ -115,7 +116,7 @@ def _declare(arm: Arm, words: list[str]) -> None:
     given = dict(_named(word, (*names, GRIPPER_AXIS)) for word in words)
     opening_mm = given.pop(GRIPPER_AXIS, 0.0)
     if missing := [name for name in names if name not in given]:
-        raise BadRequest(f"where do the others stand? {', '.join(missing)} are missing")
+        raise BadRequest(f"every joint needs an angle: {', '.join(missing)} missing")
     joints = Joints(tuple(math.radians(given[name]) for name in names), names)
     _switch_on(arm)
     arm.declare_posture(joints, opening_mm=opening_mm)
@@ -129,18 +130,18 @@ def _named(word: str, names: tuple[str, ...]) -> tuple[str, float]:
     return plain, typed_number(angle)
 
 
-# Measuring how far an arm has drifted: its finger tips on the mark say where it really is.
+# Measuring the drift: with its finger tips on the mark, the arm shows where it really is.
 
 OFF = 1
-FINE = "Finer is better here: shoulder 0.1, say. The smallest jog is one step of a motor."
+FINE = "Use small jogs, such as shoulder 0.1. The smallest jog is one motor step."
 
 
 def verify(options: argparse.Namespace) -> Result:
-    """Measure, and say what was found."""
+    """Measure the drift, and return it."""
     with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
         verified = _verified(arm, options)
-        logbook = () if arm.logbook is None else (f"written down in {arm.logbook}",)
+        logbook = () if arm.logbook is None else (f"logged in {arm.logbook}",)
     right = verified.accepted or verified.verdict is Verdict.ROUNDING
     return Result(verified_view(verified), (str(verified), *logbook), 0 if right else OFF)
 
@@ -149,16 +150,16 @@ def _verified(arm: Arm, options: argparse.Namespace) -> Verified:
     if arm.simulated:
         return arm.verify(accept=options.accept, speed=options.speed)
     if as_json(options):
-        return arm.verify(speed=options.speed)  # which says that somebody has to look
+        return arm.verify(speed=options.speed)  # refuses: a person has to look
     guide = TerminalOperator(terminal=False)
     if not guide.prepare(arm, off=False):
-        raise OperatorNeeded("nobody agreed: nothing was moved")
+        raise OperatorNeeded("not confirmed: nothing moved")
     say(FINE)
 
     def accept(found: Verified) -> bool:
         if options.accept or options.keep:
             return bool(options.accept)
         say(str(found))
-        return sys.stdin.isatty() and agreed("Take this posture for the new reference? Type yes: ")
+        return sys.stdin.isatty() and agreed("Accept this posture as the new reference? Type yes: ")
 
     return arm.verify(operator=guide, accept=accept, speed=options.speed)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import tui
 from armdrive.cli.arm_files import chosen_target, default_arm
+from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.look.status import watch_on_screen
@@ -29,7 +30,7 @@ from tui.theory.model import run_model
 
 def jog(options: argparse.Namespace) -> Outcome:
     """Open the desk."""
-    keys = load_keys(options.keys)  # what is wrong with it is said before anything is opened
+    keys = load_keys(options.keys)  # a wrong file is refused before anything is opened
     if options.show_keys:
         return Result({"keys": as_rows(keys)}, as_text(keys))
     if options.web:
@@ -41,16 +42,16 @@ def jog(options: argparse.Namespace) -> Outcome:
     if options.gamepad is not None:
         check_gamepads()
     end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
-    while end.opens is not None:  # an arm file that was written there
+    while end.opens is not None:  # the set-up screen wrote an arm file
         options = _on_file(options, end.opens)
-        hint = f"this is {options.arm}: nothing was moved; reference it, then check its motors"
+        hint = f"this is {options.arm}: nothing moved; reference it, then check its motors"
         end = _desk(options, keys, "setup", hint)
     return end.code
 
 
 def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) -> tui.DeskEnd:
-    """Connect the arm, and show its desk until that is left."""
-    # in real time also the simulated twin of a port's arm
+    """Connect the arm, and show its desk until the user leaves it."""
+    # in real time, also for the simulated twin of an arm on a port
     try:
         arm = connect_chosen(options, pace="real", reconnect=options.reconnect)
     except ArmInUse as error:
@@ -68,12 +69,12 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
         )
         last = arm.status
     if last.error and last.state is State.DISCONNECTED and not end.code:
-        say(f"left while the link was lost: {coded(last.error, last.error_code)}")
+        say(f"the connection was lost when you left: {coded(last.error, last.error_code)}")
     return end
 
 
 def _on_file(options: argparse.Namespace, path: Path) -> argparse.Namespace:
-    """Return the options of the same desk on the arm of a file."""
+    """Return the same options with the arm of a file."""
     named = path.stem if path.parent == places.arm_files() else str(path)
     return argparse.Namespace(
         **vars(options)
@@ -82,17 +83,15 @@ def _on_file(options: argparse.Namespace, path: Path) -> argparse.Namespace:
 
 
 def _hint(options: argparse.Namespace, keys: Keyboard) -> str:
-    """Offer to set an arm up where none was named and no arm file is there."""
-    if options.arm or options.sim or options.port or default_arm() != DEFAULT_TARGET:
-        return ""
-    if arm_paths():
+    """Return a hint to set an arm up, if none was named and there is no arm file."""
+    if names_arm(options) or default_arm() != DEFAULT_TARGET or arm_paths():
         return ""
     key = keys.label("screen-setup")
-    return f"no arm of yours is described yet, so this one is simulated: {key} sets one up"
+    return f"you have no arm file yet, so this arm is simulated: {key} sets up a real one"
 
 
 def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
-    """Offer to watch an arm that another program drives. Raises the error where nobody wants to."""
+    """Offer to watch an arm that another program drives. Raises the error if that is declined."""
     if options.served:
         raise error
     say(str(error))
@@ -105,24 +104,24 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
 
 
 def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
-    """Open the desk of a model, or list the names where none is given."""
-    if options.arm or options.sim or options.port:
-        raise BadRequest("a model has no arm: leave out --arm, --sim and --port, or --model")
+    """Open the desk of a model, or list the models if none is named."""
+    if names_arm(options):
+        raise BadRequest("--model has no arm: leave out --arm, --sim and --port, or --model")
     if options.gamepad is not None:
-        raise BadRequest("a model is moved in steps, by keys: leave out --gamepad, or --model")
+        raise BadRequest("a model is jogged in steps, with keys: leave out --gamepad, or --model")
     if not options.model:
         return _models()
     subject = find_subject(options.model)
     if not options.served:
-        require_screen("jogging", "`armdrive explain` prints the same of one posture")
+        require_screen("jogging", "`armdrive explain` prints the same for one posture")
     return run_model(subject, ascii_only=options.ascii, keys=keys)
 
 
 def find_subject(word: str) -> Subject:
-    """Return what a name or the path of a model file stands for.
+    """Return the model of a name or of the path of a model file.
 
-    Raises `BadRequest` for a name that nothing has, with the nearest one, and `ArmFileError` for
-    a file that cannot be used.
+    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
+    that cannot be used.
     """
     if is_model_file(word):
         model = read_model(word)

@@ -1,6 +1,6 @@
-"""Switch the motors on and off, and leave an error: nothing here moves the arm unasked.
+"""Switch the motors on and off, and clear an error; only `disable` can move the arm, to park it.
 
-An arm whose motors are switched off can sag, so `disable` offers to park it first.
+Without motor current an arm can sag, so `disable` offers to park it first.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from armdrive.status import State, status_view
 
 
 def enable(options: argparse.Namespace) -> Result:
-    """Switch on, and say how the motors stand."""
+    """Switch the motors on, and return the status."""
     with opened_arm(options) as arm:
         arm.enable()
         status = arm.status
@@ -29,7 +29,7 @@ def enable(options: argparse.Namespace) -> Result:
 
 
 def reset(options: argparse.Namespace) -> Result:
-    """Leave error-stop, and say how the arm is then."""
+    """Leave error-stop, and return the status."""
     with opened_arm(options) as arm:
         arm.reset()
         status = arm.status
@@ -41,7 +41,7 @@ def reset(options: argparse.Namespace) -> Result:
 
 
 def disable(options: argparse.Namespace) -> Result:
-    """Park if that is wanted, switch the motors off, and say what that does to the arm."""
+    """Park if wanted, switch the motors off, and say what that does to the arm."""
     with opened_arm(options, allow_restored=options.allow_restored) as arm:
         tell(options, f"after disable the arm {dialect(arm.status.dialect).torque.disable}")
         if not options.no_park and _wants_to_park(arm, options):
@@ -52,18 +52,18 @@ def disable(options: argparse.Namespace) -> Result:
 
 
 def _wants_to_park(arm: Arm, options: argparse.Namespace) -> bool:
-    """Ask whether to park; where that is not wanted, whether to switch off all the same."""
+    """Return whether to park first. Raises `OperatorNeeded` if the motors are to stay on."""
     if options.yes or (arm.simulated and not sys.stdin.isatty()):
         return True
     if not sys.stdin.isatty():
         raise OperatorNeeded(
-            "the arm can sag when its motors are switched off: say --yes to park it first, or "
+            "the arm can sag when its motors are switched off: give --yes to park it first, or "
             "--no-park to switch off where it stands"
         )
     if agreed("Park the arm first? Type yes: "):
         return True
     if not agreed("Then support the arm. Switch the motors off where it stands? Type yes: "):
-        raise OperatorNeeded("not confirmed: the motors were left as they are")
+        raise OperatorNeeded("not confirmed: the motors were not switched off")
     return False
 
 
@@ -72,7 +72,7 @@ def _park(arm: Arm, options: argparse.Namespace) -> None:
     try:
         arm.referencing.require()
     except NotReferenced as refusal:
-        raise NotReferenced(f"{refusal}; or support the arm and say --no-park") from None
+        raise NotReferenced(f"{refusal}; or support the arm and give --no-park") from None
     if arm.status.state is State.DISABLED:
         arm.enable()
     tell(options, f"parked: {arm.park()}")

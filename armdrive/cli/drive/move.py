@@ -1,4 +1,4 @@
-"""Planned motion on the command line: joints that are not named stay, and so do coordinates."""
+"""Planned motion on the command line; coordinates and joints that are left out do not change."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from kinematics.spaces import JOINT_NAMES, Pose
 
 
 def move(options: argparse.Namespace) -> Result:
-    """Move, and say where the arm is then."""
+    """Move, and return where the arm is then."""
     _check(options)
     with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
@@ -38,9 +38,9 @@ def move(options: argparse.Namespace) -> Result:
 
 
 def moved(arm: Arm, asked: Motion | MoveSequence, options: argparse.Namespace) -> Result:
-    """Carry a move out and say what it did, or with --preview what it would be.
+    """Run a move, or with --preview only plan it.
 
-    A preview ends with the code of the motion itself: 0 where it may go.
+    The exit code of a preview is that of the motion: 0 if it is allowed.
     """
     if not options.preview:
         done = arm.run(asked)
@@ -64,8 +64,8 @@ def _check(options: argparse.Namespace) -> None:
             "--park; `armdrive move --help` shows examples"
         )
     if pose + joints + options.park > 1:
-        raise BadRequest("give a pose or joint angles or --park, not two of them")
-    if options.frame != BASE and not pose:
+        raise BadRequest("give either a pose, joint angles or --park, not two of them")
+    if options.frame not in (None, BASE) and not pose:
         raise BadRequest("--frame needs a pose, for example --frame tool --z -30 --line")
     if options.via is not None and (options.line or not pose):
         raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
@@ -74,7 +74,7 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _asked(arm: Arm, options: argparse.Namespace) -> Motion | MoveSequence:
-    """Return what is asked for as one move: the arm's, then the fingers'."""
+    """Return the options as one move: the arm first, then the gripper."""
     moves = [*_arm_move(arm, options)]
     if options.gripper is not None:
         moves.append(GripperMove(options.gripper, options.speed))
@@ -88,17 +88,18 @@ def _arm_move(arm: Arm, options: argparse.Namespace) -> Iterator[Motion]:
     elif named:
         yield JointMove(named, options.speed)
     elif _names_pose(options):
-        goal = _goal(_here(arm, options.frame), options)
+        frame = options.frame or BASE
+        goal = _goal(_here(arm, frame), options)
         if options.via is not None:
-            yield ArcMove(_placed(goal, options.via), goal, options.speed, options.frame)
+            yield ArcMove(_placed(goal, options.via), goal, options.speed, frame)
         elif options.line:
-            yield LineMove(goal, options.speed, options.frame)
+            yield LineMove(goal, options.speed, frame)
         else:
-            yield PoseMove(goal, options.speed, options.frame)
+            yield PoseMove(goal, options.speed, frame)
 
 
 def _joints(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the joint angles asked for, by the words that `JointMove` takes."""
+    """Return the joint angles of the options, under the keys of `JointMove`."""
     known = ((name, getattr(options, name)) for name in JOINT_NAMES)
     given = [*((name, angle) for name, angle in known if angle is not None), *options.joint]
     return {f"{name}_deg": angle for name, angle in given}
@@ -110,7 +111,7 @@ def _placed(pose: Pose, point: tuple[float, ...]) -> Pose:
 
 
 def _here(arm: Arm, frame: str) -> Pose:
-    """Return what coordinates are that nobody names: in the tool's frame, no change."""
+    """Return the coordinates to keep if they are not given: in the tool's frame, no change."""
     if frame != TOOL:
         return arm.pose_in(frame)
     return Pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0 if arm.model.arm.has_yaw else None)

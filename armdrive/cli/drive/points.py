@@ -1,4 +1,4 @@
-"""Named points of an arm: the file of points, new points from old ones, a sequence as a program."""
+"""Saved points of an arm: list and edit them, derive new ones, export a sequence as a program."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from armdrive.storage.points import StepList, Taught, check_name, point_view
 
 
 def _book(options: argparse.Namespace) -> Points:
-    """Return the points of the arm that the options name, which stays unconnected."""
+    """Return the points of the arm that the options name, without connecting to it."""
     config = chosen_target(options).config
     return points_of(config.name, config.model.arm)
 
@@ -53,7 +53,7 @@ def _listed(path: Path, taught: Taught) -> Iterator[str]:
         note = f"   {steps.note}" * bool(steps.note)
         yield f"  {name:<{width}}sequence of {len(steps.steps)} steps{note}"
     if not (taught.points or taught.sequences):
-        yield "  no points yet: `armdrive points save NAME` names the place where the arm stands"
+        yield "  no points yet: `armdrive points save NAME` saves the place where the arm is"
 
 
 def show(options: argparse.Namespace) -> Result:
@@ -77,13 +77,13 @@ def show(options: argparse.Namespace) -> Result:
 
 
 def rename(options: argparse.Namespace) -> Result:
-    """Give a point another name, in sequences too."""
+    """Rename a point, also in sequences."""
     _book(options).rename(options.name, options.new)
-    return _done(f"{options.name} is {options.new} now")
+    return _done(f"{options.name} is now {options.new}")
 
 
 def delete(options: argparse.Namespace) -> Result:
-    """Take a point or a sequence away."""
+    """Delete a point or a sequence."""
     book = _book(options)
     taught = book.read()
     if options.name in taught.sequences:
@@ -105,7 +105,7 @@ def _steps_view(steps: StepList) -> dict[str, Any]:
 
 
 def shape(options: argparse.Namespace) -> Result:
-    """Make the new from the old, look at every point, and write them all or none."""
+    """Derive new points and sequences, check every one, and write all or none."""
     config = chosen_target(options).config
     book = points_of(config.name, config.model.arm)
     taught = book.read()
@@ -124,7 +124,7 @@ def shape(options: argparse.Namespace) -> Result:
 
 
 def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
-    """Return how postures change, and the words for the notes."""
+    """Return the change of a posture, and the words for the notes."""
     if options.action == "copy":
         return (lambda joints: joints), ""
     if options.action == "mirror":
@@ -137,10 +137,10 @@ def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]
 
 
 def export(options: argparse.Namespace) -> Result:
-    """Write the program beside nothing that is there, unless told to, and say where."""
+    """Write the program to a file, which may exist only with --force."""
     path = Path(options.file)
     if path.exists() and not options.force:
-        raise BadRequest(f"{path} is there already: name another file, or say --force")
+        raise BadRequest(f"{path} exists: name another file, or give --force")
     config = chosen_target(options).config
     book = points_of(config.name, config.model.arm)
     steps, taught = book.sequence(options.name), book.read()
@@ -149,5 +149,5 @@ def export(options: argparse.Namespace) -> Result:
     replace_durably(DISK, path.absolute(), program.text.encode("utf-8"))
     return Result(
         {"file": str(path), "sha256": program.digest, "steps": len(steps.steps)},
-        f"{options.name} is {path} now: `armdrive run {path} --check` tells what it would do",
+        f"{options.name} is now {path}; `armdrive run {path} --check` rehearses it",
     )

@@ -1,4 +1,4 @@
-"""`armdrive points save`, `go` and `run`: what is done with points where an arm is connected."""
+"""`armdrive points save`, `go` and `run`: the actions that connect to the arm."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armdrive.storage.points import point_view
 
 
 def save(options: argparse.Namespace) -> Result:
-    """Name the place where the arm stands."""
+    """Save the place where the arm is."""
     with opened_arm(options, allow_restored=True, enabled=True) as arm:
         point = arm.points.teach(options.name, note=options.note, again=options.again)
     return Result({"name": options.name, **point_view(point)}, f"{options.name}: {point.joints}")
@@ -30,7 +30,7 @@ def go(options: argparse.Namespace) -> Result:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Carry a sequence out, step by step."""
+    """Run a sequence, step by step."""
     with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
         taught = arm.points.read()
@@ -38,6 +38,6 @@ def run(options: argparse.Namespace) -> Result:
         stops = arm.stops
         for _ in range(options.times):
             stepper.rewind()
-            # a stop between two times ends it as well
+            # a stop between two rounds ends it as well
             stepper.run(lambda step: tell(options, f"{stepper.at + 1:>3}  {step}"), since=stops)
         return Result(status_view(arm.status))

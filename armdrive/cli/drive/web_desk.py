@@ -1,13 +1,11 @@
 """Show the desk in a browser on this computer: `armdrive jog --web`.
 
-The browser's page is textual-serve's. Each page that is opened has a desk in a process of its own,
-with its arm; there is one at a time. When the page is closed that process is told to end, and when
-this one dies it notices by itself.
+textual-serve makes the browser's page. Each open page has a desk in a process of its own, with its
+arm; there is one at a time. That process ends when its page is closed or this process dies.
 
-Only this computer and this user get in. A page of anybody's that is open in the same browser can
-reach this computer's own ports too, and a WebSocket asks no leave of its server. So the origin
-counts, and a key that only the terminal has shown; both also where another user of the same
-computer tries.
+Only this user on this computer gets in. Any other page in the same browser can reach the ports of
+this computer too, and browsers let any page open a WebSocket. So every request needs the right
+origin and a key that only the terminal has shown. Both also keep other users of the computer out.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ from armdrive.cli.presenter import say
 from armdrive.errors import BadRequest
 
 HOST = "127.0.0.1"
-"""The only address that is listened on."""
+"""The only address that the server listens on."""
 
 KEY_BYTES = 24
 PAGE, SOCKET = "/", "/ws"
@@ -40,12 +38,12 @@ POLICY = (
     "script-src 'self' 'unsafe-inline' 'unsafe-eval'; connect-src 'self' ws://{host}; "
     "frame-ancestors 'none'"
 )
-"""What the page may load, nothing of anybody else's; and no other page may show it inside."""
+"""The page loads only its own content, and no other page may embed it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """What a browser says when it asks for something."""
+    """The parts of a browser's request that decide whether it gets in."""
 
     path: str
     host: str
@@ -65,12 +63,12 @@ class Door:
 
     @property
     def host(self) -> str:
-        """What a browser has to call this computer."""
+        """The host that a browser's request has to name."""
         return f"{HOST}:{self.port}"
 
     @property
     def address(self) -> str:
-        """What is opened in the browser."""
+        """The address to open in the browser."""
         return f"http://{self.host}{PAGE}?key={self.key}"
 
     @property
@@ -80,52 +78,52 @@ class Door:
 
     @property
     def headers(self) -> dict[str, str]:
-        """What every answer says beside its content."""
+        """The headers of every answer."""
         policy = POLICY.format(host=self.host)
         return {"Content-Security-Policy": policy, "Referrer-Policy": "no-referrer"}
 
     def refusal(self, visit: Visit) -> str:
-        """Return why a browser is not let in; nothing where it is."""
+        """Return why a request is refused, or "" if it is not."""
         if visit.host != self.host:
-            return f"this desk is at http://{self.host}, and is called nothing else"
+            return f"this desk is only at http://{self.host}"
         if visit.origin not in ("", f"http://{self.host}"):
-            return "another page asked for this: a desk is opened by its own address alone"
+            return "another page sent this request: open the desk by its own address"
         if visit.path == SOCKET and not visit.origin:
-            return "a desk is opened by a browser"
+            return "only a browser can open a desk"
         shown = visit.kept or visit.given if visit.path != PAGE else visit.given or visit.kept
-        # a cookie may have any bytes, of which some decode to what no encoding has
+        # a cookie may have bytes that decode to characters which cannot be encoded again
         if not secrets.compare_digest(shown.encode(errors="replace"), self.key.encode()):
             return "open the whole address that `armdrive jog --web` has printed, with its key"
         return ""
 
 
-# Reads the head of each request before the web server sees a byte of it. A web server answers what
-# it cannot parse with its name and version, and logs it. Here a connection reaches the server only
-# when its first request carries the key. Everything else gets one plain 403, which says only how to
-# open the desk.
+# Reads the head of each request before the web server sees a byte of it. A web server answers a
+# malformed request with its name and version, and logs it. Here a connection reaches the server
+# only if its first request carries the key. Every other request gets one plain 403, which says only
+# how to open the desk.
 
 MOST_HEAD_BYTES = 16384
-"""A browser's head takes one or two thousand."""
+"""A browser's head has one or two thousand."""
 
 HEAD_S = 5.0
-"""Within this time a head has to be whole, however many bytes of it come."""
+"""Timeout for a complete head, however fast its bytes arrive."""
 
 LINGER_S = 2.0
-"""A refused caller may take this long to read why; what it still sends is thrown away."""
+"""Time for a refused caller to read the reason; anything it still sends is discarded."""
 
 MOST_CALLERS = 64
-"""Connections without a whole head, or refused; the oldest goes when there are more."""
+"""Connections without a complete head, or refused; beyond this number the oldest is closed."""
 
-UNREADABLE = "this is no request that a browser makes"
+UNREADABLE = "this is not a browser's request"
 
 _END = b"\r\n\r\n"
 _PLAIN = re.compile(rb"[\t\r\n\x20-\x7e]*")
 _LONE = ("host", "origin", "cookie")
-"""Headers that decide who is let in: with two of a name, two readers could take different ones."""
+"""Headers that decide access; two readers could pick different ones of a repeated header."""
 
 
 class Porch:
-    """Makes the first protocol of each connection; `inside` makes the web server's."""
+    """Creates the first protocol of each connection; `inside` creates the web server's."""
 
     def __init__(self, door: Door, inside: Callable[[], asyncio.Protocol]) -> None:
         self.door = door
@@ -138,7 +136,7 @@ class Porch:
 
 
 class Caller(asyncio.Protocol):
-    """One connection, until it is handed on or has ended."""
+    """One connection, until it is handed to the web server or closed."""
 
     def __init__(self, porch: Porch) -> None:
         self._porch = porch
@@ -148,7 +146,7 @@ class Caller(asyncio.Protocol):
         self._end: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Give the caller its time, and let the oldest go where there are too many."""
+        """Start the timeout, and close the oldest connection if there are too many."""
         self._transport = cast(asyncio.Transport, transport)
         self._end_after(HEAD_S)
         self._porch.callers[self] = None
@@ -156,7 +154,7 @@ class Caller(asyncio.Protocol):
             next(iter(self._porch.callers)).abort()
 
     def data_received(self, data: bytes) -> None:
-        """Take more of the head; hand the connection on, or refuse it, once that is whole."""
+        """Collect the head; once it is complete, hand the connection on or refuse it."""
         if self._refused or self._transport is None:
             return
         self._head += data
@@ -173,7 +171,7 @@ class Caller(asyncio.Protocol):
         self._leave()
 
     def abort(self) -> None:
-        """End the connection without a word."""
+        """Close the connection without an answer."""
         self._leave()
         if self._transport is not None:
             self._transport.abort()
@@ -186,7 +184,7 @@ class Caller(asyncio.Protocol):
         inside.data_received(self._head)
 
     def _refuse(self, transport: asyncio.Transport, why: str) -> None:
-        """Say why. A close at once would be a reset for a caller that still sends."""
+        """Answer with the reason; closing at once would reset a caller that is still sending."""
         self._refused, self._head = True, b""
         transport.write(refusal(why))
         if transport.can_write_eof():
@@ -205,7 +203,7 @@ class Caller(asyncio.Protocol):
 
 
 def refusal(why: str) -> bytes:
-    """Return the answer to everything that is not let in."""
+    """Return the answer to a refused request."""
     text = why.encode()
     head = (
         "HTTP/1.1 403 Forbidden\r\nContent-Type: text/plain; charset=utf-8\r\n"
@@ -215,7 +213,7 @@ def refusal(why: str) -> bytes:
 
 
 def visit_of(head: bytes, door: Door) -> Visit | None:
-    """Return what a head says of its caller; None where it is not whole, or no browser's."""
+    """Parse a head; None if it is incomplete or not a browser's."""
     head, end, _ = head.partition(_END)
     if not end or len(head) > MOST_HEAD_BYTES or not _PLAIN.fullmatch(head):
         return None
@@ -227,7 +225,7 @@ def visit_of(head: bytes, door: Door) -> Visit | None:
         return None
     if any(names.count(name) > 1 for name in _LONE):
         return None
-    said = {name: value.strip() for name, (_, _, value) in zip(names, fields, strict=True)}
+    sent = {name: value.strip() for name, (_, _, value) in zip(names, fields, strict=True)}
     try:
         target = urlsplit(words[1])
         given = parse_qs(target.query).get("key", [""])
@@ -235,13 +233,13 @@ def visit_of(head: bytes, door: Door) -> Visit | None:
         return None
     kept = [
         value.strip()
-        for name, _, value in (each.partition("=") for each in said.get("cookie", "").split(";"))
+        for name, _, value in (each.partition("=") for each in sent.get("cookie", "").split(";"))
         if name.strip() == door.cookie
     ]
     return Visit(
         path=target.path,
-        host=said.get("host", ""),
-        origin=said.get("origin", ""),
+        host=sent.get("host", ""),
+        origin=sent.get("origin", ""),
         given=given[0],
         kept=kept[-1] if kept else "",
     )
@@ -250,23 +248,23 @@ def visit_of(head: bytes, door: Door) -> Visit | None:
 # Serving the desk.
 
 SHUTDOWN_S = 2.0
-"""So long a page may take to be told that the server ends."""
+"""Time for an open page to learn that the server is shutting down."""
 
 HIGHEST_PORT = 65535
 """Ports are numbers of sixteen bits."""
 
 ENDING_S = 3.0
-"""So long a page waits for the desk of one that was closed, as when it is loaded again."""
+"""Time a page waits for the desk of a closed page to end, as when a page is reloaded."""
 
-BUSY = "there is a desk in another tab, or one is just ending: close it, then load this page again"
+BUSY = "a desk is open in another tab, or is just closing: close it, then reload this page"
 
 SWITCHES = ("ascii", "setup", "fresh")
 VALUES = ("keys", "model", "arm", "sim", "port", "dialect", "baud", "gamepad")
-"""Options that the desk behind a page is given on."""
+"""Options that are passed on to the desk behind a page."""
 
 
 def jog_web(options: argparse.Namespace) -> int:
-    """Serve the desk until somebody ends it, and return the exit code."""
+    """Serve the desk until Ctrl-C or a signal, and return the exit code."""
     try:
         from aiohttp import web
         from textual_serve.server import Server
@@ -275,7 +273,7 @@ def jog_web(options: argparse.Namespace) -> int:
             "a desk in a browser needs textual-serve: pip install 'armdrive[web]'"
         ) from None
     if options.model is None:
-        chosen_target(options)  # what is wrong with it is said before anybody opens a page
+        chosen_target(options)  # a wrong name is refused before a page is opened
     listening = _listen(options.web_port)
     door = Door(listening.getsockname()[1])
     server: Any = Server(  # Any, as its method `on_startup` is replaced below
@@ -287,8 +285,8 @@ def jog_web(options: argparse.Namespace) -> int:
     )
     server.on_startup = _quietly
     say(f"the desk is at {door.address}")
-    say("click into the page once: until then the browser keeps the keys, the space bar too")
-    say("only this computer reaches it; closing the page stops the arm, ctrl+c ends this")
+    say("click into the page once: until then the browser keeps the keys, even the space bar")
+    say("only this computer can open it; closing the page stops the arm, Ctrl-C ends the server")
     with contextlib.suppress(web.GracefulExit, KeyboardInterrupt):
         asyncio.run(_serve(server, web, door, listening))
     return 0
@@ -302,12 +300,12 @@ def _listen(port: int) -> socket.socket:
     except OSError as error:
         why = error.strerror or error
         raise BadRequest(
-            f"port {port} cannot be listened on ({why}): name another one, --web-port"
+            f"cannot listen on port {port} ({why}): give another one with --web-port"
         ) from None
 
 
 def command(options: argparse.Namespace) -> str:
-    """Return the command line of the desk behind a page, which replaces its shell."""
+    """Return the command line of the desk behind a page; `exec` lets it replace the shell."""
     return "exec " + shlex.join(_words(options))
 
 
@@ -324,7 +322,7 @@ def _words(options: argparse.Namespace) -> Iterator[str]:
 
 
 async def _serve(server: Any, web: Any, door: Door, listening: socket.socket) -> None:
-    """Serve until a signal ends it, which raises `GracefulExit` out of the loop."""
+    """Serve until a signal raises `GracefulExit` out of the loop."""
     app = await _guarded(server, web, door)
     runner = web.AppRunner(app, handle_signals=True, access_log=None, shutdown_timeout=SHUTDOWN_S)
     await runner.setup()
@@ -337,14 +335,14 @@ async def _serve(server: Any, web: Any, door: Door, listening: socket.socket) ->
 
 
 async def _guarded(server: Any, web: Any, door: Door) -> Any:
-    """Return the application behind its door."""
+    """Return the web application with its access check."""
     app = await server._make_app()  # noqa: SLF001 - its `serve` listens and logs in its own way
     app.middlewares.append(guard(web, door))
     return app
 
 
 def guard(web: Any, door: Door) -> Any:
-    """Return what lets nobody in who may not come, and one at a time."""
+    """Return the middleware that checks access and lets one page in at a time."""
     free = asyncio.Event()
     free.set()
 
@@ -360,7 +358,7 @@ def guard(web: Any, door: Door) -> Any:
                 response.set_cookie(door.cookie, door.key, httponly=True, samesite="Strict")
             return response
         if not web.WebSocketResponse().can_prepare(request):
-            return web.Response(status=400, text="this is no WebSocket")
+            return web.Response(status=400, text="this is not a WebSocket request")
         free.clear()
         try:
             return await handler(request)
@@ -371,7 +369,7 @@ def guard(web: Any, door: Door) -> Any:
 
 
 async def _soon(free: asyncio.Event) -> bool:
-    """Wait a moment for the desk of a page that was closed to end; tell whether it has."""
+    """Wait a moment for the desk of a closed page to end; return whether it has."""
     with contextlib.suppress(TimeoutError):
         await asyncio.wait_for(free.wait(), ENDING_S)
     return free.is_set()
@@ -388,5 +386,5 @@ def _visit(request: Any, door: Door) -> Visit:
 
 
 async def _quietly(app: Any) -> None:
-    """Say nothing of the server's own: where the desk is has been said."""
+    """Print no banner: the address of the desk has been printed already."""
     del app

@@ -1,4 +1,4 @@
-"""What may be typed after the commands that compute and explain, and their help."""
+"""The options of the commands that compute and explain, and their help."""
 
 from __future__ import annotations
 
@@ -23,15 +23,25 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
 
 
 def _errors(parser: argparse.ArgumentParser) -> None:
-    """Declare what `errors` takes.
+    """Add the options of `errors`.
 
-    The code stands in brackets before the sentence of every error.
+    Every error message begins with its code in brackets.
+
+    Examples:
+      armdrive errors                      all errors, a line each
+      armdrive errors E502
+      armdrive errors --find lost,cable
+
     """
-    parser.add_argument("code", nargs="?", metavar="CODE", help="the code of one error, E502 say")
     parser.add_argument(
-        "--find", metavar="WORDS", help="the errors in which these words stand, in full: lost,wire"
+        "code", nargs="?", metavar="CODE", help="the code of an error, for example E502"
     )
-    parser.add_argument("--markdown", action="store_true", help="print the page of the docs")
+    parser.add_argument(
+        "--find", metavar="WORDS", help="the errors with all these words, separated by commas"
+    )
+    parser.add_argument(
+        "--markdown", action="store_true", help="print all errors as a page of the documentation"
+    )
     add_json_option(parser)
 
 
@@ -39,32 +49,41 @@ def _errors(parser: argparse.ArgumentParser) -> None:
 
 
 def _explain(parser: argparse.ArgumentParser) -> None:
-    """Declare what `explain` takes.
+    """Add the options of `explain`.
 
-    SYSTEM is a named one (`armdrive explain --list`), a built-in arm, the reader's own link table
-    (a .toml file), `efficiency` (what each way of computing the named systems costs), or `accuracy`
-    (what steps and errors of the model do to the tip). JOINTS are in degrees and mm, in the order
-    of the joints, and so is the goal, in the system's own coordinates.
+    SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own link table (a
+    .toml file). `efficiency` counts the operations of each way to compute a system. `accuracy`
+    shows how motor steps and errors of the model displace the tip. Joint values are in degrees and
+    mm, in the order of the joints; a goal is in the system's own coordinates.
 
-    examples: armdrive explain two-link-1 30 40
-              armdrive explain minimover5 --goal 250 0 120 -90 0
-              armdrive explain puma --symbolic
-              armdrive explain accuracy teachmover 0 40 -60 -70 0
-              armdrive explain alpha2 --urdf > alpha2.urdf
+    Examples:
+      armdrive explain --list
+      armdrive explain two-link-1 30 40
+      armdrive explain minimover5 --goal 250 0 120 -90 0
+      armdrive explain puma --symbolic
+      armdrive explain accuracy teachmover 0 40 -60 -70 0
+      armdrive explain alpha2 --urdf
+
     """
-    parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name, a .toml file")
+    parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name or a .toml file")
     parser.add_argument(
-        "joints", nargs="*", metavar="JOINT", help="degrees (revolute) and mm (prismatic)"
+        "joints", nargs="*", metavar="JOINT", help="degrees (revolute) or mm (prismatic)"
     )
     parser.add_argument(
-        "--goal", nargs="+", type=number, metavar="NUMBER", help="mm and degrees, to solve for"
+        "--goal",
+        nargs="+",
+        type=number,
+        metavar="NUMBER",
+        help="solve for this goal, in mm and degrees",
     )
     parser.add_argument("--list", action="store_true", help="list the named systems")
     parser.add_argument(
-        "--symbolic", action="store_true", help="A matrices, product and solutions in C1, S12"
+        "--symbolic",
+        action="store_true",
+        help="A matrices, their product and the solutions in symbols: C1, S12",
     )
-    parser.add_argument("--latex", action="store_true", help="the same as LaTeX")
-    parser.add_argument("--urdf", action="store_true", help="the arm as URDF, for other tools")
+    parser.add_argument("--latex", action="store_true", help="the same in LaTeX")
+    parser.add_argument("--urdf", action="store_true", help="print the arm as URDF")
     add_json_option(parser)
 
 
@@ -72,12 +91,15 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 
 
 def _fk(parser: argparse.ArgumentParser) -> None:
-    """Declare what `fk` takes.
+    """Add the options of `fk`.
 
-    JOINTS are in degrees (mm for a joint that slides), in the order of the arm's joints.
+    Joint values are in degrees (mm for a sliding joint), in the order of the joints. Limits and
+    guards that the posture violates are printed below the pose.
 
-    examples: armdrive fk 0 40 -60 -70 0
-              armdrive fk --model myarm.toml 0 -40 60 -110 0
+    Examples:
+      armdrive fk 0 40 -60 -70 0
+      armdrive fk --model alpha2 0 40 -60 -70 0
+
     """
     parser.add_argument(
         "joints",
@@ -94,28 +116,35 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 
 
 def _ik(parser: argparse.ArgumentParser) -> None:
-    """Declare what `ik` takes.
+    """Add the options of `ik`.
 
-    Of a built-in arm every branch is printed, and the one that the arm would take. Any other model
-    is solved by numbers, which says what was met; there, pitch and roll not given are left free.
+    For a built-in arm, every solution is printed, with the limits that rule it out, and then the
+    one that the arm would use. For any other model a numerical solver finds one solution; there,
+    leave out --pitch or --roll to leave that angle free.
 
-    examples: armdrive ik --x 250 --y 0 --z 120 --pitch -90
-              armdrive ik --model myarm.toml --x 300 --y 40 --z 150 --pitch -60
+    Examples:
+      armdrive ik --x 250 --y 0 --z 120 --pitch -90
+      armdrive ik --model puma --x 400 --y 100 --z 200
+
     """
     for axis in ("x", "y", "z"):
-        parser.add_argument(f"--{axis}", type=number, required=True, metavar="MM")
+        parser.add_argument(
+            f"--{axis}", type=number, required=True, metavar="MM", help="of the finger tips"
+        )
     parser.add_argument(
         "--pitch",
         type=number,
         metavar="DEG",
         help="elevation of the hand; -90 points at the table",
     )
-    parser.add_argument("--roll", type=number, metavar="DEG", help="about the hand")
+    parser.add_argument(
+        "--roll", type=number, metavar="DEG", help="of the hand (built-in arms: 0 by default)"
+    )
     parser.add_argument(
         "--yaw",
         type=number,
         metavar="DEG",
-        help="direction of the hand about the vertical, for six joints of a model",
+        help="direction of the hand about the vertical, for models with six joints",
     )
     _add_model(parser)
     add_json_option(parser)
@@ -125,24 +154,34 @@ def _ik(parser: argparse.ArgumentParser) -> None:
 
 
 def _plot(parser: argparse.ArgumentParser) -> None:
-    """Declare what `plot` takes.
+    """Add the options of `plot`.
 
-    An arm of the Mini-mover's build is cut by the vertical plane through its base axis, the hand
-    held at one pitch: inside the drawn line the finger tips can be put. Of any other arm, places
-    are drawn that its tool was brought to, from the side and from above.
+    For an arm of the Mini-mover's build, the outline is where the finger tips can go in a vertical
+    plane through the base axis, with the hand at a fixed pitch. For any other arm, dots show places
+    that its tool reached, from the side and from above.
 
-    examples: armdrive plot workspace --pitch -90
-              armdrive plot workspace --model puma --output puma.svg
+    Examples:
+      armdrive plot workspace --pitch -90
+      armdrive plot workspace --model puma --ascii
+
     """
     parser.add_argument("what", choices=["workspace"], help="what to draw")
     _add_model(parser)
     parser.add_argument(
-        "--pitch", type=number, metavar="DEG", help="of the hand; -90 points at the table"
+        "--pitch",
+        type=number,
+        metavar="DEG",
+        help="of the hand; -90 points at the table (default -90)",
     )
     parser.add_argument(
-        "--azimuth", type=number, metavar="DEG", help="direction of the plane; 0 is straight ahead"
+        "--azimuth",
+        type=number,
+        metavar="DEG",
+        help="direction of the plane; 0 is straight ahead (default 0)",
     )
-    parser.add_argument("--output", type=Path, metavar="FILE", help="a .png or .svg file")
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE", help="draw into this .png or .svg file"
+    )
     parser.add_argument("--ascii", action="store_true", help="draw with plain characters")
     add_json_option(parser)
 

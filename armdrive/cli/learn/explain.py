@@ -1,4 +1,4 @@
-"""Print the lecture's worked example of an arm, for the reader's own numbers."""
+"""Print the lecture's worked example of an arm, with the user's own numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kinematics.textbook.systems import SYSTEMS
 def explain(options: argparse.Namespace) -> Outcome:
     """Explain a system, or list the systems."""
     if not options.list and options.system is not None:
-        # solvers, symbols and the studies of systems, which their list does without
+        # loads solvers and symbols, which the list does not need
         from armdrive.cli.learn.explain_worked import explain_system
 
         return explain_system(options)
@@ -40,6 +40,6 @@ def _listed() -> Iterator[str]:
         "",
         f"or an arm of the Mini-mover's build: {others}",
         "or a link table of your own: armdrive explain FILE.toml",
-        "what computing them costs:   armdrive explain efficiency",
-        "how exact an arm is:         armdrive explain accuracy",
+        "the cost of computing them:  armdrive explain efficiency",
+        "the accuracy of an arm:      armdrive explain accuracy",
     )

@@ -1,6 +1,6 @@
-"""The worked example of one system or arm, and studies of several: efficiency and accuracy.
+"""The worked example of a system or an arm, and studies of efficiency and accuracy.
 
-Its numbers in sections for people, and as plain data.
+Each is printed in sections for people, or as plain data.
 """
 
 from __future__ import annotations
@@ -266,7 +266,7 @@ def _efficiency(names: Sequence[str]) -> Result:
         raise BadRequest(str(error)) from None
     lines = [line for one in counted for line in _efficiency_lines(one)]
     lines.append(
-        "counted by running the code on numbers that count; constants of an arm cost nothing"
+        "counted by running the code with counting numbers; constants of an arm cost nothing"
     )
     if not names:
         others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
@@ -320,7 +320,7 @@ def _accuracy(words: Sequence[str]) -> Result:
     model = preset(words[0] if words else DEFAULT_ARM)
     transmission = model.transmission
     if transmission is None:
-        raise Refused(f"no motor steps are known of the {model.title}")
+        raise Refused(f"the motor steps of the {model.title} are not known")
     joints = _posture(words[1:])
     errors = _errors(model, transmission, joints)
     bound_mm = rounding_bound_mm(model.arm, transmission, joints)
@@ -343,7 +343,7 @@ def _accuracy(words: Sequence[str]) -> Result:
         lines += [
             f"  {each.cause:<16}{each.distance_mm:8.3f} mm" for of, each in errors if of == group
         ]
-    rounding = f"{rms_mm:.3f} mm in the mean, {bound_mm:.3f} mm at most"
+    rounding = f"{rms_mm:.3f} mm on average (RMS), {bound_mm:.3f} mm at most"
     lines += ["", f"rounding to whole steps: {rounding}"]
     lines += ["", f"the stated resolution of {STATED_MM} mm", *(f"  {each}" for each in sentences)]
     return Result(view, lines)

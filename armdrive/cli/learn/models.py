@@ -1,7 +1,6 @@
-"""Kinematics of any model on the command line, both ways; the inverse by numbers.
+"""Forward and numerical inverse kinematics of any model on the command line.
 
-A model is a built-in arm, a named system, or the reader's own file. People type and read its values
-in degrees and mm.
+A model is a built-in arm, a named system, or a model file. People type and read degrees and mm.
 """
 
 from __future__ import annotations
@@ -37,8 +36,8 @@ from kinematics.textbook.worked_example import (
 def find_model(word: str) -> Model:
     """Return a named system or a model file as a chain of links.
 
-    Raises `BadRequest` for a name that nothing has, with the nearest one, and `ArmFileError` for
-    a file that cannot be used.
+    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
+    that cannot be used.
     """
     if is_model_file(word):
         return read_model(word)
@@ -56,7 +55,7 @@ def find_model(word: str) -> Model:
 
 
 def given_joints(chain: Chain, typed: Sequence[float]) -> tuple[float, ...]:
-    """Return joint values in rad and mm. Raises `BadRequest` for the wrong number of them."""
+    """Return joint values in rad and mm. Raises `BadRequest` for too few or too many."""
     if len(typed) != len(chain):
         raise BadRequest(
             f"{len(chain)} joint values are required ({', '.join(chain.joint_names)}), "
@@ -73,7 +72,7 @@ def given_goal(
 ) -> tuple[float, ...]:
     """Return the coordinates of a goal in rad and mm.
 
-    All are needed, or the first `least` alone. Raises `BadRequest` for another number of them.
+    All are needed, or only the first `least`. Raises `BadRequest` for any other number.
     """
     if len(typed) not in (len(coordinates), least):
         names = [typed_name(name) for name in coordinates]
@@ -86,7 +85,7 @@ def given_goal(
 
 
 def typed_coordinates(coordinates: Sequence[str], values: Sequence[float]) -> str:
-    """Return the coordinates of a goal as they would be typed, in a sentence."""
+    """Return the coordinates of a goal in words, as a person would type them."""
     pairs = map(shown, coordinates, values)
     return ", ".join(f"{name} {value:.6g}" for name, value in pairs)
 
@@ -118,7 +117,7 @@ def shown_joints(chain: Chain, values: Sequence[float]) -> dict[str, float]:
 
 
 def fk(options: argparse.Namespace) -> Result:
-    """Tell where joint values put the tip of a chain, and the limits that they would pass."""
+    """Return the pose of the tip for joint values, and the limits that they violate."""
     model = find_model(options.model)
     values = given_joints(model.chain, options.joints)
     frame = model.chain.fk(values)
@@ -142,11 +141,11 @@ def fk(options: argparse.Namespace) -> Result:
 
 
 def ik(options: argparse.Namespace) -> Iterator[Result]:
-    """Give the posture that meets the goal; pitch and roll that are not given are free.
+    """Yield the posture that meets the goal; a pitch or roll that is not given is free.
 
-    Without a yaw the hand is asked into the plane of base axis and tip.
+    Without a yaw, the hand stays in the plane of the base axis and the tip.
 
-    Raises `Refused` where it is not met, after the posture that comes nearest.
+    Raises `Refused` if no posture meets the goal, after yielding the nearest one.
     """
     model = find_model(options.model)
     pose = Pose.of(
@@ -164,7 +163,7 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         solution = solve_goal(model.chain, goal)
     found = joints_text(model.chain, solution.joints)
     lines = (
-        f"{model.title}, solved by numbers",
+        f"{model.title}, solved numerically",
         f"{'joints' if solution.ok else 'nearest'}: {found}",
         f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}",
         solution.sentence,
@@ -175,7 +174,7 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
 
 
 def _headed(chain: Chain, pose: Pose, yaw_deg: float, pitch_free: bool, roll_free: bool) -> Goal:
-    """Return the goal of a hand that points in a direction of its own."""
+    """Return the goal of a hand with a yaw."""
     headed = replace(pose, yaw_rad=math.radians(yaw_deg))
     goal = goal_of(headed, HandTask.WHOLE, position_of(chain.base))
     free = {Part.PITCH} if pitch_free else set()

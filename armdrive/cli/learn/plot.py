@@ -22,7 +22,7 @@ DEFAULT_PITCH_DEG = -90.0
 
 
 def plot(options: argparse.Namespace) -> Result:
-    """Draw it in the terminal, or into the file that is named."""
+    """Draw in the terminal, or into the file that --output names."""
     title, sketches = _sketches(options)
     lines: Iterable[str] = _drawn(title, sketches, plain=options.ascii)
     if options.output is not None:
@@ -47,10 +47,10 @@ def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
     found = find_model(options.model)
     if options.pitch is not None or options.azimuth is not None:
         raise BadRequest(
-            "--pitch and --azimuth cut an arm of the Mini-mover's build "
+            "--pitch and --azimuth are for arms of the Mini-mover's build "
             f"({', '.join(PRESETS)}); other arms are drawn whole"
         )
-    return f"{found.title}: places that the tool was brought to", reach_sketches(found.chain)
+    return f"{found.title}: places that the tool reached", reach_sketches(found.chain)
 
 
 def _drawn(title: str, sketches: tuple[Sketch, ...], *, plain: bool) -> Iterator[str]:

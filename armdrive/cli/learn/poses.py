@@ -1,15 +1,15 @@
 """Forward and inverse kinematics of a built-in arm on the command line.
 
-Those of any other model are in models.py, with the textbook that a built-in arm does without.
+models.py does the same for any other model, and loads the textbook for it.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from armdrive.cli.presenter import Result
+from armdrive.cli.presenter import Ink, Inked, Line, Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.five_axis.arm import Branch
@@ -26,7 +26,7 @@ def _of_models() -> tuple[
 
 
 def fk(options: argparse.Namespace) -> Result:
-    """Return the pose, and the limits and guards that the posture would pass."""
+    """Return the pose, and the limits and guards that the posture violates."""
     if options.model not in PRESETS:
         fk_of_model, _ = _of_models()
         return fk_of_model(options)
@@ -50,13 +50,13 @@ def fk(options: argparse.Namespace) -> Result:
 
 
 def ik(options: argparse.Namespace) -> Iterator[Result]:
-    """Give every branch, then the one that the arm would take, or why there is none."""
+    """Yield every solution, then the one that the arm would use, or refuse with the reason."""
     if options.model not in PRESETS:
         _, ik_of_model = _of_models()
         yield from ik_of_model(options)
         return
     if options.yaw is not None:
-        raise BadRequest("--yaw is for a model of six joints: the hand of this one has none")
+        raise BadRequest("--yaw is for a model with six joints: this hand has no yaw of its own")
     if options.pitch is None:
         raise BadRequest("--pitch is needed: the elevation of the hand, -90 points at the table")
     model = preset(options.model)
@@ -73,17 +73,27 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         "pose": pose_view(pose),
         "branches": [_branch_view(branch) for branch in branches],
     }
-    yield Result(view, (f"{model.title}: {pose}", *map(_line, branches)))
+    yield Result(view, (f"{model.title}: {pose}", *_table(branches)))
     joints = model.arm.ik(pose)  # refuses with the reason and the nearest pose
     broken = model.guards.violation(model.arm, joints)
     but = () if broken is None else (f"but: {broken.sentence}",)
-    yield Result(None, (f"taken: {joints}", *but))
+    yield Result(None, (f"the arm would use: {joints}", *but))
 
 
-def _line(branch: Branch) -> str:
-    name = f"base {branch.base.value}, elbow {branch.elbow.value}"
-    against = "; ".join(violation_text(each) for each in branch.violations)
-    return f"  {name:<24}{branch.joints}" + (f"   ({against})" if against else "")
+def _table(branches: Sequence[Branch]) -> Iterator[Line]:
+    """Yield a row for each solution, the angles below the names of their joints."""
+    names = [name.replace("_", " ") for name in JOINT_NAMES]
+    widths = [max(len(name), len("-180.0°")) + 2 for name in names]
+    yield f"  {'':<24}{''.join(f'{n:>{w}}' for n, w in zip(names, widths, strict=True))}"
+    for branch in branches:
+        name = f"base {branch.base.value}, elbow {branch.elbow.value}"
+        angles = "".join(
+            f"{f'{angle + 0.0:.1f}°':>{width}}"
+            for angle, width in zip(branch.joints.deg.values(), widths, strict=True)
+        )
+        against = "; ".join(violation_text(each) for each in branch.violations)
+        row = f"  {name:<24}{angles}"
+        yield (Inked(f"{row}   {against}", Ink.FAINT),) if against else row
 
 
 def _branch_view(branch: Branch) -> dict[str, Any]:

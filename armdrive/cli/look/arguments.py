@@ -1,4 +1,4 @@
-"""What may be typed after the commands that look at an arm and at recordings, and their help."""
+"""The options of the commands that look at an arm and at recordings, and their help."""
 
 from __future__ import annotations
 
@@ -16,24 +16,33 @@ from armdrive.trace.entries import Topic
 
 
 def _log(parser: argparse.ArgumentParser) -> None:
-    """Declare what `log` takes.
+    """Add the options of `log`.
+
+    `armdrive record` writes a recording, and so does every fault.
 
     Examples:
-      armdrive log                              the newest recording
-      armdrive log FILE --only errors,intents   two topics of it
-      armdrive log FILE --find elbow,speed      the lines that have both words
-
-    Topics: bytes, requests, intents, states, errors. `armdrive record` writes a recording.
+      armdrive log                                  the newest recording
+      armdrive log monday.jsonl --only errors,intents
+      armdrive log monday.jsonl --find elbow,speed  lines with both words
 
     """
     parser.add_argument(
-        "file", metavar="FILE", type=Path, nargs="?", help="a recording (.jsonl); else the newest"
+        "file",
+        metavar="FILE",
+        type=Path,
+        nargs="?",
+        help="a recording (.jsonl); without one, the newest",
     )
     parser.add_argument(
-        "--only", metavar="TOPICS", help=f"one or several of {', '.join(Topic)}, with commas"
+        "--only",
+        metavar="TOPICS",
+        help=f"only these topics, separated by commas: {', '.join(Topic)}",
     )
     parser.add_argument(
-        "--find", metavar="WORDS", default="", help="lines with all these words, with commas"
+        "--find",
+        metavar="WORDS",
+        default="",
+        help="only lines with all these words, separated by commas",
     )
     add_json_option(parser)
 
@@ -42,50 +51,79 @@ def _log(parser: argparse.ArgumentParser) -> None:
 
 
 def _replay(parser: argparse.ArgumentParser) -> None:
-    """Declare what `replay` takes.
+    """Add the options of `replay`.
+
+    A simulated arm gets the bytes that the recorded arm got. The exit code is 0 if it answers as
+    the recorded arm did, 1 if it does not, and 2 if the file cannot be used.
 
     Examples:
-      armdrive replay FILE                         the timeline, and the first difference if any
-      armdrive replay FILE --show                  the timeline alone
-      armdrive replay FILE --set speed_error=0.2   is it so because the motors are slower?
-
-    Ends with 0 if the twin answered as the arm did, with 1 if they part, with 2 if FILE is broken.
+      armdrive replay monday.jsonl                         up to the first difference, if any
+      armdrive replay monday.jsonl --show                  print the recording only
+      armdrive replay monday.jsonl --set speed_error=0.2   would slower motors explain it?
 
     """
     parser.add_argument("file", metavar="FILE", type=Path, help="a recording (.jsonl)")
-    parser.add_argument("--show", action="store_true", help="print it, and compare nothing")
-    parser.add_argument("--quiet", action="store_true", help="print what was found alone")
     parser.add_argument(
-        "--speed", type=positive, metavar="N", help="print at N times the speed of the arm"
+        "--show", action="store_true", help="print the recording only; compare nothing"
+    )
+    parser.add_argument("--quiet", action="store_true", help="print the result only")
+    parser.add_argument(
+        "--pace",
+        type=positive,
+        metavar="FACTOR",
+        help="print this many times as fast as it happened (default: no waiting)",
     )
     parser.add_argument(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="a setting of the twin, as of `armdrive sim`; may be repeated",
+        help="a setting of the simulated arm, as in `armdrive sim`; may be repeated",
     )
     add_json_option(parser)
+
+
+# --- status
+
+
+def _status(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `status`.
+
+    Nothing moves and no motor is switched on. If another program drives the arm, that program
+    answers.
+
+    Examples:
+      armdrive status
+      armdrive status --sim grbl
+      armdrive status --json
+
+    """
+    add_arm_options(parser)
 
 
 # --- watch
 
 
 def _watch(parser: argparse.ArgumentParser) -> None:
-    """Declare what `watch` takes.
+    """Add the options of `watch`.
 
-    Ends when that program gives the arm back, or with Ctrl-C. Watching changes nothing. With
-    --screen it is drawn instead, with keys for a stop, a pause and a slower tempo; leaving stops
-    nothing.
+    Prints a line for each change, until the program gives the arm back or you press Ctrl-C, which
+    stops nothing. With --screen the arm is drawn, with keys that stop, pause and slow it down.
+
+    Examples:
+      armdrive watch
+      armdrive watch --sim teachmover --every 1
+      armdrive watch --json
+
     """
     parser.add_argument(
         "--every",
         type=number,
         default=WATCH_EVERY_S,
         metavar="SECONDS",
-        help=f"look so often (default {WATCH_EVERY_S:g})",
+        help=f"time between two looks (default {WATCH_EVERY_S:g})",
     )
-    parser.add_argument("--screen", action="store_true", help="draw it, with keys to stop it")
+    parser.add_argument("--screen", action="store_true", help="draw the arm, with keys to stop it")
     add_arm_options(parser)
 
 
@@ -93,7 +131,7 @@ ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
         "log": Arguments(_log),
         "replay": Arguments(_replay),
-        "status": Arguments(add_arm_options),
+        "status": Arguments(_status),
         "watch": Arguments(_watch),
     }
 )

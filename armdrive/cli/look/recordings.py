@@ -1,4 +1,4 @@
-"""Recordings of the flight recorder: read in words, or replayed against a simulated twin."""
+"""Recordings of the flight recorder: read them in words, or replay them on a simulated arm."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from kinematics.errors import suggestion
 
 
 def log(options: argparse.Namespace) -> Iterator[Result]:
-    """Read a recording: what passed on the wire, what was asked, what came of it."""
+    """Print a recording in words: bytes, requests, results."""
     log_filter = LogFilter(_topics(options.only), options.find)
     file = options.file or _newest()
     recording = read_recording(file)
@@ -35,7 +35,7 @@ def _topics(words: str | None) -> frozenset[Topic]:
     for word in words.split(SEPARATOR):
         if word not in list(Topic):
             near = suggestion(word, list(Topic))
-            raise BadRequest(f"there is no topic {word!r}{near}: choose of {', '.join(Topic)}")
+            raise BadRequest(f"there is no topic {word!r}{near}; the topics are {', '.join(Topic)}")
     return frozenset(Topic(word) for word in words.split(SEPARATOR))
 
 
@@ -43,25 +43,25 @@ def _newest() -> Path:
     files = sorted(recordings().glob(f"*{ENDING}"), key=lambda path: path.stat().st_mtime_ns)
     if not files:
         raise BadRequest(
-            f"there is no recording in {recordings()}: name a file, or have `armdrive record` "
-            "write one while an arm is driven"
+            f"there is no recording in {recordings()}: name a file, or run `armdrive record` while "
+            "another program drives an arm"
         )
     return files[-1]
 
 
-# Offline, against a simulated twin: where do they part?
+# Replaying on a simulated arm: where do the two differ?
 
 PARTED = 1
 
 
 def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
-    """Replay a recording, or show it alone."""
+    """Replay a recording, or with --show only print it."""
     recording = read_recording(options.file)
     replayed = None if options.show else _replayed(recording, options.set)
     yield Result(None, heading(recording))
     if not options.quiet:
         parting = None if replayed is None else replayed.divergence
-        yield Result(None, _in_time(lines(recording, parting), options.speed))
+        yield Result(None, _in_time(lines(recording, parting), options.pace))
     if replayed is None:
         narrator = Narrator(recording.header.dialect)
         yield from (Result(narrator.view(entry)) for entry in recording.entries)
@@ -75,12 +75,12 @@ def _replayed(recording: Recording, words: list[str]) -> Replayed:
     return replay(recording, Options.parse(simulated_kind(dialect).options, words))
 
 
-def _in_time(timed: Iterable[tuple[float, str]], speed: float | None) -> Iterator[str]:
-    """Yield the lines of a timeline, with a speed that many times as fast as they came."""
+def _in_time(timed: Iterable[tuple[float, str]], pace: float | None) -> Iterator[str]:
+    """Yield the lines of a timeline; with a pace, that many times as fast as they happened."""
     before_s = None
     for time_s, text in timed:
-        if speed is not None and before_s is not None and time_s > before_s:
-            time.sleep((time_s - before_s) / speed)
+        if pace is not None and before_s is not None and time_s > before_s:
+            time.sleep((time_s - before_s) / pace)
         before_s = time_s
         yield text
 
@@ -89,8 +89,8 @@ def _verdict(replayed: Replayed) -> Iterator[str]:
     for note in replayed.notes:
         yield f"note: {note}"
     if replayed.late_s > 0.0:
-        yield f"note: the twin took {replayed.late_s:.3f} s longer than the arm, all in all"
+        yield f"note: the simulated arm took {replayed.late_s:.3f} s longer in total"
     if replayed.divergence is None:
-        yield f"the twin answered as the arm did: {replayed.compared} answers and counts compared"
+        yield f"no difference: {replayed.compared} answers and counts compared"
     else:
         yield str(replayed.divergence)

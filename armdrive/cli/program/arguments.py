@@ -60,14 +60,14 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 _RUN_EPILOG = """\
 A program file is rehearsed on the arm's simulated twin before its first motion. What was
 interrupted is taken up again with --resume. From another terminal `armdrive pause`, `resume`,
-`slow 20`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
-once. docs/running.md tells more.
+`slow 20%`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
+once. docs/how-to/running.md tells more.
 
 Examples:
   armdrive run stack.arm --check                      rehearse it; moves nothing
   armdrive run stack.arm --check --plot path.svg      with a picture of the tip's path
   armdrive run stack.arm --step                       Enter before each motion
-  armdrive run stack.arm --loops 10 --speed 50
+  armdrive run stack.arm --loops 10 --speed 50%
   armdrive run stack.arm --resume                     go on where it was interrupted
   armdrive run stack.py one two --check               a script, its own arguments behind its name
 """
@@ -112,7 +112,9 @@ def _run(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--loops", type=_loops, metavar="N", help="run it so often, 0 for ever (default 1)"
     )
-    how.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than it asks for")
+    how.add_argument(
+        "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
+    )
     add_switches(how, {"--resume": "go on where it was interrupted"})
     how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
     add_pace_option(how)
@@ -139,7 +141,7 @@ def _loops(word: str) -> int:
 _SHELL_EPILOG = """\
 A line is checked and carried out as it is entered; a block (repeat, while, if, define ... end) when
 its end is. Names, subprograms and the speed stay. `help` lists the words, `save stack.arm` writes
-what was carried out as a program. Ctrl-C stops the arm. docs/shell.md tells more.
+what was carried out as a program. Ctrl-C stops the arm. docs/how-to/running.md tells more.
 
 Examples:
   armdrive shell
@@ -151,7 +153,9 @@ Examples:
 
 def _shell(parser: argparse.ArgumentParser) -> None:
     _add_put_option(parser)
-    parser.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than asked for")
+    parser.add_argument(
+        "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
+    )
     add_pace_option(parser)
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -179,10 +183,10 @@ def _block(words: str) -> TableBlock:
 
 
 _TEACH_EPILOG = """\
-A sequence and its points stand in the arm's file of points (docs/points.md, docs/teaching.md).
+A sequence and its points stand in the arm's file of points (docs/how-to/points.md).
 
 Examples:
-  armdrive teach record stack               the arm is jogged in another terminal; Ctrl-C ends it
+  armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
   armdrive teach here stack                 name the place where the arm stands, as the next step
   armdrive teach add stack gripper grasp    a step at the end
   armdrive teach insert stack 3 to above along a line at 30%
@@ -220,7 +224,7 @@ def _to_last(action: argparse.ArgumentParser) -> None:
 def _retime_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
     _to_last(action)
-    action.add_argument("--speed", type=fraction, help="a new speed, a fraction of the limits")
+    action.add_argument("--speed", type=fraction, help="a new speed, 0.5 or 50%%")
     action.add_argument("--factor", type=number, default=1.0, help="times the speed there is")
     action.add_argument("--wait", type=number, metavar="SECONDS", help="a new time for waits")
     action.add_argument("--wait-factor", type=number, default=1.0, help="times the waits there are")
@@ -229,12 +233,12 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
 def _here_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("--point", metavar="NAME", help="what to call the place")
     add_switches(action, {"--line": "to be gone to along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help="a fraction of the limits")
+    action.add_argument("--speed", type=fraction, default=1.0, help="0.5 or 50%%")
 
 
 def _record_words(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--line": "every way along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help="of every way")
+    action.add_argument("--speed", type=fraction, default=1.0, help="of every move, 0.5 or 50%%")
     add_switches(action, {"--waits": "keep how long the arm stood"})
     action.add_argument(
         "--rest", type=number, default=REST_S, metavar="SECONDS",
@@ -248,7 +252,7 @@ def _reverse_words(action: argparse.ArgumentParser) -> None:
 
 
 TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
-    "record": Action("record an arm that another program drives, until Ctrl-C",
+    "follow": Action("add a place wherever another program lets the arm rest, until Ctrl-C",
                      "program.teach:record", _sequence(more=_record_words)),
     "here": Action("name the place where the arm stands, as the next step",
                    "program.teach:here", _sequence(more=_here_words)),

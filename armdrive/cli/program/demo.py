@@ -23,7 +23,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.programs.attended import between_steps, time_s
+from armdrive.programs.arm_access import between_steps, time_s
 from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
 from armdrive.registry import DEFAULT
 from armdrive.registry.simulate import simulate
@@ -121,7 +121,9 @@ def _scene(twin: SimulatedArm) -> ArmScene:
 
 DIALECT = DEFAULT
 """Its blocks are measured by a grip switch, which the other simulated arms do not have."""
-ELSEWHERE = "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/examples.md)"
+ELSEWHERE = (
+    "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/how-to/examples.md)"
+)
 
 
 def run(options: argparse.Namespace) -> Result:

@@ -16,13 +16,10 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import as_json, put_error
 from armdrive.cli.program.arguments import PROGRAM, SCRIPT
 from armdrive.cli.program.run_common import (
-    Display,
     RunTerminal,
     connect_to_run,
-    display_for,
     ended_view,
     keep_recording,
-    line_words,
     show_place,
     slow_down,
     standard_input,
@@ -30,9 +27,10 @@ from armdrive.cli.program.run_common import (
     stopped_by_interrupt,
     tell_failure,
 )
+from armdrive.cli.program.run_output import Display, RunOutput, line_words
 from armdrive.connect.parts import ConnectOptions
 from armdrive.errors import ArmError, BadRequest, Stopped
-from armdrive.programs.attended import accept_restored, time_s
+from armdrive.programs.arm_access import accept_restored, time_s
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.scripts import (
     Connections,
@@ -54,6 +52,9 @@ MOVING = frozenset(
     }
 )  # fmt: skip
 """The calls before which --step waits, and which are worth a line."""
+
+WAITING = "wait_inputs"
+"""The call that waits for inputs, and says so."""
 
 NO_RESUME = (
     "a Python script cannot be taken up where it was interrupted: what it knew is gone with it. "
@@ -83,7 +84,7 @@ class _RunningScript:
     def __init__(self, options: argparse.Namespace, lines: list[str]) -> None:
         self._options = options
         self._lines = lines
-        self._display: Display = display_for(options, lines)
+        self._display = Display(lines, RunOutput(as_json=as_json(options)))
         self._keys = standard_input()
         self._calls = 0
         self._last: SourceMark | None = None
@@ -141,7 +142,8 @@ class _RunningScript:
             RunTerminal(arm, self._display, self._keys.keys).hold(text, lambda: arm.stops != stops)
             if arm.stops != stops:
                 raise Stopped("the script was stopped")
-        self._display.at(arm, self._last, call.name, loud=moves)
+        waiting = "waiting for inputs" if call.name == WAITING else ""
+        self._display.at(arm, self._last, call.name, loud=moves, waiting=waiting)
 
     # -- the end ------------------------------------------------------------------------------
 

@@ -1,47 +1,37 @@
-"""What a person and other programs see of a run, how they answer it, and how it begins and ends.
+"""How a person answers and interrupts a run, and how a run begins and ends.
 
-Program files, scripts and the entries of a prompt are run with it.
+Program files, scripts and the entries of a prompt share this.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import os
 import queue
-import re
-import shutil
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
-from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from types import FrameType
+from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import as_json, complain, put, put_error, tell
+from armdrive.cli.presenter import as_json, complain, put_error, tell
+from armdrive.cli.program.run_output import Display
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.connect.target import Target
-from armdrive.errors import ArmError, ArmInUse, BadRequest, DeviceFault, LinkError, Stopped
-from armdrive.errors.printable import printable
+from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.table import error_view, tagged
-from armdrive.programs.attended import put_blocks, silent_time_s, time_s
+from armdrive.programs.arm_access import put_blocks, silent_time_s
 from armdrive.programs.problems import SourceMark, excerpt
-from armdrive.programs.progress import Estimate, RunProgress
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, pose_view
-
-if TYPE_CHECKING:
-    from armdrive.programs.acts import Answer
-    from armdrive.programs.program import Machine
-    from armdrive.programs.running import RunStep
-    from armdrive.programs.session import Typed
 
 # A person's answers while a program runs: Enter, `armdrive resume`, and Ctrl-C.
 
@@ -194,255 +184,6 @@ def _say(words: str) -> None:
             sys.stderr.write(words)
 
 
-# What a running program shows: a line that is rewritten, a line a motion, or JSON lines.
-#
-# The same picture is what other programs are told of the program (`armdrive status`, `watch`).
-
-REDRAW_S = 0.2
-CLEAR_LINE = "\r\x1b[K"
-STANDARD_OUTPUT = 1
-ASKING = ("home",)
-"""Acts and calls that may ask the person something."""
-
-
-class Display:
-    """Shows one run. `lines` are the program's own, of which the one under way is shown.
-
-    At a prompt, where a person has just typed what is `typed`, lines are found there, and an act
-    is not worth a line of its own. Every method may be called from any thread.
-    """
-
-    def __init__(
-        self,
-        lines: list[str],
-        emit: Callable[[dict[str, Any]], None] | None,
-        *,
-        rewrites: bool,
-        typed: Typed | None = None,
-    ) -> None:
-        """With `emit`, events go there as plain data; else text goes to standard output."""
-        self._lines = lines
-        self._typed = typed
-        self._emit = emit
-        self._rewrites = rewrites and emit is None
-        self._progress = RunProgress(())
-        self._share = 1.0
-        self._arm: Arm | None = None
-        self._mark: SourceMark | None = None
-        self._act = ""
-        self._loop = 1
-        self._loops = 1
-        self._began_s = 0.0
-        self._paused = False
-        self._drawn = False
-        self._lock = threading.RLock()
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._look, name="progress", daemon=True)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._over.set()
-        self._thread.join()
-        with self._lock:
-            self._wipe()
-
-    def follow(self, progress: RunProgress, *, share: float = 1.0, loops: int = 1) -> None:
-        """Estimate by a rehearsal, in which the arm went with `share` of its speed."""
-        with self._lock:
-            self._progress, self._share, self._loops = progress, share, loops
-
-    # -- what happens -------------------------------------------------------------------------
-
-    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
-        """Show an act of a program file."""
-        loud = step.moves and self._typed is None
-        self.at(None, step.stage.mark, step.act_name, loop=step.loop, loud=loud)
-
-    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Tell programs what an act brought; at a prompt, say what a grasp found."""
-        if self._emit is not None:
-            brought = answer if isinstance(answer, bool | float | int) else None
-            took = {"answer": brought, "took_s": round(took_s, 3)}
-            self._write({"event": "done", **step.view(), **took})
-        elif self._typed is not None and step.grasps and isinstance(answer, float):
-            self.say(f"grasped: {answer:.1f} mm wide" if answer else "grasped nothing")
-
-    def use(self, arm: Arm) -> None:
-        """Look at this arm from now on, and let other programs know what it is at work on."""
-        with self._lock:
-            self._arm = arm
-        arm.program = self.view
-
-    def at(
-        self, arm: Arm | None, mark: SourceMark, act: str, *, loop: int = 1, loud: bool = True
-    ) -> None:
-        """Show where the program is; `loud` is worth a line of its own."""
-        with self._lock:
-            self._arm = arm or self._arm
-            self._mark, self._act, self._loop = mark, act, loop
-            self._progress.begins(mark, loop)
-            self._began_s = 0.0 if self._arm is None else time_s(self._arm)
-            view = self.view()
-            if self._emit is not None:
-                self._write({"event": "act", **view})
-            elif self._draws:
-                self._draw(view)
-            elif loud:
-                self._wipe()
-                self._print(place_words(view))
-
-    def say(self, text: str) -> None:
-        """Show what the program says."""
-        self.tell({"event": "say", "text": text}, text)
-
-    def waits(self, text: str, *, enter: bool = True) -> None:
-        """Show what a person is waited for, and how that is answered."""
-        words = f"{text}: " * bool(text)
-        goes_on = "Enter goes on, and so does `armdrive resume`"
-        how = goes_on if enter else "`armdrive resume` lets it go on"
-        self.tell({"event": "hold", "text": text}, f"{words}{how}")
-
-    def tell(self, event: dict[str, Any], text: str) -> None:
-        """Show something else: an event for programs, a line for people."""
-        with self._lock:
-            if self._emit is not None:
-                self._write(event)
-            else:
-                self._wipe()
-                self._print(text)
-
-    # -- what is shown ------------------------------------------------------------------------
-
-    def view(self) -> dict[str, Any]:
-        """Return where the program is, as plain data."""
-        with self._lock:
-            if self._mark is None:
-                return {}
-            estimate = self._estimate()
-            return {
-                "file": self._mark.file,
-                "line": self._mark.line or None,
-                "column": self._mark.column,
-                "text": self.source(self._mark.line),
-                "act": self._act,
-                "loop": self._loop,
-                "loops": self._loops,
-                "percent": None if estimate.percent is None else round(estimate.percent, 1),
-                "left_s": None if estimate.left_s is None else round(estimate.left_s, 1),
-            }
-
-    def source(self, line: int) -> str:
-        """Return a line of the program."""
-        if self._typed is not None and self._mark is not None:
-            return self._typed.line_at(self._mark).strip()
-        return self._lines[line - 1].strip() if 0 < line <= len(self._lines) else ""
-
-    @property
-    def _draws(self) -> bool:
-        """Whether the line may be rewritten now: not where a question may stand in it."""
-        return self._rewrites and self._act.lower() not in ASKING
-
-    def _estimate(self) -> Estimate:
-        if self._arm is None:
-            return Estimate()
-        share = self._arm.speed_override / self._share
-        return self._progress.estimate(time_s(self._arm) - self._began_s, share)
-
-    def _look(self) -> None:
-        """Show now and then what changes between two acts, while anybody reads it."""
-        with contextlib.suppress(OSError, Stopped):
-            while not self._over.wait(REDRAW_S):
-                with self._lock:
-                    self._look_once()
-
-    def _look_once(self) -> None:
-        arm = self._arm
-        if arm is None or self._mark is None:
-            return
-        if arm.paused is not self._paused:
-            self._paused = arm.paused
-            word = "paused" if self._paused else "going on"
-            self.tell({"event": word.replace(" ", "-"), **self.view()}, word)
-        if self._draws:
-            self._draw(self.view())
-
-    def _draw(self, view: Mapping[str, Any]) -> None:
-        columns = shutil.get_terminal_size().columns
-        arm = self._arm
-        slowed = arm is not None and arm.speed_override < 1.0
-        words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
-        self._put(printable(words)[: columns - 1], CLEAR_LINE)
-        self._drawn = True
-
-    def _wipe(self) -> None:
-        if self._drawn:
-            self._put("", CLEAR_LINE)
-            self._drawn = False
-
-    def _print(self, text: str) -> None:
-        self._put(f"{text}\n")
-
-    def _put(self, text: str, control: str = "") -> None:
-        with _heard():
-            put(text, control=control)
-
-    def _write(self, event: dict[str, Any]) -> None:
-        if self._emit is not None:
-            with _heard():
-                self._emit(event)
-
-
-@contextlib.contextmanager
-def _heard() -> Iterator[None]:
-    """Turn a reader that has gone into a stop: a program does not end well because of that."""
-    try:
-        yield
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_OUTPUT)
-        raise Stopped("nobody reads any more what the program says: it was ended") from None
-
-
-# A running program's position and times as text.
-
-_SAID = re.compile(r"""(?:"[^"]*"|'[^']*'|[^"'#])*(?=#)""")
-"""What stands in a line before its comment; nothing where there is none."""
-
-
-def place_words(view: Mapping[str, Any]) -> str:
-    """Return where a program is, as a line for people."""
-    percent, left_s = view["percent"], view["left_s"]
-    share = "    " if percent is None else f"{percent:3.0f}%"
-    left = "" if left_s is None else f"  {duration(left_s)} left"
-    several = view["loops"] != 1
-    loop = f"loop {view['loop']}  " if several else ""
-    return f"{share}  {loop}{line_words(view['line'], view['text'] or view['act'])}{left}"
-
-
-def line_words(line: int | None, text: str) -> str:
-    """Return a line of a program with its number, where anybody knows that, and no comment."""
-    said = _SAID.match(text)
-    text = said.group().rstrip() if said else text
-    return f"line {line}: {text}" if line else text
-
-
-def duration(time_s: float) -> str:
-    """Return a time for people: seconds, or minutes and seconds, or hours and minutes."""
-    if time_s < 60.0:
-        return f"{time_s:.1f} s" if time_s < 10.0 else f"{time_s:.0f} s"
-    minutes, seconds = divmod(round(time_s), 60)
-    if minutes < 60:
-        return f"{minutes} min {seconds} s"
-    return f"{minutes // 60} h {minutes % 60} min"
-
-
 # What running a program file and running a script have in common: arms, pictures, ends.
 
 
@@ -464,15 +205,6 @@ def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> A
     return arm
 
 
-def connect_to_check(options: argparse.Namespace) -> tuple[Arm | None, str]:
-    """Connect to ask where the arm stands; return why not, where that cannot be."""
-    try:
-        return connect_to_run(options), ""
-    except (LinkError, ArmInUse, DeviceFault) as error:
-        which = chosen_target(options).config.title
-        return None, f"the {which} cannot be asked where it stands ({error})"
-
-
 def require_table(target: Target, blocks: list[TableBlock]) -> None:
     """Raise `BadRequest` where blocks are to be put on the table of a real arm."""
     if blocks and not target.simulated:
@@ -490,19 +222,9 @@ def make_ready(arm: Arm, options: argparse.Namespace) -> None:
 
 
 def slow_down(arm: Arm, options: argparse.Namespace) -> None:
-    """Have an arm go no faster than the person wants. Raises `BadRequest`."""
+    """Slow an arm down to the speed that the person asked for."""
     if options.speed is not None:
-        arm.speed_override = options.speed / 100.0
-
-
-def display_for(options: argparse.Namespace, lines: list[str]) -> Display:
-    """Return what shows the run, as the person or the program that reads it wants it."""
-    output = sys.stdout  # kept: what a script prints may be led elsewhere meanwhile
-
-    def write(event: dict[str, Any]) -> None:
-        put(f"{json.dumps(event)}\n", output=output)
-
-    return Display(lines, write if as_json(options) else None, rewrites=output.isatty())
+        arm.speed_override = options.speed
 
 
 def show_place(mark: SourceMark | None, lines: list[str], error: BaseException) -> None:

@@ -11,12 +11,8 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import as_json, put_error
 from armdrive.cli.program.run_common import (
-    Display,
     RunTerminal,
-    connect_to_check,
     connect_to_run,
-    display_for,
-    duration,
     ended_view,
     keep_recording,
     make_ready,
@@ -27,13 +23,22 @@ from armdrive.cli.program.run_common import (
     stopped_by_interrupt,
     tell_failure,
 )
-from armdrive.cli.program.run_report import report
+from armdrive.cli.program.run_output import Display, RunOutput, duration
+from armdrive.cli.program.run_report import end_words, look_at_arm, rehearsal_plan, report
 from armdrive.programs.acts import Answer
 from armdrive.programs.journal import Journal, taken_up
 from armdrive.programs.problems import lines_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.progress import RunProgress
-from armdrive.programs.rehearsal import Rehearsal, rehearse, require_rehearsed
+from armdrive.programs.rehearsal import (
+    BEFORE_RUN_S,
+    CHECK_S,
+    Patience,
+    Rehearsal,
+    SeenArm,
+    rehearse,
+    require_rehearsed,
+)
 from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 
 
@@ -47,28 +52,17 @@ def run_program(options: argparse.Namespace) -> int:
 
 
 def _check(program: Program, options: argparse.Namespace) -> int:
-    arm, unasked = connect_to_check(options)
-    with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
-        config = chosen_target(options).config
-        if arm is not None:
-            slow_down(arm, options)
-        source = ArmProgram(program, config)
-        plan = _plan(source, arm, options, settle=True)
-        rehearsal = rehearse(config, arm, plan)
-        return report(rehearsal, options, lines_of(program.text), unasked)
+    source = ArmProgram(program, chosen_target(options).config)
+    seen, plan, unasked = look_at_arm(options, lambda arm: _plan(source, arm, options))
+    output = RunOutput(as_json=as_json(options))
+    rehearsal = rehearse(seen, plan, Patience(CHECK_S, output.rehearsing))
+    output.wipe()
+    return report(rehearsal, options, lines_of(program.text), unasked)
 
 
-def _plan(
-    source: ArmProgram, arm: Arm | None, options: argparse.Namespace, *, settle: bool
-) -> RunPlan:
+def _plan(source: ArmProgram, arm: Arm | None, options: argparse.Namespace) -> RunPlan:
     """Return what the options ask for, from its beginning or from where it was interrupted."""
-    plan = RunPlan(
-        source.machine,
-        inputs=dict(options.input),
-        width_mm=options.assume_width,
-        settle=settle,
-        traced=options.plot is not None,
-    )
+    plan = rehearsal_plan(options, source.machine)
     if options.resume:
         how, move = resume_command(options), move_command(options)
         plan = taken_up(plan, source, options.program, arm, how=how, move=move)
@@ -107,11 +101,14 @@ class _RunningProgram:
         """Rehearse, carry out, and say how it ended."""
         source = ArmProgram(self._program, self._arm.config)
         slow_down(self._arm, self._options)
-        plan = _plan(source, self._arm, self._options, settle=False)
-        rehearsal = rehearse(self._arm.config, self._arm, plan)
+        plan = _plan(source, self._arm, self._options)
+        output = RunOutput(as_json=as_json(self._options))
+        patience = Patience(BEFORE_RUN_S, output.rehearsing)
+        rehearsal = rehearse(SeenArm.of(self._arm), plan, patience)
+        output.wipe()
         self._require(rehearsal)
         make_ready(self._arm, self._options)
-        with display_for(self._options, self._lines) as display:
+        with Display(self._lines, output) as display:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
@@ -126,14 +123,14 @@ class _RunningProgram:
             raise
 
     def _begin(self, display: Display, rehearsal: Rehearsal, plan: RunPlan) -> None:
-        known = rehearsal.whole and rehearsal.refusal is None
+        known = rehearsal.whole and rehearsal.endless is None and rehearsal.refusal is None
         progress = RunProgress(rehearsal.loops if known else (), repeated=plan.loops)
         display.use(self._arm)
         display.follow(progress, share=rehearsal.share, loops=plan.loops)
         total_s = progress.total_s
         takes = "" if total_s is None else f", about {duration(total_s)}"
-        if not rehearsal.whole:
-            takes = f", rehearsed for {duration(rehearsal.took_s)} only: it may never end"
+        if rehearsal.endless is not None or not rehearsal.whole:
+            takes = f", rehearsed for {duration(rehearsal.took_s)}{end_words(rehearsal)}"
         assumed = "".join(f"\nassumed: {each}" for each in rehearsal.assumptions)
         event = {
             "event": "begin",
@@ -142,6 +139,7 @@ class _RunningProgram:
             "simulated": self._arm.simulated,
             "left_s": None if total_s is None else round(total_s, 1),
             "rehearsed_whole": rehearsal.whole,
+            "endless": None if rehearsal.endless is None else rehearsal.endless.line,
             "assumptions": [str(each) for each in rehearsal.assumptions],
         }
         display.tell(event, f"{self._options.program}{takes}{assumed}")
@@ -188,7 +186,7 @@ def resume_command(options: argparse.Namespace) -> str:
 
 def move_command(options: argparse.Namespace) -> str:
     """Return the beginning of a command that moves the arm of this run."""
-    speed = [] if options.speed is None else ["--speed", f"{options.speed / 100.0:g}"]
+    speed = [] if options.speed is None else ["--speed", f"{options.speed:g}"]
     return shlex.join(["armdrive", "move", *_which(options), *speed])
 
 

@@ -8,25 +8,22 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
-from armdrive.cli.program.run_common import (
-    connect_to_check,
-    duration,
-    line_words,
-    show_place,
-    slow_down,
-)
-from armdrive.errors import ArmError
+from armdrive.cli.program.run_common import connect_to_run, show_place, slow_down
+from armdrive.cli.program.run_output import RunOutput, duration, line_words
+from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
+from armdrive.programs.program import Machine
 from armdrive.programs.progress import Took
-from armdrive.programs.rehearsal import Rehearsal
-from armdrive.programs.running import RunPlan
+from armdrive.programs.rehearsal import CHECK_S, Patience, Rehearsal, SeenArm
+from armdrive.programs.running import RunPlan, no_machine
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import can_braille
@@ -35,6 +32,37 @@ from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 
 MOST_COLUMNS, MOST_ROWS = 110, 30
+
+
+def look_at_arm(
+    options: argparse.Namespace, planned: Callable[[Arm | None], RunPlan]
+) -> tuple[SeenArm, RunPlan, str]:
+    """Connect to ask where the arm stands, plan a rehearsal, and let the arm go again.
+
+    The text says why the arm could not be asked, if it could not.
+    """
+    try:
+        arm = connect_to_run(options)
+    except (LinkError, ArmInUse, DeviceFault) as error:
+        target = chosen_target(options)
+        why = f"the {target.config.title} cannot be asked where it stands ({error})"
+        return SeenArm(target.config), planned(None), why
+    with contextlib.closing(arm):
+        slow_down(arm, options)
+        return SeenArm.of(arm), planned(arm), ""
+
+
+def rehearsal_plan(
+    options: argparse.Namespace, source: Callable[[], Machine] = no_machine
+) -> RunPlan:
+    """Return what a rehearsal assumes, as the options say."""
+    return RunPlan(
+        source,
+        inputs=dict(options.input),
+        width_mm=options.assume_width,
+        settle=options.check,
+        traced=options.plot is not None,
+    )
 
 
 def report(
@@ -68,10 +96,18 @@ def rehearsal_lines(rehearsal: Rehearsal, lines: Sequence[str]) -> list[str]:
         found.append(f"{duration(_total_s(took) / count):>12}{times:<6} {line_words(line, text)}")
     runs = len([loop for loop in rehearsal.loops if loop])
     loops = f", {runs} loops" if runs > 1 else ""
-    whole = "" if rehearsal.whole else ", and then it was cut short: it may never end"
-    found.append(f"{duration(rehearsal.took_s):>12} for {len(acts)} acts{loops}{whole}")
+    found.append(
+        f"{duration(rehearsal.took_s):>12} for {len(acts)} acts{loops}{end_words(rehearsal)}"
+    )
     found += [f"assumed: {each}" for each in rehearsal.assumptions]
     return found
+
+
+def end_words(rehearsal: Rehearsal) -> str:
+    """Return how a rehearsal ended, if not at the end of the program."""
+    if rehearsal.endless is not None:
+        return f"; endless: it repeats from line {rehearsal.endless.line} on"
+    return "" if rehearsal.whole else "; not rehearsed to its end, which would take too long"
 
 
 def rehearsal_view(rehearsal: Rehearsal) -> dict[str, Any]:
@@ -81,6 +117,7 @@ def rehearsal_view(rehearsal: Rehearsal) -> dict[str, Any]:
         "took_s": round(rehearsal.took_s, 3),
         "acts": sum(map(len, rehearsal.loops)),
         "whole": rehearsal.whole,
+        "endless": None if rehearsal.endless is None else rehearsal.endless.line,
         "lines": _by_line([each for loop in rehearsal.loops for each in loop]),
         "assumptions": [
             {
@@ -143,23 +180,17 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
 
 def check_script(options: argparse.Namespace, lines: list[str]) -> int:
     """Rehearse a script on the arm that the options name, and report what was found."""
-    arm, unasked = connect_to_check(options)
-    with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
-        plan = RunPlan(
-            inputs=dict(options.input),
-            width_mm=options.assume_width,
-            settle=True,
-            traced=options.plot is not None,
-        )
-        config = chosen_target(options).config
-        if arm is not None:
-            slow_down(arm, options)
-        output = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
-        with output or contextlib.nullcontext():
-            rehearsal = rehearse_script(options.program, options.words, config, arm, plan)
-        if (code := _own_error(rehearsal, options)) is not None:
-            return code
-        return report(rehearsal, options, lines, unasked)
+    plan = rehearsal_plan(options)
+    seen, _, unasked = look_at_arm(options, lambda _: plan)
+    output = RunOutput(as_json=as_json(options))
+    prints = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
+    with prints or contextlib.nullcontext():
+        patience = Patience(CHECK_S, output.rehearsing)
+        rehearsal = rehearse_script(options.program, options.words, seen, plan, patience)
+    output.wipe()
+    if (code := _own_error(rehearsal, options)) is not None:
+        return code
+    return report(rehearsal, options, lines, unasked)
 
 
 def _own_error(rehearsal: Rehearsal, options: argparse.Namespace) -> int | None:

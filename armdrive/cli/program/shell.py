@@ -24,7 +24,7 @@ from armdrive.cli.program.shell_words import OWN_WORDS, known_words
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
-from armdrive.programs.attended import put_blocks
+from armdrive.programs.arm_access import put_blocks
 from armdrive.status import State, pose_view
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file

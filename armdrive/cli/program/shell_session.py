@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import re
 import signal
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import put, put_error, say, say_lines
+from armdrive.cli.presenter import put, put_error
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
-    Display,
     Pressed,
     RunTerminal,
     failed_view,
     stopped_by_interrupt,
 )
+from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.terminal_person import ask_operator
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
@@ -82,15 +80,15 @@ class Left(Exception):
     """The person is done."""
 
 
-Deed: TypeAlias = Callable[["Shell", str], None]
+ShellAction: TypeAlias = Callable[["Shell", str], None]
 """What does a word of the shell, with what stands behind it."""
 
 
-def own_word(line: str, words: Mapping[str, Deed]) -> tuple[Deed, str] | None:
+def own_word(line: str, words: Mapping[str, ShellAction]) -> tuple[ShellAction, str] | None:
     """Return what does the word of the shell that a line is, and what stands behind the word."""
     match = _LINE.fullmatch(line)
-    deed = None if match is None else words.get(match[1].lower())
-    return None if deed is None or match is None else (deed, match[2] or "")
+    action = None if match is None else words.get(match[1].lower())
+    return None if action is None or match is None else (action, match[2] or "")
 
 
 class Shell:
@@ -103,14 +101,16 @@ class Shell:
         self,
         arm: Arm,
         options: argparse.Namespace,
-        words: Mapping[str, Deed],
+        words: Mapping[str, ShellAction],
         *,
         typing: bool,
     ) -> None:
         self.arm = arm
         self.words = words
-        self.json = bool(options.json)
         self.typing = typing
+        self._output = RunOutput(
+            as_json=bool(options.json), rewrites=None if typing else False, words=SHELL
+        )
         self.on_arm = ArmSession(arm, typing=typing)
 
     @property
@@ -118,16 +118,14 @@ class Shell:
         """What has been typed so far."""
         return self.on_arm.session
 
-    def tell(self, event: dict[str, Any], text: str) -> None:
-        """Say something: an event for programs, lines for people."""
-        if self.json:
-            self.emit(event)
-        elif text:
-            say_lines(presented(text, SHELL))
+    @property
+    def json(self) -> bool:
+        """Whether events are printed instead of text."""
+        return self._output.as_json
 
-    def emit(self, event: dict[str, Any]) -> None:
-        """Print an event, in the words of the prompt."""
-        say(presented(json.dumps(event), SHELL))
+    def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
+        """Say something: an event for programs, lines for people."""
+        self._output.tell(event, text)
 
     def take(self, line: str, position: int = 1) -> None:
         """Take a line: an entry's, or one of the shell's own words.
@@ -143,10 +141,10 @@ class Shell:
         if entry is not None:
             self.carry_out(entry)
 
-    def _do(self, deed: Deed, rest: str, position: int) -> None:
+    def _do(self, action: ShellAction, rest: str, position: int) -> None:
         try:
             with stopped_by_interrupt(lambda: [self.arm]):
-                deed(self, rest)
+                action(self, rest)
         except ArmError as error:
             if not (self.typing or self.json or isinstance(error, ProgramError)):
                 put_error(f"{SourceMark(position, 1, INPUT)}\n")
@@ -160,9 +158,7 @@ class Shell:
             raise self.session.typed.shown(error) from None
 
     def _perform(self, entry: PromptEntry, machine: Machine) -> None:
-        rewrites = self.typing and sys.stdout.isatty()
-        emit = self.emit if self.json else None
-        shown = Display([], emit, rewrites=rewrites, typed=self.session.typed)
+        shown = Display([], self._output, self.session.typed)
         keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
         said = partial(self._say_values, machine) if entry.says else None
         person = RunTerminal(self.arm, shown, keys, said)
@@ -186,7 +182,7 @@ class Shell:
         at = self.on_arm.at
         mark = None if at is None else at.stage.mark
         if self.json:
-            self.emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
+            self.tell(failed_view(getattr(error, "mark", None) or mark, error, ""), "")
         elif mark is not None and not isinstance(error, ProgramError):
             line = self.session.typed.line_at(mark).strip()
             if not self.typing:

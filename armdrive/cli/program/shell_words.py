@@ -7,12 +7,12 @@ from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.program.shell_session import Deed, Left, Shell
+from armdrive.cli.program.shell_session import Left, Shell, ShellAction
 from armdrive.cli.screens import agreed
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.programs.attended import put_blocks
+from armdrive.programs.arm_access import put_blocks
 from armdrive.programs.language.syntax import Tree
-from armdrive.programs.language.values import PlaceValue, said, to_json
+from armdrive.programs.language.values import PlaceValue, to_json, value_text
 from armdrive.programs.language.words import (
     FORMS,
     FUNCTIONS,
@@ -42,8 +42,8 @@ def _list(shell: Shell, _: str) -> None:
         first, *others = text.split("\n")
         rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
         shell.tell({"event": "list", "entry": number, "text": text}, "\n".join(rows))
-    if not shell.session.kept and not shell.json:
-        shell.tell({}, "nothing has been carried out yet")
+    if not shell.session.kept:
+        shell.tell(None, "nothing has been carried out yet")
 
 
 def _drop(shell: Shell, rest: str) -> None:
@@ -106,12 +106,12 @@ def _names(shell: Shell, _: str) -> None:
     for name, value in context.variables.items():
         if not isinstance(value, PlaceValue):
             view = {"event": "name", "name": name, "value": value}
-            shell.tell(view, f"  {name} = {said(value)}")
+            shell.tell(view, f"  {name} = {value_text(value)}")
     for define in context.defines:
         head = f"{define.name}({', '.join(define.parameters)})"
         shell.tell({"event": "subprogram", "name": define.name, "text": head}, f"  {head}")
     _points(shell, "")
-    speed = f"  speed {said(context.speed * 100.0)}%"
+    speed = f"  speed {value_text(context.speed * 100.0)}%"
     shell.tell({"event": "speed", "value": context.speed}, speed)
 
 
@@ -189,8 +189,8 @@ def _blocks(shell: Shell, _: str) -> None:
     names = list(_scene(shell).blocks)
     for name in names:
         _tell_block(shell, name)
-    if not names and not shell.json:
-        shell.tell({}, "there are no blocks: `put A 250 0` puts one on the table")
+    if not names:
+        shell.tell(None, "there are no blocks: `put A 250 0` puts one on the table")
 
 
 def _tell_block(shell: Shell, name: str) -> None:
@@ -239,10 +239,10 @@ def known_words(shell: Shell) -> list[str]:
     ]
 
 
-OWN_WORDS: Mapping[str, Deed] = MappingProxyType({
+OWN_WORDS: Mapping[str, ShellAction] = MappingProxyType({
     "help": _help, "where": _where, "status": _status, "names": _names, "points": _points,
     "list": _list, "drop": _drop, "save": _save, "load": _load, "new": _new, "put": _put,
     "blocks": _blocks, "reset": _reset, "reconnect": _reconnect, "enable": _enable,
     "disable": _disable, "quit": _quit, "exit": _quit,
 })  # fmt: skip
-"""What does each word of the shell; what is said of it stands in the language's table of words."""
+"""The function of every word of the shell."""

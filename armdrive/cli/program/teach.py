@@ -17,9 +17,10 @@ from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.programs.teaching import edit as editing
 from armdrive.programs.teaching.edit import Edited
 from armdrive.programs.teaching.record import Choices, StepRecorder, seen_in
+from armdrive.programs.teaching.steps import parse_step
 from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
-from armdrive.storage.points import Step, StepList, check_name, parse_step
+from armdrive.storage.points import Step, StepList, check_name
 
 LOOK_EVERY_S = 0.1
 

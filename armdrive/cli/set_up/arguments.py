@@ -19,6 +19,29 @@ from armdrive.cli.options import (
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
 from armdrive.setup.templates import available
 
+# --- completion
+
+
+SHELLS = ("bash", "zsh", "fish")
+COMPLETED = ("arms", "places", "sequences")
+"""The names for which a completion script asks."""
+
+
+def _completion(parser: argparse.ArgumentParser) -> None:
+    """Declare what `completion` takes.
+
+    Commands, options, arm names, dialects, points, error codes and files are completed on Tab once
+    the script is where your shell looks for it, in every terminal opened after that:
+
+      armdrive completion bash > ~/.local/share/bash-completion/completions/armdrive
+      armdrive completion zsh > ~/.zfunc/_armdrive       with fpath+=~/.zfunc before compinit
+      armdrive completion fish > ~/.config/fish/completions/armdrive.fish
+    """
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("shell", metavar="SHELL", nargs="?", choices=SHELLS, help=", ".join(SHELLS))
+    wanted.add_argument("--names", choices=COMPLETED, help=argparse.SUPPRESS)  # for the scripts
+
+
 # --- config
 
 
@@ -227,7 +250,7 @@ def _can(parser: argparse.ArgumentParser) -> None:
       armdrive can monitor --arm bench --seconds 5 --json
 
     `armdrive doctor --can` lists the drives on a bus, and checks the bus. The page
-    docs/can-setup.md goes from the box to the first motion.
+    docs/controllers/can.md goes from the box to the first motion.
 
     """
     add_actions(parser, CAN_ACTIONS)
@@ -344,6 +367,7 @@ def _sim(parser: argparse.ArgumentParser) -> None:
 ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
     {
         "can": Arguments(_can),
+        "completion": Arguments(_completion),
         "config": Arguments(_config),
         "doctor": Arguments(_doctor),
         "ports": Arguments(_ports),

@@ -216,8 +216,8 @@ def signs(options: argparse.Namespace) -> Result:
 
 UNHEEDED = (
     "A switch that closes in motion would stop nothing: the board's firmware ignores hard limits, "
-    "as the default build of grbl-Mega-5X for RAMPS boards does. Use another build (docs/grbl.md), "
-    "or write hard_limits = false."
+    "as the default build of grbl-Mega-5X for RAMPS boards does. Use another build "
+    "(docs/controllers/grbl.md), or write hard_limits = false."
 )
 
 

@@ -50,13 +50,14 @@ from kinematics.spaces import Motors
 
 MAX_DELAY_S = 0.1
 """A drive may still follow orders up to this old. Unless the computer is overloaded, orders and
-polls are at most this late (docs/measured-can.md)."""
+polls are at most this late (docs/background/measurements.md)."""
 PROGRESS_SHARE = 0.5
 """A drive that is behind makes progress if it turns at least this share of what it was ordered."""
 CORRECTION_GAIN = 0.3
 """How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 PROMPT_REPLY_S = 0.03
-"""A reply takes no longer than this unless the computer is busy (docs/measured-can.md)."""
+"""A reply takes this long at most, unless the computer is busy (see docs/background/measurements.md).
+"""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
 WEAK_LOOKS = 5

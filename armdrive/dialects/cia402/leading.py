@@ -38,7 +38,8 @@ from firmware_protocol.canopen import STATUSWORD, DriveState, OperationMode, Sta
 
 SILENT_CYCLES = 5
 """If no drive has replied for this many cycles, none may receive its targets either. A busy
-computer is late by less: SYNC every 10 ms came 58 ms late at worst (docs/measured-can.md)."""
+computer is late by less: SYNC every 10 ms came 58 ms late at worst
+(docs/background/measurements.md)."""
 FRESH_S = 0.3
 """The position of a standing drive need not be read again if it is no older than this."""
 SETTLE_S = 0.6

@@ -131,9 +131,10 @@ def _is_day(word: str) -> bool:
 
 # How an arm's motors are mapped to a board's axes: letters, units, and how fast they turn.
 #
-# A motion line is relative, in whole motor steps where the board's unit is one: see docs/grbl.md
-# for why. Its feed stands before its axis words and every number has a sign, so that no lost byte
-# makes one number out of two words; none but a lost minus makes a way longer.
+# A motion line is relative, in whole motor steps where the board's unit is one:
+# docs/controllers/grbl.md says why. Its feed stands before its axis words and every number has a
+# sign, so that no lost byte makes one number out of two words; none but a lost minus makes a way
+# longer.
 
 DECIMALS = 4
 """The decimals of a distance in degrees; a motor step is never finer than that."""

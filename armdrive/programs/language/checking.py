@@ -1,4 +1,4 @@
-"""Checking a program as a whole before any of it runs: all that is wrong, at once."""
+"""Checks a whole program before it runs, and reports everything that is wrong at once."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from armdrive.programs.language.syntax import (
     Label,
     Name,
     Number,
+    ProgramNames,
     Repeat,
     Statement,
     TextValue,
@@ -31,12 +32,10 @@ from armdrive.programs.language.syntax import (
     While,
     bodies,
     every,
+    names_of,
     own_names,
-    scoped,
     set_by,
     slotted,
-    subprograms,
-    variables,
 )
 from armdrive.programs.language.values import OPERATORS, fewest, out_of_bounds, slot_of
 from armdrive.programs.language.words import (
@@ -53,20 +52,26 @@ from armdrive.programs.language.words import (
 from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
 
-# Of which kind every name of a program is: found out from the lines that give it a value.
+# The kind of every name of a program, inferred from the lines that set it.
 
 
 class Kinds:
-    """The kinds of a program's names. A name has one kind, which its first value decides."""
+    """The kinds of a program's names. The first value of a name decides its kind."""
 
-    def __init__(self, tree: Tree, known: Mapping[str, ValueKind] = MappingProxyType({})) -> None:
-        self.variables = variables(tree) | known.keys()
-        self.subprograms = subprograms(tree)
+    def __init__(
+        self, names: ProgramNames, known: Mapping[str, ValueKind] = MappingProxyType({})
+    ) -> None:
+        self.variables = names.variables
+        self.subprograms = names.subprograms
         self._kinds = {("", name): kind for name, kind in known.items()}
-        lines = list(scoped(tree))
+        setting = [
+            (define, line)
+            for define, line in names.lines
+            if isinstance(line, Call) or any(set_by(line))
+        ]
         while True:
             found = len(self._kinds)
-            for define, line in lines:
+            for define, line in setting:
                 for name, kind, owner in self._given(define, line):
                     if kind is not None:
                         self._kinds.setdefault(_scope(name.lower(), owner), kind)
@@ -76,7 +81,7 @@ class Kinds:
     def _given(
         self, define: Define | None, line: Statement
     ) -> Iterator[tuple[str, ValueKind | None, Define | None]]:
-        """Yield the names that a line gives values to, of which kind, and where they belong."""
+        """Yield the names that a line sets, their kinds, and the subprogram that they belong to."""
         for value, kind in self.set_by(define, line):
             yield value.name, kind, define
         called = self.subprograms.get(line.name.lower()) if isinstance(line, Call) else None
@@ -87,7 +92,7 @@ class Kinds:
     def set_by(
         self, define: Define | None, line: Statement
     ) -> Iterator[tuple[Name, ValueKind | None]]:
-        """Yield the names that a line itself sets, and the kinds that it makes them."""
+        """Yield the names that a line itself sets, with their kinds."""
         for name, kind in set_by(line):
             if isinstance(line, Assign) and kind is ValueKind.ANY:
                 yield name, self.of(line.value, define)
@@ -95,19 +100,19 @@ class Kinds:
                 yield name, kind
 
     def of_name(self, name: str, define: Define | None) -> ValueKind | None:
-        """Return the kind of a name; None where nothing tells."""
+        """Return the kind of a name, or None if it is unknown."""
         low = name.lower()
         if self.nowhere(name, define) or low == HERE:
             return ValueKind.PLACE
         return self._kinds.get(_scope(low, define))
 
     def nowhere(self, name: str, define: Define | None) -> bool:
-        """Say whether the program itself sets a name nowhere: then it is a point of the book."""
+        """Return whether the program never sets a name: then it is a point of the arm's book."""
         low = name.lower()
         return low != HERE and low not in own_names(define) and low not in self.variables
 
     def of(self, value: Expression, define: Define | None) -> ValueKind | None:
-        """Return the kind of a value; None where nothing tells."""
+        """Return the kind of a value, or None if it is unknown."""
         match value:
             case Name():
                 return self.of_name(value.name, define)
@@ -124,7 +129,7 @@ _KINDS: Mapping[type[Expression], ValueKind] = MappingProxyType({
     Number: ValueKind.NUMBER, FieldOf: ValueKind.NUMBER, Truth: ValueKind.TRUTH,
     TextValue: ValueKind.TEXT, JointsOf: ValueKind.PLACE,
 })  # fmt: skip
-"""What a value is that is always of one kind."""
+"""The kinds of those values that are always of one kind."""
 
 
 def _scope(name: str, define: Define | None) -> tuple[str, str]:
@@ -133,18 +138,18 @@ def _scope(name: str, define: Define | None) -> tuple[str, str]:
     return (define.name.lower() if own and define is not None else "", name)
 
 
-# Whether values fit what takes them: how many there are, of which kind, in which bounds.
+# Whether values fit: their number, kinds and bounds.
 
 
 class Fitting:
-    """Looks at the lines of one subprogram, or of the program itself."""
+    """Checks the lines of one subprogram, or of the program itself."""
 
     def __init__(self, kinds: Kinds, define: Define | None) -> None:
         self._kinds = kinds
         self._define = define
 
     def line(self, line: Statement) -> Iterator[Problem]:
-        """Yield what does not fit in a line, without the lines within it."""
+        """Yield what is wrong in a line, without the lines within it."""
         match line:
             case Do():
                 yield from self._do(line)
@@ -169,14 +174,14 @@ class Fitting:
         example = f": `{word.example}`"
         yield from self._many(line.arguments, word.slots, line.word, line.mark, example)
         known = dict(word.links)
-        said = [link for link, _ in line.links]
+        links = [link for link, _ in line.links]
         for link, values in line.links:
-            if link not in known or said.count(link) > 1:
+            if link not in known or links.count(link) > 1:
                 yield Problem(line.mark, f"`{link}` does not belong to `{line.word}` so{example}")
             else:
                 yield from self._many(values, known[link], link, line.mark, example)
         for link in word.needs:
-            if link not in said:
+            if link not in links:
                 yield Problem(line.mark, f"`{line.word}` needs `{link}`{example}")
 
     def _assign(self, line: Assign) -> Iterator[Problem]:
@@ -243,13 +248,13 @@ class Fitting:
         elif kind is not None and slot.kind not in (kind, ValueKind.ANY):
             yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
         elif isinstance(value, Number) and isfinite(value.value):
-            wrong = out_of_bounds(slot, value.value)
+            wrong = out_of_bounds(slot, value.value, percent=value.percent)
             if wrong is not None:
                 yield Problem(value.mark, wrong)
 
     def _nowhere(self, value: Name) -> Problem:
         known = self._kinds.variables
-        text = f"{value.name!r} is set nowhere{suggestion(value.name.lower(), known)}"
+        text = f"{value.name!r} is not defined{suggestion(value.name.lower(), known)}"
         return Problem(value.mark, text)
 
     def _inside(self, value: Expression) -> Iterator[Problem]:
@@ -301,13 +306,12 @@ class Fitting:
         yield from self._many(value.arguments, row.slots, value.name, value.mark, hint)
 
 
-# Whether a program holds together: names that clash, calls and labels that lead nowhere.
+# The shape of a program: names that clash, calls and labels that lead nowhere.
 
 
-def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[Problem]:
-    """Yield what keeps a program from being compiled; `known` have a value already."""
+def shape_problems(tree: Tree, names: ProgramNames) -> Iterator[Problem]:
+    """Yield what keeps a program from being compiled."""
     defines = [line for line in tree.body if isinstance(line, Define)]
-    own = variables(tree) | known
     called = [(line.name, line.mark) for line in defines]
     yield from _twice(called, "there is a subprogram {!r} already")
     for define in defines:
@@ -315,13 +319,13 @@ def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[
         yield from _twice(parameters, "two parameters are called {!r}")
         for name, mark in ((define.name, define.mark), *parameters):
             yield from _reserved(name, mark)
-        if define.name.lower() in own | own_names(define):
+        if define.name.lower() in names.variables | own_names(define):
             yield Problem(define.mark, f"{define.name!r} is the name of a value too: take another")
     main = tuple(line for line in tree.body if not isinstance(line, Define))
     for body in (main, *(define.body for define in defines)):
         labels = [(line.name, line.mark) for line in every(body) if isinstance(line, Label)]
         yield from _twice(labels, "there is a label {!r} already")
-        yield from _Placing(subprograms(tree), within=body is not main).problems(body)
+        yield from _Placing(names.subprograms, within=body is not main).problems(body)
 
 
 def _twice(named: list[tuple[str, SourceMark]], text: str) -> Iterator[Problem]:
@@ -338,7 +342,7 @@ def _reserved(name: str, mark: SourceMark) -> Iterator[Problem]:
 
 
 class _Placing:
-    """Looks whether lines may stand where they do; `within` a subprogram."""
+    """Checks whether lines may stand where they do; `within` a subprogram."""
 
     def __init__(self, known: Mapping[str, Define], *, within: bool) -> None:
         self._known = known
@@ -381,25 +385,32 @@ def _no_label(name: str, labels: frozenset[str]) -> str:
     return f"no label {name!r} stands in this block or in one around it{near}"
 
 
-# Whether every name surely has a value where it is used, whichever way the program took there.
+# Whether every name certainly has a value where it is used.
 #
-# The analysis of definite assignment over the flat code: forward, what is set on all ways that
-# lead to an instruction. Of each subprogram is found what it surely sets, and what it needs to be
-# set when it is called (Aho, Lam, Sethi and Ullman, Compilers, section 9.2.5, with summaries for
-# calls).
+# This is the analysis of definite assignment over the flat code: going forward, it finds the names
+# that are set on every path to an instruction. For each subprogram it finds the names that a call
+# certainly sets, and those that must be set before it (Aho, Lam, Sethi and Ullman, Compilers,
+# section 9.2.5, with summaries for calls).
 
 _Needs = dict[tuple[str, SourceMark], int | None]
+"""Names without a value where they are used, to the line of a call that leads there."""
 
 
 class _Settled:
-    """Finds the names that may have no value where they are used; `known` have one already."""
+    """Finds the names that may have no value where they are used; `known` names have one already.
+
+    A set of names is a whole number with a bit for each, since a program of thousands of lines has
+    thousands of such sets.
+    """
 
     def __init__(self, code: CompiledCode, known: frozenset[str]) -> None:
-        self._known = known
         self._rows = code.instructions
-        self._all = frozenset[str]().union(*(row.sets for row in self._rows))
+        names = known.union(*(row.sets for row in self._rows))
+        self._bits = {name: 1 << index for index, name in enumerate(names)}
+        self._adds = [self._as_bits(row.sets) for row in self._rows]
+        self._known = self._as_bits(known)
         starts = (0, *code.entries.values())
-        self._sets: dict[int, frozenset[str]] = dict.fromkeys(starts, self._all)
+        self._sets = dict.fromkeys(starts, self._as_bits(names))
         self._needs: dict[int, _Needs] = {start: {} for start in starts}
         self._repeat(self._learn_sets)
         self._repeat(self._learn_needs)
@@ -409,6 +420,12 @@ class _Settled:
             called = "" if line is None else f" when this is called in line {line}"
             yield Problem(mark, f"{name!r} may have no value yet here{called}: set it before")
 
+    def _as_bits(self, names: frozenset[str]) -> int:
+        return sum(self._bits[name] for name in names)
+
+    def _lacks(self, known: int, name: str) -> bool:
+        return not known & self._bits.get(name, 0)
+
     def _repeat(self, learn: Callable[[int], bool]) -> None:
         changed = True
         while changed:
@@ -417,9 +434,11 @@ class _Settled:
                 changed |= learn(start)
 
     def _learn_sets(self, start: int) -> bool:
-        ways = self._ways(start)
-        ends = [known for at, known in ways.items() if self._rows[at].word == RETURN]
-        found = frozenset.intersection(*ends) if ends else self._all
+        found = ~0  # a subprogram without an end sets everything: nothing comes after it
+        for at, known in self._ways(start).items():
+            if self._rows[at].word == RETURN:
+                found &= known
+        found &= self._sets[start]
         changed = found != self._sets[start]
         self._sets[start] = found
         return changed
@@ -430,23 +449,21 @@ class _Settled:
         for at, known in self._ways(start).items():
             row = self._rows[at]
             for name in row.reads:
-                if name.name.lower() not in known:
+                if self._lacks(known, name.name.lower()):
                     needs.setdefault((name.name.lower(), name.mark), None)
             if row.word == CALL:
                 for (called, mark), _ in list(self._needs[row.target].items()):
-                    if called not in known:
+                    if self._lacks(known, called):
                         needs.setdefault((called, mark), row.mark.line)
         return len(needs) != before
 
-    def _ways(self, start: int) -> dict[int, frozenset[str]]:
-        """Return what is surely set before each instruction that can be reached."""
-        first = frozenset() if start else self._known
-        known: dict[int, frozenset[str]] = {start: first}
+    def _ways(self, start: int) -> dict[int, int]:
+        """Return the names certainly set before each instruction that can be reached."""
+        known = {start: 0 if start else self._known}
         waiting = [start]
         while waiting:
             at = waiting.pop()
-            row = self._rows[at]
-            for following, adds in self._following(at, row):
+            for following, adds in self._following(at, self._rows[at]):
                 before, after = known.get(following), known[at] | adds
                 met = after if before is None else before & after
                 if met != before:
@@ -454,19 +471,19 @@ class _Settled:
                     waiting.append(following)
         return known
 
-    def _following(self, at: int, row: Instruction) -> list[tuple[int, frozenset[str]]]:
-        """Return what may come after an instruction, and what is surely set on the way there."""
+    def _following(self, at: int, row: Instruction) -> list[tuple[int, int]]:
+        """Return the possible next instructions, and what is certainly set before each."""
         match row.word:
             case "return" | "stop":
                 return []
             case "jump":
-                return [(row.target, row.sets)]
+                return [(row.target, self._adds[at])]
             case "call":
                 return [(at + 1, self._sets[row.target])]
             case "unless" | "round" if row.target:
-                return [(at + 1, row.sets), (row.target, frozenset())]
+                return [(at + 1, self._adds[at]), (row.target, 0)]
             case _:
-                return [(at + 1, row.sets)]
+                return [(at + 1, self._adds[at])]
 
 
 def checked(
@@ -474,15 +491,15 @@ def checked(
 ) -> tuple[CompiledCode | None, list[Problem]]:
     """Return a program's code, and everything that is wrong with it.
 
-    `known` are the kinds of the names that have a value already. There is no code where it does
-    not hold together, nor where a value does not fit.
+    `known` are the kinds of the names that have a value already. There is no code if the program
+    has a wrong shape or a value does not fit.
     """
-    names = frozenset(known)
+    names = names_of(tree, frozenset(known))
     problems = list(shape_problems(tree, names))
-    kinds = Kinds(tree, known)
-    for define, line in scoped(tree):
+    kinds = Kinds(names, known)
+    for define, line in names.lines:
         problems += Fitting(kinds, define).line(line)
     if problems:
         return None, problems
     code = compiled(tree, names)
-    return code, list(_Settled(code, names).problems())
+    return code, list(_Settled(code, frozenset(known)).problems())

@@ -1,7 +1,7 @@
-"""A checked tree becomes a flat list of instructions, the program's own first, then its parts'.
+"""Compiles a checked tree to a flat list of instructions: the program's, then its subprograms'.
 
-There is one instruction a line, and some that only lead elsewhere: so a run is where it is by one
-number, whatever blocks it is in, and can be written down. Values stay trees.
+Each line is one instruction; blocks add instructions that jump. So a single number says where a run
+is, whatever blocks it is in, and can be written down. Values stay trees.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from armdrive.programs.language.syntax import (
     If,
     Label,
     Name,
+    ProgramNames,
     Remark,
     Repeat,
     Statement,
@@ -28,10 +29,7 @@ from armdrive.programs.language.syntax import (
     Tree,
     Use,
     While,
-    only_shifted,
     own_names,
-    subprograms,
-    variables,
     within,
 )
 from armdrive.programs.language.words import HERE
@@ -39,22 +37,22 @@ from armdrive.programs.language.writing import written
 from armdrive.programs.problems import SourceMark
 
 ASSIGN, UNLESS, JUMP, ROUNDS, ROUND, CALL = "=", "unless", "jump", "rounds", "round", "call"
-"""The instructions that are no word: give a name a value; go on elsewhere if a condition is off, or
-in any case; begin to count a loop's rounds; begin the next round, or go on behind the loop; call a
-subprogram with values for its parameters.
+"""The instructions that are not words: set a name; jump if a condition is off; jump in any case;
+begin to count a loop's rounds; begin the next round, or leave the loop; call a subprogram with
+values for its parameters.
 """
 
 RETURN, STOP = "return", "stop"
-"""Words behind which no other instruction follows."""
+"""Words after which no other instruction follows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """One instruction: a word or one of the above, and where in the program it comes from.
+    """One instruction: a word or one of the above, and its place in the program.
 
-    `into` are the names in lower case that it gives values to; `limit` is the time that `wait` has;
-    `target` is the instruction that it may lead to. Of the program's own names, parameters left
-    out, it needs those that it `reads`, and gives a value to those that it `sets`.
+    `into` are the names, in lower case, that it sets; `limit` is the time limit of `wait_input`;
+    `target` is the instruction that it may jump to. `reads` and `sets` are the program's own names
+    that it uses and sets, without parameters.
     """
 
     word: str
@@ -68,7 +66,7 @@ class Instruction:
 
     @property
     def plain(self) -> tuple[object, ...]:
-        """What it is, and not where it stands."""
+        """The instruction without its place."""
         limit = None if self.limit is None else written(self.limit)
         return (self.word, [*map(written, self.values)], self.into, limit, self.target)
 
@@ -77,7 +75,7 @@ class Instruction:
 class CompiledCode:
     """The instructions of a program, where each subprogram begins, and the points that it needs.
 
-    `points` are those of the arm's own book, with the place where each stands first.
+    `points` are those of the arm's book, with the place where each is named first.
     """
 
     instructions: tuple[Instruction, ...]
@@ -85,38 +83,38 @@ class CompiledCode:
     points: Mapping[str, SourceMark]
 
 
-def compiled(tree: Tree, known: frozenset[str] = frozenset()) -> CompiledCode:
-    """Return the instructions of a tree that has been checked; `known` have a value already."""
-    return _Compiler(tree, known).whole()
+def compiled(tree: Tree, names: ProgramNames) -> CompiledCode:
+    """Return the instructions of a tree that has been checked, and whose names are known."""
+    return _Compiler(tree, names).whole()
 
 
 @dataclass(slots=True)
 class _Scope:
-    """What can be seen from the lines that are compiled now: parameters, labels, loops."""
+    """What the lines being compiled can refer to: parameters, labels, loops."""
 
     own: frozenset[str]
     labels: dict[str, int] = field(default_factory=dict)
     jumps: list[tuple[int, str]] = field(default_factory=list)
     loops: list[tuple[int, list[int]]] = field(default_factory=list)
-    """Of each loop its first instruction, and those that lead out of it."""
+    """For each loop its first instruction, and those that lead out of it."""
 
 
 class _Compiler:
     """The list of instructions as it grows."""
 
-    def __init__(self, tree: Tree, known: frozenset[str]) -> None:
+    def __init__(self, tree: Tree, names: ProgramNames) -> None:
         self._tree = tree
+        self._subprograms = names.subprograms
         self._code: list[Instruction] = []
         self._scope = _Scope(frozenset())
         self._calls: list[tuple[int, str]] = []
         self._points: dict[str, SourceMark] = {}
-        self._shifted = only_shifted(tree) - known
-        self._variables = (variables(tree) | known) - self._shifted
+        self._variables = names.variables - names.only_shifted
 
     def whole(self) -> CompiledCode:
         self._part(self._tree.body, None)
         entries = {}
-        for name, define in subprograms(self._tree).items():
+        for name, define in self._subprograms.items():
             entries[name] = len(self._code)
             self._part(define.body, define)
         for index, name in self._calls:
@@ -135,7 +133,7 @@ class _Compiler:
         limit: Expression | None = None,
         target: int = 0,
     ) -> int:
-        """Put an instruction behind the others, and return its number."""
+        """Append an instruction, and return its number."""
         used = (each for value in (*values, *_maybe(limit)) for each in within(value))
         reads = tuple(each for each in used if self._needs(each) and isinstance(each, Name))
         names = tuple(name.lower() for name in into)
@@ -144,7 +142,7 @@ class _Compiler:
         return len(self._code) - 1
 
     def _needs(self, value: Expression) -> bool:
-        """Tell whether a value is a name of the program's own; note a point of the arm's book."""
+        """Return whether a value is one of the program's names; note a point of the arm's book."""
         match value:
             case Use(name="taught", arguments=(TextValue() as text, *_)):
                 self._points.setdefault(text.value, text.mark)
@@ -155,7 +153,7 @@ class _Compiler:
         return False
 
     def _aim(self, index: int, target: int | None = None) -> None:
-        """Say where an instruction leads; without a target to what comes next."""
+        """Set where an instruction jumps to; without a target to the next instruction."""
         aimed = len(self._code) if target is None else target
         self._code[index] = replace(self._code[index], target=aimed)
 
@@ -183,7 +181,7 @@ class _Compiler:
             case Assign():
                 self._emit(ASSIGN, line.mark, (line.value,), [line.name])
             case Call():
-                define = subprograms(self._tree)[line.name.lower()]
+                define = self._subprograms[line.name.lower()]
                 called = self._emit(CALL, line.mark, line.arguments, define.parameters)
                 self._calls.append((called, line.name.lower()))
             case Label():

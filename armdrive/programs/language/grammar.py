@@ -1,18 +1,18 @@
-"""The grammar of a program, the parser made from it, and what a person is told of mistakes.
+"""The grammar of programs, the parser made from it, and the sentences about mistakes.
 
-A program is read line by line, so that one mistake hides no other, and so that a prompt can read
-what is typed there by the same rules; then its lines are put together to blocks. A line that cannot
-be read is left out, and the others are read on, so that all mistakes are told at once.
+A program is read line by line, so one mistake hides no other, and a prompt reads what is typed by
+the same rules. Then the lines are put together to blocks. Lines that cannot be read are left out.
 """
 
 from __future__ import annotations
 
 import re
+import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from lark import (
     Lark,
@@ -24,8 +24,6 @@ from lark import (
     v_args,
 )
 from lark import Tree as ParseTree
-from lark.exceptions import VisitError
-from lark.tree import Meta
 
 from armdrive.programs.language.syntax import (
     Assign,
@@ -73,15 +71,15 @@ point: "point"i NAME "=" expr
 call: NAME ("(" arguments? ")")?
 goto: "goto"i target
 target: NAME | NUMBER
-if_goto: "if"i expr "then"i "goto"i? target
+if_goto: IF expr "then"i "goto"i? target
 define: "define"i NAME ("(" names? ")")?
 names: NAME ("," NAME)*
-if_: "if"i expr "then"i?
-else_if: ("else"i "if"i | "elseif"i) expr "then"i?
-else_: "else"i
-while_: "while"i expr
-repeat: "repeat"i expr? ("as"i NAME)?
-end: "end"i
+if_: IF expr "then"i?
+else_if: (ELSE "if"i | ELSEIF) expr "then"i?
+else_: ELSE
+while_: WHILE expr
+repeat: REPEAT expr? ("as"i NAME)?
+end: END
 
 arguments: expr ("," expr)*
 
@@ -111,6 +109,12 @@ arguments: expr ("," expr)*
      | "(" expr ")" -> inner
 joint: NAME sum
 
+IF: "if"i
+ELSE: "else"i
+ELSEIF: "elseif"i
+WHILE: "while"i
+REPEAT: "repeat"i
+END: "end"i
 WORD.3: /(@words@)(?![a-z0-9_])/i
 LINK.3: /(@links@)(?![a-z0-9_])/i
 TRUTH.3: /(true|false|on|off)(?![a-z0-9_])/i
@@ -134,22 +138,17 @@ COMMENT: /#.*/s
 """In lark's notation; the words come from the vocabulary."""
 
 
-@cache
-def line_parser() -> Lark:
-    """Return the parser of one line. It costs some 20 ms, so that it is made when one is read."""
+def _parser(reader: _LineReader | None) -> Lark:
+    """Return a parser of lines: into items with a reader, else into lark's own trees."""
     longest_first = sorted(SPELLINGS, key=len, reverse=True)
     grammar = GRAMMAR.replace("@words@", "|".join(longest_first))
     grammar = grammar.replace("@links@", "|".join(LINKS))
     return Lark(
-        grammar,
-        parser="lalr",
-        lexer="contextual",
-        maybe_placeholders=False,
-        propagate_positions=True,
+        grammar, parser="lalr", lexer="contextual", maybe_placeholders=False, transformer=reader
     )
 
 
-# What a person is told of a line that cannot be read.
+# Sentences about a line that cannot be read.
 
 FOREIGN: Mapping[str, str] = MappingProxyType({
     "for": "`repeat 3 as i`",
@@ -161,6 +160,7 @@ FOREIGN: Mapping[str, str] = MappingProxyType({
     "print": "`type`",
     "say": "`type`",
     "sleep": "`delay`",
+    "wait": "`wait_input 2` to wait for input 2, or `delay 2` to wait for 2 seconds",
     "gosub": "the name of a subprogram, as `fetch(pick)`",
     "call": "the name of a subprogram, as `fetch(pick)`",
     "def": "`define`",
@@ -168,7 +168,7 @@ FOREIGN: Mapping[str, str] = MappingProxyType({
     "let": "`x = 3`",
     "set": "`x = 3`",
 })  # fmt: skip
-"""What words of other languages are called here."""
+"""Words of other languages and of older programs, and what to write instead."""
 
 _CHANGES = (":=", "+=", "-=", "*=", "/=")
 
@@ -182,11 +182,11 @@ _EXPECTED: Mapping[str, str] = MappingProxyType({
     "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",
     "COMMENT": "", "COLON": "", "WORD": "a word", "LINK": "",
 })  # fmt: skip
-"""What the parser's expectations are called; nothing where naming them would only be noise."""
+"""Names of the terminals that the parser expects; "" for those that would only be noise."""
 
 
 def mistake(error: UnexpectedInput, line: str) -> tuple[int, str]:
-    """Return the column at which a line cannot be read on, and why."""
+    """Return the column of a mistake in a line, and a sentence about it."""
     if isinstance(error, UnexpectedCharacters):
         return error.column, _unknown_sign(line, error.column)
     column = getattr(error, "column", None)
@@ -215,7 +215,7 @@ def _unknown_sign(line: str, column: int) -> str:
 
 
 def _first_word(line: str, column: int) -> tuple[int, str] | None:
-    """Return what is wrong where the word that the line begins with is the mistake."""
+    """Return the mistake in the first word of a line, if there is one."""
     match = _FIRST.match(line)
     if match is None:
         return None
@@ -235,7 +235,7 @@ def _first_word(line: str, column: int) -> tuple[int, str] | None:
 
 
 def unknown_word(word: str, known: Iterable[str]) -> str:
-    """Return that there is no such word, and which was meant; nothing where nobody can tell."""
+    """Return a sentence about an unknown word and what to write instead; "" without a guess."""
     low = word.lower()
     if low in FOREIGN:
         return f"there is no word {word!r}; write {FOREIGN[low]}"
@@ -255,18 +255,18 @@ def _wanted(expected: set[str]) -> str:
     return ": " + " or ".join(listed) + " was expected"
 
 
-# Reading one line: the parser's tree becomes statements, and what it trips over a sentence.
+# Reading one line.
 
 DEEPEST_VALUE = 60
-"""Values may be nested so deep: what is deeper is unreadable, and a mistake of a generator."""
+"""The most levels of a value. Anything deeper is unreadable, and a generator's mistake."""
 
 LONGEST_LINE = 10_000
-"""Characters. A longer line is a mistake of a generator, and takes seconds to be read."""
+"""Characters. A longer line is a generator's mistake, and takes seconds to read."""
 
 SIGNS: Mapping[str, str] = MappingProxyType(
     {spelt: row.sign for row in OPERATORS.values() for spelt in (row.sign, *row.also)}
 )
-"""Which operator each spelling means."""
+"""The operator of each spelling."""
 
 _TRUE = ("on", "true")
 
@@ -280,23 +280,23 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Unread:
-    """The head of a block that could not be read: its block is left out, and so is its `end`."""
+    """The unreadable head of a block, which is left out with its `end`."""
 
     mark: SourceMark
 
 
 Block: TypeAlias = If | While | Repeat | Define
 Item: TypeAlias = Statement | IfBranch | End | Unread
-"""What a line says. A block's head is its statement without a body, and `else` is a branch."""
+"""The content of a line. A block's head is its statement without a body; `else` is a branch."""
 
 _Link: TypeAlias = tuple[str, tuple[Expression, ...]]
-"""What stands behind `into`, `by` or `within`."""
+"""One of `into`, `by` and `within` with its values."""
 
 
 def opens(item: Item) -> bool:
-    """Tell whether an item begins a block, which `end` ends."""
+    """Return whether an item begins a block, which `end` ends."""
     if isinstance(item, If):
-        return not item.branches[0].body  # `if ... goto ...` is whole
+        return not item.branches[0].body  # `if ... goto ...` is complete in one line
     return isinstance(item, While | Repeat | Define | Unread)
 
 
@@ -309,7 +309,7 @@ class LineMistake(Exception):
 
 
 def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
-    """Return what a line says: perhaps a label, a statement or the head of a block, a comment.
+    """Return the items of a line: a label, a statement or the head of a block, a comment.
 
     Raises `LineMistake`.
     """
@@ -319,22 +319,44 @@ def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
         mark = SourceMark(number, LONGEST_LINE + 1, file)
         raise LineMistake(Problem(mark, f"a line has at most {LONGEST_LINE} characters"))
     try:
-        tree = line_parser().parse(line)
+        if len(_NESTS.findall(line)) > DEEPEST_VALUE // 3 and _depth(line) > DEEPEST_VALUE:
+            text = "this is nested too deeply: give its parts names"
+            raise LineMistake(Problem(SourceMark(number, 1, file), text))
+        return _line_parser().read(line, number, file)
     except UnexpectedInput as error:
         column, text = mistake(error, line)
         raise LineMistake(Problem(SourceMark(number, column, file), text)) from None
-    if _depth(tree) > DEEPEST_VALUE:
-        raise LineMistake(
-            Problem(SourceMark(number, 1, file), "this is nested too deeply: give its parts names")
-        )
-    try:
-        return _LineReader(number, file).transform(tree)
-    except VisitError as error:  # a text that is none of a program
-        raise error.orig_exc from None
 
 
-def _depth(tree: ParseTree[Token]) -> int:
-    deepest, waiting = 0, [(tree, 1)]
+_NESTS = re.compile(r"[-(+*/<>=.]|\b(?:and|or|not|is)\b", re.IGNORECASE)
+"""Signs and words of which each nests a value at most three levels deeper in lark's tree."""
+
+
+class _LineParser:
+    """Parses lines straight into items, one at a time."""
+
+    def __init__(self) -> None:
+        self._reader = _LineReader()
+        self._lark = _parser(self._reader)
+        self._lock = threading.Lock()
+
+    def read(self, line: str, number: int, file: str) -> list[Item]:
+        """Return the items of a line. Raises lark's `UnexpectedInput`."""
+        with self._lock:
+            self._reader.at_line, self._reader.in_file = number, file
+            return cast("list[Item]", self._lark.parse(line))
+
+
+_line_parser = cache(_LineParser)
+"""Building a parser takes some 20 ms, so it is built when the first line is read."""
+
+_tree_parser = cache(partial(_parser, None))
+"""Builds trees of which the depth can be measured before values are made of them."""
+
+
+def _depth(line: str) -> int:
+    """Return how many levels the parse tree of a line has."""
+    deepest, waiting = 0, [(_tree_parser().parse(line), 1)]
     while waiting:
         found, depth = waiting.pop()
         deepest = max(deepest, depth)
@@ -342,24 +364,22 @@ def _depth(tree: ParseTree[Token]) -> int:
     return deepest
 
 
-@v_args(meta=True, inline=True)
+@v_args(inline=True)
 class _LineReader(Transformer[Token, list[Item]]):
-    """Turns the parser's tree of one line into items that know where they stand.
+    """Makes items and values, with their places, as the parser finds them.
 
-    Each method is named for the rule of the grammar whose parts it is given.
+    Each method is named after a rule of the grammar, and is called with the rule's parts.
     """
 
-    # ruff: noqa: ARG002 - lark gives every rule its place, and names the methods
-
-    def __init__(self, number: int, file: str) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._number = number
-        self._file = file
+        self.at_line = 1
+        self.in_file = ""
 
-    def _mark(self, found: Meta | Token) -> SourceMark:
-        return SourceMark(self._number, getattr(found, "column", None) or 1, self._file)
+    def _mark(self, token: Token) -> SourceMark:
+        return SourceMark(self.at_line, token.column or 1, self.in_file)
 
-    def start(self, meta: Meta, *parts: Item | Token) -> list[Item]:
+    def start(self, *parts: Item | Token) -> list[Item]:
         items = [part for part in parts if not isinstance(part, Token)]
         note = next((part for part in parts if isinstance(part, Token)), None)
         if note is None:
@@ -375,120 +395,121 @@ class _LineReader(Transformer[Token, list[Item]]):
             case _:
                 return [*items, Remark(text, mark=self._mark(note))]
 
-    def label(self, meta: Meta, name: Token) -> Label:
+    def label(self, name: Token) -> Label:
         return Label(str(name), mark=self._mark(name))
 
-    def do(self, meta: Meta, word: Token, *parts: list[Expression] | _Link) -> Do:
+    def do(self, word: Token, *parts: list[Expression] | _Link) -> Do:
         arguments = tuple(value for part in parts if isinstance(part, list) for value in part)
         links = tuple(part for part in parts if isinstance(part, tuple))
         return Do(SPELLINGS[str(word).lower()], arguments, links, mark=self._mark(word))
 
-    def link(self, meta: Meta, word: Token, values: list[Expression]) -> _Link:
+    def link(self, word: Token, values: list[Expression]) -> _Link:
         return str(word).lower(), tuple(values)
 
-    def assign(self, meta: Meta, name: Token, value: Expression) -> Assign:
+    def assign(self, name: Token, value: Expression) -> Assign:
         return Assign(str(name), value, mark=self._mark(name))
 
-    def point(self, meta: Meta, name: Token, value: Expression) -> Assign:
+    def point(self, name: Token, value: Expression) -> Assign:
         return Assign(str(name), value, point=True, mark=self._mark(name))
 
-    def call(self, meta: Meta, name: Token, values: Iterable[Expression] = ()) -> Call:
+    def call(self, name: Token, values: Iterable[Expression] = ()) -> Call:
         return Call(str(name), tuple(values), mark=self._mark(name))
 
-    def goto(self, meta: Meta, target: Token) -> Goto:
+    def goto(self, target: Token) -> Goto:
         return Goto(str(target), mark=self._mark(target))
 
-    def target(self, meta: Meta, name: Token) -> Token:
+    def target(self, name: Token) -> Token:
         return name
 
-    def if_goto(self, meta: Meta, condition: Expression, target: Token) -> If:
-        mark = self._mark(meta)
-        return If((IfBranch(condition, (self.goto(meta, target),), mark=mark),), mark=mark)
+    def if_goto(self, word: Token, condition: Expression, target: Token) -> If:
+        mark = self._mark(word)
+        goto = Goto(str(target), mark=self._mark(target))
+        return If((IfBranch(condition, (goto,), mark=mark),), mark=mark)
 
-    def if_(self, meta: Meta, condition: Expression) -> If:
-        mark = self._mark(meta)
+    def if_(self, word: Token, condition: Expression) -> If:
+        mark = self._mark(word)
         return If((IfBranch(condition, mark=mark),), mark=mark)
 
-    def else_if(self, meta: Meta, condition: Expression) -> IfBranch:
-        return IfBranch(condition, mark=self._mark(meta))
+    def else_if(self, word: Token, condition: Expression) -> IfBranch:
+        return IfBranch(condition, mark=self._mark(word))
 
-    def else_(self, meta: Meta) -> IfBranch:
-        return IfBranch(None, mark=self._mark(meta))
+    def else_(self, word: Token) -> IfBranch:
+        return IfBranch(None, mark=self._mark(word))
 
-    def while_(self, meta: Meta, condition: Expression) -> While:
-        return While(condition, mark=self._mark(meta))
+    def while_(self, word: Token, condition: Expression) -> While:
+        return While(condition, mark=self._mark(word))
 
-    def repeat(self, meta: Meta, *parts: Expression | Token) -> Repeat:
+    def repeat(self, word: Token, *parts: Expression | Token) -> Repeat:
         count = next((part for part in parts if not isinstance(part, Token)), None)
         name = next((str(part) for part in parts if isinstance(part, Token)), "")
-        return Repeat(count, variable=name, mark=self._mark(meta))
+        return Repeat(count, variable=name, mark=self._mark(word))
 
-    def define(self, meta: Meta, name: Token, parameters: tuple[str, ...] = ()) -> Define:
+    def define(self, name: Token, parameters: tuple[str, ...] = ()) -> Define:
         return Define(str(name), parameters, mark=self._mark(name))
 
-    def names(self, meta: Meta, *names: Token) -> tuple[str, ...]:
+    def names(self, *names: Token) -> tuple[str, ...]:
         return tuple(map(str, names))
 
-    def end(self, meta: Meta) -> End:
-        return End(self._mark(meta))
+    def end(self, word: Token) -> End:
+        return End(self._mark(word))
 
     # -- values ------------------------------------------------------------------------------
 
-    def arguments(self, meta: Meta, *values: Expression) -> list[Expression]:
+    def arguments(self, *values: Expression) -> list[Expression]:
         return list(values)
 
-    def number(self, meta: Meta, text: Token) -> Number:
-        return Number(float(text), mark=self._mark(meta))
+    def number(self, text: Token) -> Number:
+        return Number(float(text), mark=self._mark(text))
 
-    def percent(self, meta: Meta, text: Token) -> Number:
-        return Number(float(text.rstrip("% \t")) / 100.0, percent=True, mark=self._mark(meta))
+    def percent(self, text: Token) -> Number:
+        return Number(float(text.rstrip("% \t")) / 100.0, percent=True, mark=self._mark(text))
 
-    def text(self, meta: Meta, quoted: Token) -> TextValue:
-        return TextValue(quoted[1:-1].replace('""', '"'), mark=self._mark(meta))
+    def text(self, quoted: Token) -> TextValue:
+        return TextValue(quoted[1:-1].replace('""', '"'), mark=self._mark(quoted))
 
-    def truth(self, meta: Meta, word: Token) -> Truth:
-        return Truth(word.lower() in _TRUE, mark=self._mark(meta))
+    def truth(self, word: Token) -> Truth:
+        return Truth(word.lower() in _TRUE, mark=self._mark(word))
 
-    def name(self, meta: Meta, name: Token) -> Name:
-        return Name(str(name), mark=self._mark(meta))
+    def name(self, name: Token) -> Name:
+        return Name(str(name), mark=self._mark(name))
 
-    def use(self, meta: Meta, name: Token, values: Iterable[Expression] = ()) -> Use:
-        return Use(str(name).lower(), tuple(values), mark=self._mark(meta))
+    def use(self, name: Token, values: Iterable[Expression] = ()) -> Use:
+        return Use(str(name).lower(), tuple(values), mark=self._mark(name))
 
-    def joints(self, meta: Meta, _: Token, *angles: tuple[str, Expression]) -> JointsOf:
-        return JointsOf(angles, mark=self._mark(meta))
+    def joints(self, word: Token, *angles: tuple[str, Expression]) -> JointsOf:
+        return JointsOf(angles, mark=self._mark(word))
 
-    def joint(self, meta: Meta, name: Token, angle: Expression) -> tuple[str, Expression]:
+    def joint(self, name: Token, angle: Expression) -> tuple[str, Expression]:
         return str(name).lower(), angle
 
-    def field(self, meta: Meta, value: Expression, name: Token) -> FieldOf:
-        return FieldOf(value, str(name).lower(), mark=self._mark(meta))
+    def field(self, value: Expression, name: Token) -> FieldOf:
+        return FieldOf(value, str(name).lower(), mark=value.mark)
 
-    def inner(self, meta: Meta, value: Expression) -> Expression:
+    def inner(self, value: Expression) -> Expression:
         return value
 
-    def unary(self, meta: Meta, sign: Token, value: Expression) -> Expression:
-        mark = self._mark(meta)
+    def unary(self, sign: Token, value: Expression) -> Expression:
+        mark = self._mark(sign)
         return negative(value, mark) if sign == "-" else Unary("not", value, mark=mark)
 
-    def binary(self, meta: Meta, left: Expression, sign: Token, right: Expression) -> Binary:
-        said = " ".join(str(sign).lower().split())
-        return Binary(left, SIGNS[said], right, mark=self._mark(sign))
+    def binary(self, left: Expression, sign: Token, right: Expression) -> Binary:
+        spelling = " ".join(str(sign).lower().split())
+        return Binary(left, SIGNS[spelling], right, mark=self._mark(sign))
 
 
 # Putting lines together to blocks.
 
 DEEPEST_BLOCK = 30
-"""Blocks may be nested so deep."""
+"""The most levels of blocks."""
 
 MOST_LINES = 10_000
-"""A longer one is no program; to read it, and to tell what is wrong with it, would take minutes."""
+"""A longer text is not a program, and reading it could take minutes."""
 
 _OPENING = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
 
 
 def parse(text: str, file: str = "") -> Tree:
-    """Return the tree of a program. Raises `ProgramError` with every line that cannot be read."""
+    """Return the tree of a program. Raises `ProgramError` with every unreadable line."""
     tree, problems = read_tree(text, file)
     if problems:
         raise program_error(problems, text)
@@ -496,9 +517,9 @@ def parse(text: str, file: str = "") -> Tree:
 
 
 def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Problem]]:
-    """Return the tree of what can be read of a program, and what cannot.
+    """Return the tree of the readable lines of a program, and the problems of the others.
 
-    Lines are counted from `first`.
+    The first line has the number `first`.
     """
     blocks = _Blocks()
     lines = lines_of(text)
@@ -506,7 +527,7 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
         mark = SourceMark(MOST_LINES + 1, 1, file)
         return blocks.whole(), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
     if lines[-1] == "":
-        lines.pop()  # what ends with a line's end has no blank line behind it
+        lines.pop()  # a line break at the end is not followed by a blank line
     for number, line in enumerate(lines, start=first):
         try:
             items = read_line(line, number, file)
@@ -521,7 +542,7 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
 
 @dataclass(slots=True)
 class _Open:
-    """A block whose end has not come yet; of an `if` the branches before the one under way."""
+    """A block whose end has not come yet; for an `if`, with the finished branches."""
 
     head: Block | Unread
     branch: IfBranch | None = None
@@ -529,14 +550,14 @@ class _Open:
     branches: list[IfBranch] = field(default_factory=list)
 
     def close_branch(self, following: IfBranch | None = None) -> None:
-        """End the branch under way, and begin the next."""
+        """End the present branch, and begin the next."""
         if self.branch is not None:
             self.branches.append(replace(self.branch, body=tuple(self.body)))
         self.branch, self.body = following, []
 
 
 class _Blocks:
-    """Puts lines together to blocks, one line after the other."""
+    """Puts lines together to blocks."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []

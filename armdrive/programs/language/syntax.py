@@ -1,13 +1,12 @@
-"""The tree of a program: what was written, line by line, comments and blank lines included.
+"""The tree of a program, line by line, with comments and blank lines.
 
-Two trees are the same where they say the same: marks are not compared, nor does it matter how
-anything was spaced or in which spelling of a word.
+Two trees are equal if their programs do the same: marks, spaces and spellings do not matter.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -20,13 +19,13 @@ NOWHERE = SourceMark(1)
 """The mark of what was not read from a text."""
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-"""What a name of a program looks like. Names, like words, are the same in any capitals."""
+"""The form of a program's names. Capitals do not matter, in names as in words."""
 
 _BREAKS = ("\n", "\r")
 
 
 def one_line(text: str) -> str:
-    """Return a text that fits into one line. Raises `BadRequest` for one that does not."""
+    """Return a text of one line. Raises `BadRequest` for more lines."""
     if any(sign in text for sign in _BREAKS):
         raise BadRequest(f"a text of a program is one line, not {text!r}")
     return text
@@ -34,17 +33,17 @@ def one_line(text: str) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
-    """Anything that stands in a program. Where it stands is not compared."""
+    """Any part of a program. Its place is not compared."""
 
     mark: SourceMark = field(default=NOWHERE, compare=False)
 
 
-# What has a value. Numbers are as written: mm, deg, s.
+# Values. Numbers are as written: mm, deg, s.
 
 
 @dataclass(frozen=True, slots=True)
 class Number(Node):
-    """A number; one that is written as a percentage stays one."""
+    """A number, perhaps written as a percentage."""
 
     value: float
     percent: bool = False
@@ -84,7 +83,7 @@ class Unary(Node):
 
 @dataclass(frozen=True, slots=True)
 class Binary(Node):
-    """Two values and what stands between them: `+ - * / == != < <= > >= and or`."""
+    """Two values with an operator between them: `+ - * / == != < <= > >= and or`."""
 
     left: Expression
     sign: str
@@ -120,14 +119,14 @@ Expression: TypeAlias = (
 
 
 def negative(value: Expression, mark: SourceMark = NOWHERE) -> Expression:
-    """Return a value with the other sign; of a number, a number."""
+    """Return a value with the opposite sign; a number stays a `Number`."""
     if isinstance(value, Number):
         return Number(-value.value, value.percent, mark=mark)
     return Unary("-", value, mark=mark)
 
 
 def within(value: Expression) -> Iterator[Expression]:
-    """Yield a value and all that it is made of, from left to right."""
+    """Yield a value and all its parts, from left to right."""
     yield value
     match value:
         case Unary() | FieldOf():
@@ -144,12 +143,12 @@ def within(value: Expression) -> Iterator[Expression]:
         yield from within(part)
 
 
-# Lines. The head of a block, while the block is read, is its statement with an empty body.
+# Lines. While a block is being read, its head is a statement with an empty body.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line(Node):
-    """A line; `note` is the comment behind it."""
+    """A line; `note` is the comment at its end."""
 
     note: str = ""
 
@@ -166,18 +165,18 @@ class Remark(Node):
 
 @dataclass(frozen=True, slots=True)
 class Do(Line):
-    """A word of the vocabulary with what belongs to it: `wait 1, -2 within 5`."""
+    """A word of the vocabulary with its values: `wait_input 1, -2 within 5`."""
 
     word: str
-    """As it is spelt today."""
+    """In its present spelling."""
     arguments: tuple[Expression, ...] = ()
     links: tuple[tuple[str, tuple[Expression, ...]], ...] = ()
-    """What stands behind `into`, `by` and `within`."""
+    """The values of `into`, `by` and `within`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assign(Line):
-    """`height = 30`, or with `point` before it, which says that it is a place."""
+    """`height = 30`, or `point pick = ...` for a place."""
 
     name: str
     value: Expression
@@ -208,7 +207,7 @@ class Goto(Line):
 
 @dataclass(frozen=True, slots=True)
 class IfBranch(Line):
-    """One way of an `if`: None is the condition of `else`."""
+    """One branch of an `if`; `else` has no condition."""
 
     condition: Expression | None
     body: tuple[Statement, ...] = ()
@@ -223,7 +222,7 @@ class If(Node):
 
 @dataclass(frozen=True, slots=True)
 class While(Line):
-    """As long as the condition holds."""
+    """Repeat the body as long as the condition holds."""
 
     condition: Expression
     body: tuple[Statement, ...] = ()
@@ -231,7 +230,7 @@ class While(Line):
 
 @dataclass(frozen=True, slots=True)
 class Repeat(Line):
-    """So many times, or for ever; `variable` counts them from 1."""
+    """Repeat the body `count` times, or endlessly; `variable` counts the rounds from 1."""
 
     count: Expression | None
     body: tuple[Statement, ...] = ()
@@ -276,15 +275,15 @@ def every(body: tuple[Statement, ...]) -> Iterator[Statement]:
             yield from every(block)
 
 
-# Which values a line takes, and which names it sets: of every kind of line by the same table, from
-# which its values are checked, its names are learnt and the names that it needs are found.
+# The values that a line takes and the names that it sets, by one table for every kind of line. The
+# checks of values, the kinds of names and the names that a line needs all come from it.
 
 
 def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
     """Yield the values of a line itself with their slots, without the lines within it.
 
-    The values of a call are left out, whose slots only the subprogram knows, and so are values
-    that belong to no slot.
+    The values of a call are left out, because only the subprogram knows their slots, and so are
+    values beyond the last slot.
     """
     match line:
         case Assign():
@@ -320,22 +319,10 @@ _COUNTER = Slot("name", ValueKind.NUMBER, sets=True)
 
 
 def set_by(line: Statement) -> Iterator[tuple[Name, ValueKind]]:
-    """Yield the names that a line itself sets, and of which kind it makes them.
-
-    `ANY` is the kind of the value that is assigned.
-    """
+    """Yield the names that a line itself sets, with their kinds; `ANY` is that of an assignment."""
     for value, slot in slotted(line):
         if slot.sets and isinstance(value, Name):
             yield value, slot.kind
-
-
-def subprograms(tree: Tree) -> dict[str, Define]:
-    """Return the subprograms by their names in lower case, the first of each name."""
-    found: dict[str, Define] = {}
-    for statement in tree.body:
-        if isinstance(statement, Define):
-            found.setdefault(statement.name.lower(), statement)
-    return found
 
 
 def own_names(define: Define | None) -> frozenset[str]:
@@ -343,33 +330,38 @@ def own_names(define: Define | None) -> frozenset[str]:
     return frozenset(() if define is None else (name.lower() for name in define.parameters))
 
 
-def scoped(tree: Tree) -> Iterator[tuple[Define | None, Statement]]:
-    """Yield every statement with the subprogram that it stands in, None for the program itself."""
+@dataclass(frozen=True, slots=True)
+class ProgramNames:
+    """What a program's names stand for, found by one walk over its tree. Names are in lower case.
+
+    `lines` has every line with the subprogram around it, None for the program itself. `variables`
+    are the names that the program sets anywhere, without parameters. Those that only `shift` sets
+    are `only_shifted`: they begin as points of the arm's book.
+    """
+
+    lines: tuple[tuple[Define | None, Statement], ...]
+    subprograms: Mapping[str, Define]
+    variables: frozenset[str]
+    only_shifted: frozenset[str]
+
+
+def names_of(tree: Tree, known: frozenset[str] = frozenset()) -> ProgramNames:
+    """Return the names of a program; `known` are variables that have a value before it begins."""
+    lines: list[tuple[Define | None, Statement]] = []
+    subprograms: dict[str, Define] = {}
+    shifted, otherwise_set = set[str](), set(known)
     for statement in tree.body:
         define = statement if isinstance(statement, Define) else None
-        inner = every((statement,) if define is None else define.body)
-        yield from ((define, each) for each in inner if not isinstance(each, Define))
-
-
-def variables(tree: Tree) -> frozenset[str]:
-    """Return the names that the program sets anywhere in lower case, parameters left out."""
-    return frozenset(name for name, _ in _settings(tree))
-
-
-def only_shifted(tree: Tree) -> frozenset[str]:
-    """Return the names that nothing sets but `shift`: they begin as points of the arm's book."""
-    by_others = {
-        name
-        for name, line in _settings(tree)
-        if not (isinstance(line, Do) and line.word == "shift")
-    }
-    return variables(tree) - by_others
-
-
-def _settings(tree: Tree) -> Iterator[tuple[str, Statement]]:
-    """Yield the names of the program's own that its lines set, with those lines."""
-    for define, line in scoped(tree):
+        if define is not None:
+            subprograms.setdefault(define.name.lower(), define)
         own = own_names(define)
-        for value, _ in set_by(line):
-            if value.name.lower() not in own:
-                yield value.name.lower(), line
+        for line in every((statement,) if define is None else define.body):
+            if isinstance(line, Define):
+                continue
+            lines.append((define, line))
+            names = {value.name.lower() for value, _ in set_by(line)} - own
+            by_shift = isinstance(line, Do) and line.word == "shift"
+            (shifted if by_shift else otherwise_set).update(names)
+    variables = frozenset(shifted | otherwise_set)
+    only_shifted = frozenset(shifted - otherwise_set)
+    return ProgramNames(tuple(lines), subprograms, variables, only_shifted)

@@ -1,4 +1,4 @@
-"""What a program computes with: numbers, truth, texts and places; and how they are written down."""
+"""The values of a program: numbers, truth, texts and places; and how they are written down."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from armdrive.programs.language.words import FIELDS, Slot, ValueKind
+from armdrive.programs.language.words import FIELDS, SPEED, Slot, ValueKind
+from armdrive.text.speed import speed_refusal
 from kinematics.spaces import Pose
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
-"""Joint angles of all joints (deg, by name) to the pose that the arm has there."""
+"""Returns the pose of an arm for the angles of all joints (deg, by name)."""
 
 
-class Trouble(Exception):
-    """What a line cannot be carried out for; the machine adds where it stands."""
+class LineFailure(Exception):
+    """Why a line cannot be carried out; the machine adds its place."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlaceValue:
-    """A place: joint angles (deg, by name), a pose, or both of the same place.
+    """A place: joint angles (deg, by name), a pose, or both.
 
-    Where both are known, the arm goes to the joint angles: they say which elbow was meant.
+    If both are known, the arm goes to the joint angles, because they also settle the elbow.
     """
 
     pose: Pose | None = None
@@ -32,17 +33,17 @@ class PlaceValue:
 
     @property
     def goal(self) -> Pose | Mapping[str, float]:
-        """What an act goes to."""
+        """The goal of a move to this place."""
         found = self.pose if self.joints_deg is None else self.joints_deg
         if found is None:
-            raise Trouble("this place is nowhere")
+            raise LineFailure("this place has neither a pose nor joint angles")
         return found
 
     def __str__(self) -> str:
         if self.pose is not None:
             return str(self.pose)
         return ", ".join(
-            f"{name} {said(angle)}°" for name, angle in (self.joints_deg or {}).items()
+            f"{name} {value_text(angle)}°" for name, angle in (self.joints_deg or {}).items()
         )
 
 
@@ -50,16 +51,16 @@ Value: TypeAlias = float | bool | str | PlaceValue
 
 
 def pose_of(place: PlaceValue, fk: ForwardKinematics | None) -> Pose:
-    """Return the pose of a place. Raises `Trouble` where nobody can say it."""
+    """Return the pose of a place. Raises `LineFailure` if it cannot be computed."""
     if place.pose is not None:
         return place.pose
     if fk is None or place.joints_deg is None:
-        raise Trouble("a place in joint angles has no x, y and z without an arm")
+        raise LineFailure("a place in joint angles has no x, y and z without an arm")
     return fk(place.joints_deg)
 
 
-def said(value: Value) -> str:
-    """Return a value as people are told it: numbers to three decimals at most."""
+def value_text(value: Value) -> str:
+    """Return a value as people read it; a number has three decimals at most."""
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, float):
@@ -68,25 +69,25 @@ def said(value: Value) -> str:
 
 
 def number(value: object) -> float:
-    """Return a number; `Trouble` for what is none, or too large for one."""
+    """Return a number. Raises `LineFailure` for anything else, and for infinity."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise Trouble(f"a number is needed, not {value}")
+        raise LineFailure(f"a number is needed, not {value}")
     if not math.isfinite(value):
-        raise Trouble("this comes to no number: it is too large")
+        raise LineFailure("this number is too large")
     return float(value)
 
 
 def truth(value: object) -> bool:
-    """Return on or off; `Trouble` for anything else."""
+    """Return on or off. Raises `LineFailure` for anything else."""
     if not isinstance(value, bool):
-        raise Trouble(f"on or off is needed, not {value}")
+        raise LineFailure(f"on or off is needed, not {value}")
     return value
 
 
 def place(value: object) -> PlaceValue:
-    """Return a place; `Trouble` for anything else."""
+    """Return a place. Raises `LineFailure` for anything else."""
     if not isinstance(value, PlaceValue):
-        raise Trouble(f"a place is needed, not {value}")
+        raise LineFailure(f"a place is needed, not {value}")
     return value
 
 
@@ -120,30 +121,30 @@ def from_json(data: object) -> Value:
     )
 
 
-# What the functions of a program compute, angles in deg.
+# The functions of a program. Angles are in deg.
 
 
 def _tan(angle_deg: float) -> float:
     if angle_deg % 180.0 == 90.0:
-        raise Trouble("there is no tangent of a right angle")
+        raise LineFailure("there is no tangent of a right angle")
     return math.tan(math.radians(angle_deg))
 
 
 def _sqrt(value: float) -> float:
     if value < 0.0:
-        raise Trouble("there is no square root of a negative number")
+        raise LineFailure("there is no square root of a negative number")
     return math.sqrt(value)
 
 
 def _mod(value: float, divisor: float) -> float:
     if divisor == 0.0:
-        raise Trouble("this divides by zero")
+        raise LineFailure("this divides by zero")
     return value % divisor
 
 
 def _over(value: float, divisor: float) -> float:
     if divisor == 0.0:
-        raise Trouble("this divides by zero")
+        raise LineFailure("this divides by zero")
     return value / divisor
 
 
@@ -165,10 +166,10 @@ NUMERIC: Mapping[str, Callable[..., float]] = MappingProxyType({
 
 @dataclass(frozen=True, slots=True)
 class Operator:
-    """What stands between two values, or `not` before one: what it takes, and what it gives.
+    """An operator between two values, or `not` before one: the kinds it takes and gives.
 
-    The stronger it is, the closer it binds. `also` are other spellings. Without `compute` it is
-    known to whoever evaluates it: some look at one value alone, some at values of any kind.
+    A stronger operator binds more closely. `also` are other spellings. The interpreter itself
+    evaluates those without `compute`: `and`, `or`, `not` and the comparisons of any two values.
     """
 
     sign: str
@@ -196,28 +197,28 @@ OPERATORS: Mapping[str, Operator] = MappingProxyType({row.sign: row for row in (
     Operator("*", 6, _NUMBER, _NUMBER, lambda a, b: a * b),
     Operator("/", 6, _NUMBER, _NUMBER, _over),
 )})  # fmt: skip
-"""Every operator. `-` before a value takes and gives what it does between two, but is stronger."""
+"""Every operator. `-` before a value takes and gives numbers too, but is stronger."""
 
 COMPARES = OPERATORS["=="].strength
-"""How close all comparisons bind; there is one in a row."""
+"""How closely all comparisons bind; they cannot be chained."""
 
 
 def moved(found: Pose, x_mm: float, y_mm: float, z_mm: float) -> Pose:
-    """Return a pose moved along the axes of the base; the hand keeps pitch, roll and yaw."""
+    """Return a pose moved along the axes of the base, with the same pitch, roll and yaw."""
     return replace(found, x_mm=found.x_mm + x_mm, y_mm=found.y_mm + y_mm, z_mm=found.z_mm + z_mm)
 
 
 def backed(found: Pose, distance_mm: float) -> Pose:
-    """Return a pose so far back along the direction in which its hand points.
+    """Return a pose moved back along the direction in which its hand points.
 
-    The hand of an arm without a yaw lies in the vertical plane through the base axis and the tip,
-    so that there is no pose of that direction beyond the axis: `Trouble`.
+    The hand of an arm without a yaw lies in the vertical plane through the base axis and the tip.
+    Beyond the axis no pose has that direction: then this raises `LineFailure`.
     """
     turned = found.yaw_rad
     heading = math.atan2(found.y_mm, found.x_mm) if turned is None else turned
     level = math.cos(found.pitch_rad) * distance_mm
     if turned is None and level > math.hypot(found.x_mm, found.y_mm) + 1e-6:
-        raise Trouble(f"{distance_mm:g} mm back from there lies behind the axis of the base")
+        raise LineFailure(f"{distance_mm:g} mm back from there lies behind the axis of the base")
     return moved(
         found,
         -level * math.cos(heading),
@@ -245,49 +246,48 @@ def _above(values: Sequence[Value], fk: ForwardKinematics | None) -> PlaceValue:
 PLACING: Mapping[str, Callable[[Sequence[Value], ForwardKinematics | None], PlaceValue]] = (
     MappingProxyType({"at": _at, "shifted": _shifted, "above": _above})
 )
-"""The functions that give places."""
+"""The functions that return places."""
 
 
 def part_of(found: PlaceValue, name: str, fk: ForwardKinematics | None) -> float:
     """Return a part of a place by its name of `FIELDS`: mm or deg."""
     value = getattr(pose_of(found, fk), FIELDS[name])
     if value is None:
-        raise Trouble("this arm has no yaw")
+        raise LineFailure("this arm has no yaw")
     return float(value)
 
 
-# Whether a number is in the bounds of what takes it.
-#
-# Constants are looked at before a program runs, everything else when it has been computed.
+# Bounds. Constants are checked before a program runs, other numbers when they are computed.
 
 
 def slot_of(slots: Sequence[Slot], index: int) -> Slot | None:
-    """Return the slot of the value at an index; None where there are too many values."""
+    """Return the slot of the value at an index, or None if there are too many values."""
     if index < len(slots):
         return slots[index]
     return slots[-1] if slots and slots[-1].many else None
 
 
 def fewest(slots: Sequence[Slot]) -> int:
-    """Return how many values there have to be."""
+    """Return the least number of values."""
     return sum(not slot.optional for slot in slots)
 
 
-def out_of_bounds(slot: Slot, value: float) -> str | None:
-    """Return why a slot does not take a number, None where it does."""
-    shown = said(value)
+def out_of_bounds(slot: Slot, value: float, *, percent: bool = False) -> str | None:
+    """Return why a slot refuses a number, or None if it is within bounds.
+
+    `percent` tells that the number was written as a percentage.
+    """
+    shown = value_text(value)
+    if slot is SPEED and not 0.0 < value <= 1.0:
+        return speed_refusal(100.0 * value if percent else value, percent=percent)
     if slot.whole and value != int(value):
         return f"{slot.title} has to be a whole number, not {shown}"
     if slot.not_zero and value == 0.0:
         return f"{slot.title} counts from 1, 0 is none"
     if slot.above is not None and value <= slot.above:
-        return f"{slot.title} has to be above {said(slot.above)}, not {shown}"
+        return f"{slot.title} has to be above {value_text(slot.above)}, not {shown}"
     if slot.least is not None and value < slot.least:
-        return f"{slot.title} is at least {said(slot.least)}, not {shown}"
+        return f"{slot.title} is at least {value_text(slot.least)}, not {shown}"
     if slot.most is not None and value > slot.most:
-        return f"{slot.title} is at most {said(slot.most)}, not {shown}{_meant(slot, value)}"
+        return f"{slot.title} is at most {value_text(slot.most)}, not {shown}"
     return None
-
-
-def _meant(slot: Slot, value: float) -> str:
-    return f"; was {said(value)}% meant?" if slot.most == 1.0 and 1.0 < value <= 100.0 else ""

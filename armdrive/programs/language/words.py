@@ -1,4 +1,4 @@
-"""The words of a program: one table, from which reading, checking, help and the docs are made."""
+"""The words of programs, of the shell and of sequences: reading, checks, help and docs use them."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class ValueKind(Enum):
 
 
 LONGEST_TIME_S = 1e6
-"""More than eleven days. Timers of the system take 292 years at most, and 1e300 is a slip."""
+"""More than eleven days. A longer time is a slip, and the system's timers overflow at 292 years."""
 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One value that a word or a function takes, and in which bounds it has to be.
+    """One value of a word or a function, and its bounds.
 
-    `sets` is a name that the word gives a value to. `above` is a bound that is itself too small.
+    With `sets` it is a name that the word sets. `above` is an exclusive bound.
     """
 
     title: str
@@ -43,7 +43,7 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A word that something is done by: how it is written, and what it means."""
+    """A word that does something: how it is written, and what it means."""
 
     name: str
     slots: tuple[Slot, ...]
@@ -52,7 +52,7 @@ class Word:
     old: tuple[str, ...] = ()
     links: tuple[tuple[str, tuple[Slot, ...]], ...] = ()
     needs: tuple[str, ...] = ()
-    """Which of the links there has to be."""
+    """The links that must be there."""
 
 
 PLACE = Slot("place", ValueKind.PLACE)
@@ -64,6 +64,7 @@ ANYTHING = Slot("text or value", ValueKind.ANY, many=True, optional=True)
 NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
 LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
 CONDITION = Slot("condition", ValueKind.TRUTH)
+SPEED = Slot("fraction of the limits", above=0.0, most=1.0)
 COUNT = Slot("how often", least=0.0, whole=True)
 
 
@@ -81,37 +82,36 @@ MOVING = (
          "Bring the fingers to an opening, then go along a straight line.",
          "move_line_with pick, 40", ("movest",)),
     Word("approach", (PLACE, DISTANCE),
-         "Go to where the hand, in the direction in which it points, is so far before a place.",
+         "Go to a distance before a place, measured along the direction of the hand.",
          "approach pick, 60", ("appro",)),
     Word("approach_line", (PLACE, DISTANCE), "The same along a straight line.",
          "approach_line pick, 60", ("appros",)),
-    Word("depart", (DISTANCE,), "Go back so far from where the hand points.", "depart 60"),
+    Word("depart", (DISTANCE,), "Go back along the direction of the hand.", "depart 60"),
     Word("depart_line", (DISTANCE,), "The same along a straight line.", "depart_line 60",
          ("departs",)),
-    Word("draw", ALONG, "Go so far along x, y and z of the base, on a straight line.",
+    Word("draw", ALONG, "Go along x, y and z of the base, on a straight line.",
          "draw 10, 0, -5"),
     Word("ready", (), "Go to the park posture of the arm file.", "ready"),
     Word("home", (), "Reference the arm, where its position is not yet trusted.", "home"),
-    Word("speed", (Slot("fraction of the limits, as 0.5 or 50%", above=0.0, most=1.0),),
-         "The speed of all that comes after it.", "speed 50%"),
+    Word("speed", (SPEED,), "The speed of all that comes after it.", "speed 50%"),
 )  # fmt: skip
 
 FINGERS = (
-    Word("open", (MAYBE_WIDTH,), "Open the fingers, all the way or so far, with the next move.",
+    Word("open", (MAYBE_WIDTH,), "Open the fingers, all the way or to a width, with the next move.",
          "open"),
     Word("close", (), "Close the fingers with the next move.", "close"),
     Word("open_now", (MAYBE_WIDTH,), "Open the fingers at once.", "open_now 40", ("openi",)),
     Word("close_now", (), "Close the fingers at once.", "close_now", ("closei",)),
-    Word("grasp", (), "Close the fingers on what is there; its width in mm is 0 for nothing.",
+    Word("grasp", (), "Close the fingers on an object; its width in mm is 0 if there is none.",
          "grasp into width", links=(_into(ValueKind.NUMBER),)),
 )  # fmt: skip
 
 PLACES = (
-    Word("here", (NEW_PLACE,), "Give the place where the arm stands a name.", "here corner"),
+    Word("here", (NEW_PLACE,), "Name the place where the arm stands.", "here corner"),
     Word("shift", (NEW_PLACE,), "Move a point of the program along x, y and z of the base.",
          "shift corner by 10, 0, 0", links=(("by", ALONG),), needs=("by",)),
     Word("remember", (NEW_PLACE,),
-         "Like `here`, and write it into the arm's own book of points, over one of that name.",
+         "Like `here`, and save the point in the arm's book, replacing one of that name.",
          "remember corner"),
 )  # fmt: skip
 
@@ -120,15 +120,15 @@ TIME = Slot("time in s", least=0.0, most=LONGEST_TIME_S)
 WAITING = (
     Word("delay", (TIME,), "Let time pass.", "delay 1.5"),
     Word("signal", (LINES,), "Switch outputs on, and those with a minus off.", "signal 3, -4"),
-    Word("wait", (LINES,),
-         "Wait until inputs are on, and those with a minus off. If that takes longer than `within` "
-         "says, in s, the program ends with an error, or goes on with `off` in the name that "
-         "stands behind `into`.",
-         "wait 1, -2 within 5",
+    Word("wait_input", (LINES,),
+         "Wait until inputs are on, and those with a minus off. After the time behind `within`, "
+         "in s, the program ends with an error; with `into NAME` it goes on, and the name tells "
+         "whether the inputs came.",
+         "wait_input 1, -2 within 5",
          links=(("within", (TIME,)), _into(ValueKind.TRUTH))),
-    Word("hold", (ANYTHING,), "Wait until a person lets the program go on.",
+    Word("hold", (ANYTHING,), "Wait until a person continues the program.",
          'hold "turn the part"', ("pause",)),
-    Word("type", (ANYTHING,), "Say something to the person.", 'type "width", width'),
+    Word("type", (ANYTHING,), "Show something to the person.", 'type "width", width'),
 )  # fmt: skip
 
 GOING_ON = (
@@ -148,25 +148,25 @@ GROUPS: Mapping[str, tuple[Word, ...]] = MappingProxyType({
     "Waiting, inputs and outputs": WAITING,
     "Going on": GOING_ON,
 })  # fmt: skip
-"""The words by what they are about."""
+"""The words by subject."""
 
 WORDS: Mapping[str, Word] = MappingProxyType(
     {word.name: word for words in GROUPS.values() for word in words}
 )
-"""Every word that something is done by, as it is spelt today."""
+"""Every word, in its present spelling."""
 
 SPELLINGS: Mapping[str, str] = MappingProxyType(
     {spelt: word.name for word in WORDS.values() for spelt in (word.name, *word.old)}
 )
-"""Today's spelling of every spelling."""
+"""The present spelling of every spelling."""
 
 LINKS = ("into", "by", "within")
-"""What stands between a word's values."""
+"""The words between the values of a word."""
 
 
 @dataclass(frozen=True, slots=True)
 class WordForm:
-    """A line that gives a program its shape."""
+    """The form of a line, and its meaning."""
 
     name: str
     pattern: str
@@ -178,58 +178,69 @@ FORMS = (
     WordForm("=", "NAME = VALUE", "Give a value a name."),
     WordForm("if", "if CONDITION",
              "Do the lines up to `end` if the condition holds; `else if "
-             "CONDITION` and `else` stand between. `IF X > 3 THEN GOTO 10` is the old form."),
+             "CONDITION` and `else` may come between. `IF X > 3 THEN GOTO 10` is the old form."),
     WordForm("while", "while CONDITION",
              "Do the lines up to `end` as long as the condition holds."),
     WordForm("repeat", "repeat COUNT as NAME",
-             "Do the lines up to `end` so many times; without a count for ever. The name counts "
+             "Do the lines up to `end` COUNT times, or endlessly without a count. The name counts "
              "1, 2, 3 and may be left out."),
     WordForm("define", "define NAME(PARAMETER, ...)",
              "A subprogram of the lines up to `end`; it is called by its name."),
-    WordForm("end", "end", "The end of what `if`, `while`, `repeat` or `define` began."),
+    WordForm("end", "end", "The end of an `if`, `while`, `repeat` or `define`."),
     WordForm("goto", "goto NAME",
              "Go on at the label `NAME:` (or a number) of the same block, or of one "
-             "around it. The old way; loops read better."),
+             "around it. Loops read better."),
     WordForm("#", "# anything", "A comment, up to the end of the line."),
 )  # fmt: skip
-"""The lines that are no `Word`."""
+"""The lines that shape a program."""
 
 OVER = "over"
-"""What has to stand behind the name of a file that is to be written over."""
+"""The word after the name of a file that may be overwritten."""
 
 SHELL = (
-    WordForm("help", "help [WORD]", "What there is to type, or what one word means."),
+    WordForm("help", "help [WORD]", "List all words, or explain one."),
     WordForm("where", "where", "Where the arm stands."),
-    WordForm("status", "status", "All that is known of the arm."),
-    WordForm("names", "names", "Values, subprograms and points that have been named."),
-    WordForm("points", "points", "The points, named here and in the arm's own book."),
-    WordForm("list", "list", "What was carried out so far, as a program."),
-    WordForm("drop", "drop NUMBER", "Leave an entry out of the list. Undoes nothing."),
+    WordForm("status", "status", "Everything known about the arm."),
+    WordForm("names", "names", "The values, subprograms and points named so far."),
+    WordForm("points", "points", "The points named here, and those saved in the arm's book."),
+    WordForm("list", "list", "The lines carried out so far, as a program."),
+    WordForm("drop", "drop NUMBER", "Remove an entry from the list. Undoes nothing."),
     WordForm("save", f"save FILE.arm [{OVER}]", "Write the list into a program file."),
-    WordForm("load", "load FILE.arm", "Take over a file's subprograms, points and values."),
+    WordForm("load", "load FILE.arm", "Take a file's subprograms, points and values."),
     WordForm("new", "new", "Forget names, subprograms and the list."),
     WordForm(
         "put",
         "put NAME X Y [WIDTH [HEIGHT]]",
-        "A simulated arm: put a block on its table, mm.",
+        "Put a block on a simulated arm's table, mm.",
     ),
-    WordForm("blocks", "blocks", "A simulated arm: where its blocks stand."),
-    WordForm("reset", "reset", "Leave an error, after looking at the arm. Moves nothing."),
-    WordForm("reconnect", "reconnect", "Look for a wire that was lost. Moves nothing."),
+    WordForm("blocks", "blocks", "Where the blocks of a simulated arm stand."),
+    WordForm("reset", "reset", "Clear an error, after you have looked at the arm. Moves nothing."),
+    WordForm("reconnect", "reconnect", "Reconnect a lost connection. Moves nothing."),
     WordForm("enable", "enable", "Switch the motors on. Moves nothing."),
-    WordForm("disable", "disable [yes]", "Switch the motors off: the arm can sag."),
+    WordForm("disable", "disable [yes]", "Switch the motors off. The arm can sag."),
     WordForm("quit", "quit", "Leave, as Ctrl-D does. `exit` is the same."),
     WordForm("exit", "exit", "Leave, as `quit` does."),
 )
-"""The lines that only a prompt knows."""
+"""The words of the shell."""
+
+TEACH = (
+    WordForm("to", "to POINT [along a line] [at SPEED]", "Go to a point of the arm's book."),
+    WordForm(
+        "gripper",
+        "gripper open|close|grasp|point|MM [at SPEED]",
+        "Move the fingers; `point` brings them to the opening of the point.",
+    ),
+    WordForm("delay", "delay SECONDS", "Let time pass."),
+)
+"""The steps of a taught sequence, which only `armdrive teach` and the desk know."""
 
 SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
-"""The words that these lines begin with."""
+"""The first words of the lines that shape a program."""
 
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function of values: what it takes and what it gives."""
+    """A function: the values it takes and the kind it returns."""
 
     name: str
     slots: tuple[Slot, ...]
@@ -248,18 +259,18 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
              ValueKind.PLACE, "The place with these coordinates; -90 of pitch points at the table.",
              "at(250, 0, 60, -90)"),
     Function("taught", (Slot("name", ValueKind.TEXT),), ValueKind.PLACE,
-             "A point of the arm's own book whose name is no word of a program.",
+             "A point of the arm's book whose name cannot be written in a program.",
              'taught("pick-2")'),
     Function("shifted", (PLACE, *ALONG), ValueKind.PLACE,
-             "A place so far along x, y and z from one.", "shifted(pick, 0, 40, 0)"),
-    Function("above", (PLACE, DISTANCE), ValueKind.PLACE, "A place so far above one.",
+             "A place moved along x, y and z.", "shifted(pick, 0, 40, 0)"),
+    Function("above", (PLACE, DISTANCE), ValueKind.PLACE, "A place moved up.",
              "above(pick, 30)"),
     Function("input", (Slot("number", least=1.0, whole=True),), ValueKind.TRUTH,
-             "Whether an input is on; they count from 1.", "input(3)"),
-    Function("abs", _ONE, ValueKind.NUMBER, "Without its sign.", "abs(-3)"),
-    Function("min", _SOME, ValueKind.NUMBER, "The smallest of some.", "min(2, 3)"),
-    Function("max", _SOME, ValueKind.NUMBER, "The largest of some.", "max(2, 3)"),
-    Function("mod", _TWO, ValueKind.NUMBER, "What is left when one is divided by the other.",
+             "Whether an input is on; inputs count from 1.", "input(3)"),
+    Function("abs", _ONE, ValueKind.NUMBER, "The number without its sign.", "abs(-3)"),
+    Function("min", _SOME, ValueKind.NUMBER, "The smallest number.", "min(2, 3)"),
+    Function("max", _SOME, ValueKind.NUMBER, "The largest number.", "max(2, 3)"),
+    Function("mod", _TWO, ValueKind.NUMBER, "The remainder of a division.",
              "mod(7, 3)"),
     Function("sqrt", _ONE, ValueKind.NUMBER, "The square root.", "sqrt(2)"),
     Function("sin", _ONE, ValueKind.NUMBER, "The sine of an angle in deg.", "sin(30)"),
@@ -271,25 +282,25 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     Function("round", _ONE, ValueKind.NUMBER, "The nearest whole number; halves go up.",
              "round(2.5)"),
 )})  # fmt: skip
-"""Every function. `joints(base 0, ...)` has a form of its own."""
+"""Every function except `joints(base 0, ...)`, which has a form of its own."""
 
 FIELDS: Mapping[str, str] = MappingProxyType(
     {"x": "x_mm", "y": "y_mm", "z": "z_mm", "pitch": "pitch_deg", "roll": "roll_deg",
      "yaw": "yaw_deg"}
 )  # fmt: skip
-"""The parts of a place, and what a pose calls them."""
+"""The parts of a place, and their names in a `Pose`."""
 
 HERE = "here"
-"""The name, in a value, of the place where the arm stands."""
+"""The name of the place where the arm stands."""
 
 RESERVED = frozenset({
     "and", "or", "not", "is", "true", "false", "on", "off", HERE, "joints", "then", "as", "elseif",
     "eq", "ne", "lt", "le", "gt", "ge", *SHAPES, *LINKS, *SPELLINGS, *FUNCTIONS,
 })  # fmt: skip
-"""What nothing of a program's own may be called."""
+"""Names that a program cannot use for its own values, labels and subprograms."""
 
 
-# The words for people, made from the vocabulary: tables for the docs, and a prompt's help.
+# Texts made from the vocabulary: the tables of the docs, and the help of the shell.
 
 
 def tables() -> str:
@@ -297,17 +308,15 @@ def tables() -> str:
     parts = [_section(title, _words(words)) for title, words in GROUPS.items()]
     forms = [f"| `{row.pattern}` | {row.says} |" for row in FORMS]
     parts.append(
-        _section(
-            "Lines that give a program its shape", ["| line | what it does |", "|---|---|", *forms]
-        )
+        _section("Lines that shape a program", ["| line | what it does |", "|---|---|", *forms])
     )
     parts.append(_section("Values", _functions()))
     return "\n".join(parts)
 
 
 def overview() -> list[str]:
-    """Return all words with a line each, as a prompt shows them."""
-    found = ["words of a program: `help WORD` tells more, docs/programs.md everything"]
+    """Return all words, a line for each group, as the shell shows them."""
+    found = ["words of a program: `help WORD` explains one, docs/reference/programs.md all of them"]
     for title, words in GROUPS.items():
         found.append(f"  {title}: {', '.join(word.name for word in words)}")
     found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
@@ -319,7 +328,7 @@ def overview() -> list[str]:
 
 
 def meanings(name: str) -> list[str]:
-    """Return what a word means, in small letters: more than one where it is used in several."""
+    """Return the meanings of a word in lower case."""
     found = []
     if name in SPELLINGS:
         word = WORDS[SPELLINGS[name]]
@@ -334,7 +343,7 @@ def meanings(name: str) -> list[str]:
 
 
 def usage(word: Word) -> str:
-    """Return how a word is written: `wait NUMBER, ... [within TIME] [into NAME]`."""
+    """Return how a word is written: `wait_input NUMBER, ... [within TIME] [into NAME]`."""
     links = "".join(
         f" {link} {_slots(slots)}" if link in word.needs else f" [{link} {_slots(slots)}]"
         for link, slots in word.links

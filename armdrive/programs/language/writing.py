@@ -1,4 +1,4 @@
-"""Writing a program down: a tree in today's spelling, its comments and blank lines kept."""
+"""Writes a tree as text in the present spelling, with its comments and blank lines."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ from armdrive.programs.language.syntax import (
 from armdrive.programs.language.values import COMPARES, OPERATORS
 
 INDENT = "  "
-"""What each block stands further in by."""
+"""The indentation of each block."""
 
 _MINUS, _PART = 7, 8
-"""How close `-` before a value binds, and the parts of a place."""
+"""How closely `-` before a value binds, and the parts of a place."""
 
 
 def unparse(tree: Tree) -> str:
-    """Return a program's text; reading it gives the same tree."""
+    """Return a program's text; reading it returns an equal tree."""
     return "".join(f"{line}\n" for line in _block(tree.body, ""))
 
 
 def formatted(text: str, file: str = "") -> str:
-    """Return a program's text in today's spelling. Raises `ProgramError`."""
+    """Return a program's text in the present spelling. Raises `ProgramError`."""
     return unparse(parse(text, file))
 
 
 def written(value: Expression) -> str:
-    """Return a value as it is written."""
+    """Return a value as text."""
     return _value(value, 0)
 
 
@@ -69,8 +69,8 @@ def _statement(statement: Statement, indent: str) -> Iterator[str]:
             yield "" if statement.text is None else f"{indent}# {statement.text}".rstrip()
         case If():
             for index, branch in enumerate(statement.branches):
-                said = "" if branch.condition is None else f"if {written(branch.condition)}"
-                words = said if index == 0 else f"else {said}".rstrip()
+                test = "" if branch.condition is None else f"if {written(branch.condition)}"
+                words = test if index == 0 else f"else {test}".rstrip()
                 yield _noted(indent, words, branch.note)
                 yield from _block(branch.body, indent + INDENT)
             yield f"{indent}end"
@@ -110,7 +110,7 @@ def _listed(values: tuple[Expression, ...]) -> str:
 
 
 def _value(value: Expression, strength: int) -> str:
-    """Return a value, in brackets where what stands around it binds as strongly."""
+    """Return a value, in brackets if the operator around it binds as strongly."""
     match value:
         case Number():
             text = _number(value)

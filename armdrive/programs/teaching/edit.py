@@ -10,16 +10,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from armdrive.errors import BadRequest
+from armdrive.programs.teaching.steps import grip_after, last_point
 from armdrive.storage.points import LONGEST_WAIT_S, Point, Step, StepList
 from kinematics.errors import finite
 
 SLOWEST = 0.01
-"""No step is made slower than this share of the limits by a factor."""
+"""The lowest speed that a factor can give a step, as a fraction of the limits."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """What an edit made, and what it had to leave out or to clip, in words."""
+    """The result of an edit, with notes about steps it left out or clipped."""
 
     steps: StepList
     notes: tuple[str, ...] = ()
@@ -27,7 +28,7 @@ class Edited:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """What re-timing does: a new speed or wait, or factors on those there are."""
+    """A new speed or wait, or factors for the present ones."""
 
     speed: float | None = None
     wait_s: float | None = None
@@ -41,7 +42,7 @@ class Timing:
 
 
 def inserted(steps: StepList, at: int, new: Iterable[Step]) -> StepList:
-    """Return the sequence with new steps, the first of which is number `at` then."""
+    """Return the sequence with new steps, the first of which becomes number `at`."""
     _in_range("place", at, len(steps.steps) + 1)
     before, behind = steps.steps[: at - 1], steps.steps[at - 1 :]
     return replace(steps, steps=(*before, *new, *behind))
@@ -77,10 +78,10 @@ def retimed(
 
 
 def reverse(steps: StepList, points: Mapping[str, Point]) -> Edited:
-    """Return the way back: from the last point to the first, on the ways that led there.
+    """Return the way back: from the last point to the first, by the same kinds of motion.
 
-    Where the fingers did something, they do again what they did before that; what they were
-    before the first time nobody knows, and that step is left out. Waits stay where they were.
+    A step of the fingers is replaced by the one before it. The opening before the first such step
+    is unknown, so that step is left out. Delays stay where they were.
     """
     notes: list[str] = []
     goals = [step for step in steps.steps if step.point]
@@ -89,7 +90,7 @@ def reverse(steps: StepList, points: Mapping[str, Point]) -> Edited:
     for index in range(len(steps.steps), 0, -1):
         step = steps.steps[index - 1]
         if step.point:
-            before = _last(steps.steps[: index - 1])
+            before = last_point(steps.steps[: index - 1])
             made += [replace(step, point=before)] if before else []
         elif step.gripper is None:
             made.append(step)
@@ -97,13 +98,14 @@ def reverse(steps: StepList, points: Mapping[str, Point]) -> Edited:
             made.append(replace(step, gripper=was))
         else:
             notes.append(
-                f"step {index} ({step}) is left out: nobody knows how the fingers were before it"
+                f"step {index} ({step}) is left out: "
+                "the opening of the fingers before it is unknown"
             )
     return Edited(replace(steps, steps=tuple(made)), tuple(notes))
 
 
 def span(steps: StepList, first: int, last: int | None) -> tuple[int, int]:
-    """Return a range of steps that there is; raises `BadRequest`."""
+    """Return a valid range of steps. Raises `BadRequest`."""
     last = first if last is None else last
     _in_range("step", first, len(steps.steps))
     _in_range("step", last, len(steps.steps))
@@ -129,20 +131,12 @@ def _retimed(step: Step, timing: Timing, number: int, notes: list[str]) -> Step:
     return replace(step, speed=speed)
 
 
-def _last(steps: tuple[Step, ...]) -> str:
-    """Return the point that the sequence is at behind these steps."""
-    return next((step.point for step in reversed(steps) if step.point), "")
-
-
 def _known_grips(steps: StepList, points: Mapping[str, Point]) -> list[str | float | None]:
-    """Return what the fingers were told before each step, None while nobody has told them."""
-    told: str | float | None = None
+    """Return the grip before each step, None while it is unknown."""
+    grip: str | float | None = None
     before: list[str | float | None] = []
     for index, step in enumerate(steps.steps):
-        before.append(told)
-        if step.gripper == "point":  # of the point that the sequence was at: a width from now on
-            place = points.get(_last(steps.steps[:index]))
-            told = None if place is None else place.opening_mm
-        elif step.gripper is not None:
-            told = step.gripper
+        before.append(grip)
+        if step.gripper is not None:
+            grip = grip_after(step, points.get(last_point(steps.steps[:index])))
     return before

@@ -1,7 +1,7 @@
 """A taught sequence in other forms: as a program, and as rows for an arm's own memory.
 
-A program has the points at the top, then the steps, the notes as comments. It does what the
-sequence does, act by act and to the last digit of every angle.
+A program has the points at the top, then the steps; notes become comments. It does exactly what the
+sequence does, to the last digit of every angle.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds, Refused
 from armdrive.motion.plan import audit, limit_error
+from armdrive.moves import GraspMove
 from armdrive.programs.language.syntax import (
     NAME,
     Assign,
@@ -25,6 +26,7 @@ from armdrive.programs.language.syntax import (
     Tree,
 )
 from armdrive.programs.language.words import RESERVED
+from armdrive.programs.teaching.steps import finger_move
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.storage.points import Point, Step, StepList
@@ -33,15 +35,14 @@ from kinematics.spaces import Joints, Pose
 
 BLANK = Remark()
 MOVES = {"joint": "move", "line": "move_line"}
-FINGERS = {"open": "open_now", "close": "close_now", "grasp": "grasp"}
 LEAST_DECIMALS, MOST_DECIMALS = 4, 17
-"""An angle is written with as few decimals of a degree as give the very same angle."""
+"""An angle is written with the fewest decimals of a degree that give exactly the same angle."""
 
 
 def program_of(
     name: str, steps: StepList, points: Mapping[str, Point], fk: Callable[[Joints], Pose]
 ) -> Tree:
-    """Return the program that a sequence is. Raises `Refused` where it cannot be one."""
+    """Return a sequence as a program. Raises `Refused` if it cannot be one."""
     if not steps.steps:
         raise Refused(f"the sequence {name!r} has no steps: there is nothing to export")
     used = tuple(dict.fromkeys(steps.points))
@@ -54,7 +55,7 @@ def program_of(
 
 
 def program_names(points: Iterable[str]) -> dict[str, str]:
-    """Return what points are called in a program, whose names are words without a dash."""
+    """Return the names of points in a program, where names have no dash."""
     names: dict[str, str] = {}
     taken = set(RESERVED)
     for point in points:
@@ -69,7 +70,7 @@ def _place(old: str, name: str, point: Point, fk: Callable[[Joints], Pose]) -> I
     """Yield a point's notes, and the line that gives it its name."""
     wrong = next((joint for joint in point.joints.names if not NAME.fullmatch(joint)), None)
     if wrong is not None:
-        raise Refused(f"the joint {wrong!r} has a name that a program cannot say: rename it")
+        raise Refused(f"the joint {wrong!r} has a name that a program cannot use: rename it")
     yield from (Remark(line) for line in point.note.splitlines())
     pairs = zip(point.joints.names, point.joints, strict=True)
     angles = tuple((joint, Number(exact_deg(angle))) for joint, angle in pairs)
@@ -78,7 +79,7 @@ def _place(old: str, name: str, point: Point, fk: Callable[[Joints], Pose]) -> I
 
 
 def exact_deg(angle_rad: float) -> float:
-    """Return the shortest number of degrees that is this very angle."""
+    """Return the shortest number of degrees that is exactly this angle."""
     deg = math.degrees(angle_rad)
     rounds = (round(deg, places) + 0.0 for places in range(LEAST_DECIMALS, MOST_DECIMALS + 1))
     return next((each for each in rounds if math.radians(each) == angle_rad), deg)
@@ -87,7 +88,7 @@ def exact_deg(angle_rad: float) -> float:
 def _spoken(
     steps: tuple[Step, ...], points: Mapping[str, Point], names: Mapping[str, str]
 ) -> Iterator[tuple[Step, Do]]:
-    """Yield each step as a line, with one for the speed before it where that changes."""
+    """Yield each step as a line, after a line for the speed if that changes."""
     speed, last = 1.0, ""
     for step in steps:
         last = step.point or last
@@ -104,20 +105,20 @@ def _spoken(
 
 
 def _fingers(step: Step, at: Point | None) -> Do:
-    if isinstance(step.gripper, str) and step.gripper in FINGERS:
-        return Do(FINGERS[step.gripper])
-    width = step.gripper
-    if width == "point":
-        width = None if at is None else at.opening_mm
-        if width is None:
-            raise Refused("the point before a step of the fingers says no opening of them")
-    if not isinstance(width, int | float) or width < 0.0:
-        raise Refused(f"a program opens the fingers from 0 mm on, not to {width} mm")
-    return Do("open_now", (Number(float(width)),))
+    move = finger_move(step, at)
+    if isinstance(move, GraspMove):
+        return Do("grasp")
+    if move.opening_mm is None:
+        return Do("open_now")
+    if move.opening_mm < 0.0:
+        raise Refused(f"a program opens the fingers from 0 mm on, not to {move.opening_mm:g} mm")
+    if move.opening_mm == 0.0:
+        return Do("close_now")
+    return Do("open_now", (Number(move.opening_mm),))
 
 
 def _grouped(lines: Iterable[tuple[Step, Do]]) -> Iterator[Statement]:
-    """Set what is done at a place apart from the next way that leads away by a joint motion."""
+    """Put a blank line before each joint motion that leaves a place."""
     before: Step | None = None
     for step, line in lines:
         leads_away = bool(step.point) and step.how == "joint"
@@ -131,11 +132,10 @@ def _is_way(step: Step) -> bool:
     return bool(step.point) and step.how == "joint"
 
 
-# As rows for an arm's own memory, so that its pendant can run it alone.
+# As rows for an arm's own memory, so that its pendant can run them alone.
 #
-# Nobody audits what the pendant runs: each way between rows is looked at here, before there are
-# any.
-# What the arm's memory cannot say (lines, waits, grasping) is refused by the number of the step.
+# Rows are not audited when the pendant runs them, so every motion between rows is audited here.
+# Steps that the memory cannot hold (lines, delays, grasps) are refused with their number.
 
 
 def rows_of(
@@ -144,13 +144,13 @@ def rows_of(
     points: Mapping[str, Point],
     origin: tuple[int, ...] | None,
 ) -> PendantProgram:
-    """Return the rows that do what a sequence does; raises `Refused` and `OutOfBounds`.
+    """Return a sequence as rows. Raises `Refused` and `OutOfBounds`.
 
-    Rows are absolute in the registers of an arm with this `origin`. The fingers of the first row
-    are those of its point.
+    Rows are absolute in the registers of an arm with this `origin`. The opening of the first row is
+    that of its point.
     """
     if origin is None:
-        raise Refused("nobody knows what the arm's registers count from: home it first")
+        raise Refused("the origin of the arm's registers is unknown: home it first")
     maker = _Maker(config, points, origin)
     for number, step in enumerate(steps.steps, 1):
         try:
@@ -163,14 +163,14 @@ def rows_of(
                 bound=error.bound,
             ) from None
         except (Refused, BadField) as error:
-            raise Refused(f"step {number} ({step}) is no row of the arm's: {error}") from None
+            raise Refused(f"step {number} ({step}) cannot be a row: {error}") from None
     if not maker.rows:
         raise Refused("the sequence has no steps: there is nothing to make rows of")
     return PendantProgram(tuple(maker.rows), origin)
 
 
 class _Maker:
-    """Makes rows, one after another, each from where the one before has led."""
+    """Makes rows one after another, each from where the one before ends."""
 
     def __init__(
         self, config: ArmConfig, points: Mapping[str, Point], origin: tuple[int, ...]
@@ -186,9 +186,9 @@ class _Maker:
     def take(self, step: Step) -> None:
         """Make the row of a step."""
         if step.wait_s is not None:
-            raise Refused("how the arm's memory says a wait is not known")
+            raise Refused("a delay in the arm's memory is not known")
         if step.how != "joint":
-            raise Refused("it knows joint motions alone")
+            raise Refused("it has joint motions only")
         if step.point:
             self._go(self._points[step.point])
         else:
@@ -206,24 +206,20 @@ class _Maker:
         self._point = point
 
     def _opening(self, step: Step) -> float:
+        move = finger_move(step, self._point)
+        if isinstance(move, GraspMove):
+            raise Refused("its rows cannot grasp: give a width")
         closed_mm, open_mm = self._config.model.gripper_range_mm
-        if step.gripper == "point":
-            said = None if self._point is None else self._point.opening_mm
-        else:
-            said = {"open": open_mm, "close": closed_mm}.get(str(step.gripper))
-        width = step.gripper if isinstance(step.gripper, int | float) else said
-        if width is None:
-            why = "it closes blindly: say a width" if step.gripper == "grasp" else "no width known"
-            raise Refused(why)
-        if not closed_mm <= width <= open_mm:
+        width_mm = {None: open_mm, 0.0: closed_mm}.get(move.opening_mm, move.opening_mm)
+        if width_mm is None or not closed_mm <= width_mm <= open_mm:
             raise Refused(f"the fingers open from {closed_mm:g} to {open_mm:g} mm")
-        return float(width)
+        return width_mm
 
     def _add(self, speed: float) -> None:
         if self._point is None:
-            raise Refused("a row says where the whole arm is: begin with a way to a point")
+            raise Refused("a row is a posture of the whole arm: begin with a step to a point")
         if self._opening_mm is None:
-            raise Refused("nobody knows how far the fingers are open there: teach it again")
+            raise Refused("the opening of the fingers there is unknown: teach it again")
         positions = self._registers(self._point.joints, self._opening_mm)
         number = len(self.rows) + 1
         self.rows.append(self._pendant.row(self._config, number, speed, positions))

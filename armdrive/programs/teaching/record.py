@@ -1,7 +1,7 @@
-"""Recording what an arm does as a sequence: a step wherever it comes to rest, and for its fingers.
+"""Records the motions of an arm as a sequence: a step wherever the arm or its fingers come to rest.
 
-A recorder is told what is seen of the arm and when; it has no clock and no arm. A place where the
-arm stood only for a moment, between two jogs say, is none. Units: deg, mm, s.
+A recorder is given the arm's statuses and their times; it has no clock and no arm. Places where the
+arm rests only for a moment, such as between two jogs, do not count. Units: deg, mm, s.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from armdrive.storage.points import Point, Step, StepList
 from kinematics.spaces import Joints
 
 SAME_DEG = 0.05
-"""Joints that all stand so near are where they were: less than a step of any of these arms."""
+"""The largest difference between equal postures: less than a step of any of these arms."""
 
 SAME_MM = 1.0
-"""Fingers that differ by less were not moved."""
+"""The largest difference between equal openings."""
 
 RESTING = "standby"
 TRUSTED = ("referenced", "restored")
@@ -27,7 +27,7 @@ TRUSTED = ("referenced", "restored")
 
 @dataclass(frozen=True, slots=True)
 class SeenPosture:
-    """What a status says that matters here; `joints` is None where the arm does not rest."""
+    """The posture in a status; `joints` is None if the arm does not rest."""
 
     joints: Joints | None
     opening_mm: float | None = None
@@ -36,9 +36,9 @@ class SeenPosture:
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """What a person wants of a recording.
+    """The options of a recording.
 
-    `how` and `speed` are those of every way to a point; `waits` keeps how long the arm stood.
+    `how` and `speed` are those of every step to a point; with `waits` the rests become delays.
     """
 
     how: str = "joint"
@@ -53,7 +53,7 @@ def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> SeenPosture:
     trust = str(view.get("trust"))
     if trust not in TRUSTED or joints is None:
         raise NotReferenced(
-            f"nobody knows where the arm stands: its position is {trust} "
+            f"the arm has no trusted position: it is {trust} "
             f"({view.get('trust_reason', '')}). Home it, then record"
         )
     if view.get("state") != RESTING or view.get("paused"):
@@ -68,7 +68,7 @@ def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> SeenPosture:
 
 
 class StepRecorder:
-    """Makes a sequence of what is seen; `points` are named after it, `NAME-1` and so on."""
+    """Makes a sequence of statuses; its points are named `NAME-1` and so on."""
 
     def __init__(self, name: str, choices: Choices) -> None:
         self.name = name
@@ -80,7 +80,7 @@ class StepRecorder:
         self._kept: SeenPosture | None = None
 
     def see(self, seen: SeenPosture, now_s: float) -> tuple[Step, ...]:
-        """Take what is seen now; return the steps that are certain by that."""
+        """Take the present status; return the steps that it completes."""
         before = self._standing
         if before is not None and seen.joints is not None and _same(before, seen):
             return ()
@@ -90,7 +90,7 @@ class StepRecorder:
         return made
 
     def end(self, now_s: float) -> tuple[Step, ...]:
-        """Keep the place where the arm stands at the end, however short it has stood there."""
+        """End with the place where the arm stands, however briefly it has rested there."""
         before, self._standing = self._standing, None
         return () if before is None else self._rested(before, now_s, enough=True)
 
@@ -112,7 +112,7 @@ class StepRecorder:
         return tuple(made)
 
     def _way(self, at: SeenPosture) -> tuple[Step, ...]:
-        """Return the step to a place: none to the one before, by its old name to an earlier one."""
+        """Return the step to a place, if the arm has moved; a known place keeps its name."""
         if at.joints is None or (self._kept is not None and _there(self._kept, at)):
             return ()
         name = next((n for n, each in self.points.items() if _near(each.joints, at.joints)), "")
@@ -144,7 +144,7 @@ def _near(a: Joints, b: Joints) -> bool:
 
 
 def _held_alike(a: SeenPosture, b: SeenPosture) -> bool:
-    if a.gripping and b.gripping:  # what is gripped does not let go, however the fingers press
+    if a.gripping and b.gripping:  # the object stays gripped while the fingers press
         return True
     if a.opening_mm is None or b.opening_mm is None:
         return a.opening_mm is b.opening_mm

@@ -1,8 +1,7 @@
-"""Stepping through a taught sequence, forwards and backwards, on the calls of an arm.
+"""Steps through a taught sequence, forwards and backwards, using the calls of an arm.
 
-Each call carries out one step and waits for its end; `run` carries out the rest. Nothing of it
-moves by itself: a step that was stopped is the next one again, and stays so until it is asked for.
-Holding it up between bursts is the arm's own `pause`.
+Each call carries out one step and waits for its end; `run` carries out the rest. A step that was
+stopped stays the next one until it is asked for. The arm's own `pause` pauses a sequence too.
 """
 
 from __future__ import annotations
@@ -13,11 +12,12 @@ from typing import Protocol
 from armdrive.arm.connected import Handle
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.motion.execute import Moved
-from armdrive.moves import JointMove, LineMove, Motion
+from armdrive.moves import GraspMove, JointMove, LineMove, Motion
+from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
 
 SLICE_S = 0.05
-"""A wait is cut into slices of this length, so that a stop ends it."""
+"""The longest sleep of a delay: between two sleeps a stop ends it."""
 
 
 class FingerStep(Protocol):
@@ -33,7 +33,7 @@ class FingerStep(Protocol):
         """Bring them to a width."""
 
     def grasp(self) -> float:
-        """Close them on whatever is between them."""
+        """Close them on an object."""
         ...
 
 
@@ -42,7 +42,7 @@ class SequenceArm(Protocol):
 
     @property
     def stops(self) -> int:
-        """How often a stop was asked for."""
+        """The number of stops asked for."""
         ...
 
     @property
@@ -60,10 +60,10 @@ class SequenceArm(Protocol):
 
 
 class Stepper:
-    """One sequence under way: `at` counts the steps done, so that `steps[at]` is the next one."""
+    """A running sequence: `at` counts the steps done, so `steps[at]` is the next one."""
 
     def __init__(self, arm: SequenceArm, steps: StepList, points: Mapping[str, Point]) -> None:
-        """Begin before the first step. Raises `BadRequest` for an empty sequence."""
+        """Stand before the first step. Raises `BadRequest` for an empty sequence."""
         if not steps.steps:
             raise BadRequest("the sequence has no steps")
         self._arm = arm
@@ -82,15 +82,15 @@ class Stepper:
 
     @property
     def before(self) -> tuple[Step, str] | None:
-        """What `backward` would do: the step it takes back, and the point it goes to.
+        """What `backward` would do: the step that it undoes, and the point that it goes to.
 
-        Of an arm that was stopped on its way to a point, that is the one it came from.
+        An arm that was stopped on its way to a point goes back to where it came from.
         """
         found = self._back()
         return None if found is None else (found[0], self.steps[found[1]].point)
 
     def _back(self) -> tuple[Step, int] | None:
-        """Return the step to be taken back, and the number of the one whose point is before."""
+        """Return the step to be undone, and the index of the step to the point before it."""
         moves, under_way = self._moves_done(), self._under_way
         ago = 2 if under_way is None else 1
         return (under_way or self.steps[moves[-1]], moves[-ago]) if len(moves) >= ago else None
@@ -98,7 +98,8 @@ class Stepper:
     def forward(self, since: int | None = None) -> Step:
         """Carry out the next step. Raises `Refused` at the end, and what the motion raises.
 
-        `since` is the arm's `stops` when that was decided on: a later one lets it not begin.
+        `since` is the arm's count of `stops` when this was decided on: after a later stop the step
+        does not begin.
         """
         step = self.next
         if step is None:
@@ -107,9 +108,9 @@ class Stepper:
         return step
 
     def backward(self, since: int | None = None) -> str:
-        """Go back to the point before, in the way that led from it; return its name.
+        """Go back to the point before, by the same kind of motion; return its name.
 
-        What the fingers did and waits on that way are not taken back: a block stays gripped.
+        The fingers stay as they are: a block stays gripped.
         """
         found = self._back()
         if found is None:
@@ -123,10 +124,10 @@ class Stepper:
         return point
 
     def run(self, shown: Callable[[Step], object] | None = None, since: int | None = None) -> int:
-        """Carry out all that is left, or until `halt`; return how many steps that was.
+        """Carry out the remaining steps, or until `halt`; return the number of steps.
 
-        `shown` hears of each step before it begins. A stop that is asked for at any time, also
-        between two steps, ends it with `Stopped`.
+        `shown` is called with each step before it begins. A stop at any time, also between two
+        steps, ends the sequence with `Stopped`.
         """
         stops, began = self._arm.stops if since is None else since, self.at
         self._halted, self.running = False, True
@@ -140,11 +141,11 @@ class Stepper:
         return self.at - began
 
     def halt(self) -> None:
-        """Have `run` end behind the step under way; from any thread."""
+        """End `run` after the present step. May be called from any thread."""
         self._halted = True
 
     def rewind(self) -> None:
-        """Begin anew with the first step. Moves nothing."""
+        """Go back to before the first step. Moves nothing."""
         self.at, self._under_way = 0, None
 
     # -- one step -----------------------------------------------------------------------------
@@ -169,24 +170,13 @@ class Stepper:
 
     def _grip(self, step: Step) -> None:
         gripper = self._arm.gripper
-        if step.gripper == "grasp":
+        move = finger_move(step, self.points.get(last_point(self.steps[: self.at])))
+        if isinstance(move, GraspMove):
             gripper.grasp()
-        elif step.gripper == "open":
-            gripper.open(speed=step.speed)
-        elif step.gripper == "close":
-            gripper.close(speed=step.speed)
+        elif move.opening_mm is None:
+            gripper.open(speed=move.speed)
         else:
-            gripper.move(self._opening_mm(step), speed=step.speed)
-
-    def _opening_mm(self, step: Step) -> float:
-        """Return the opening in mm, or that of the point which the sequence was at last."""
-        if isinstance(step.gripper, float):
-            return step.gripper
-        moves = self._moves_done()
-        point = self.points[self.steps[moves[-1]].point] if moves else None
-        if point is None or point.opening_mm is None:
-            raise Refused("the point before this step says no opening of the fingers")
-        return point.opening_mm
+            gripper.move(move.opening_mm, speed=move.speed)
 
     def _wait(self, time_s: float, stops: int) -> None:
         left_s = time_s

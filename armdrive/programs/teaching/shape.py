@@ -1,4 +1,4 @@
-"""Points mirrored, offset and turned: new points from old, each looked at before it is one.
+"""Mirrors, shifts and turns points; every new point is checked.
 
 Units: mm and rad. The frame is the arm's base: x forwards, y to the left, z up. A point beyond a
 joint's limit or within a guard, or that cannot be reached, is refused by its name.
@@ -20,12 +20,12 @@ from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints, Pose
 
 SAME_MM = 1e-6
-"""Postures whose points all lie so near each other are the same."""
+"""The largest distance between the points of equal postures."""
 
 Spot = tuple[float, float, float]
 
 Shape = Callable[[Joints], Joints]
-"""What makes one posture of another; may raise `KinematicsError` or `Refused`."""
+"""Makes one posture of another; may raise `KinematicsError` or `Refused`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +48,8 @@ class Offset:
 def mirrored(config: ArmConfig, joints: Joints) -> Joints:
     """Return the posture on the other side of the arm's x-z plane, left for right.
 
-    Of an arm that is the same on both sides, some joints turn the other way; which, is found by
-    trying. Of any other, the hand is brought to the mirrored pose. Raises `Unreachable`.
+    On a symmetric arm some joints turn the other way; trying all combinations finds which. On any
+    other arm the hand is brought to the mirrored pose. Raises `Unreachable`.
     """
     arm = config.model.arm
     wanted = [(x, -y, z) for x, y, z in arm.points(joints)]
@@ -83,7 +83,7 @@ def offset(config: ArmConfig, joints: Joints, by: Offset) -> Joints:
 
 
 def shaped_point(config: ArmConfig, name: str, point: Point, shape: Shape, note: str) -> Point:
-    """Return a new point from an old one. Raises `OutOfBounds` or `Refused` that names the old."""
+    """Return a new point from an old one. Raises `OutOfBounds` or `Refused` with the old name."""
     try:
         joints = shape(point.joints)
     except (KinematicsError, Refused) as error:
@@ -120,10 +120,10 @@ def shaped(
     known: tuple[Mapping[str, Point], Mapping[str, StepList]],
     change: tuple[Shape, str],
 ) -> tuple[dict[str, Point], dict[str, StepList]]:
-    """Return what a point or a sequence of that name becomes under a new one.
+    """Return the new points and sequences made from the point or sequence `name`.
 
-    `known` are the points and the sequences there are; `change` is how a posture changes, and the
-    words for the note. Raises `UnknownPoint` for a name there is not.
+    `known` are the present points and sequences; `change` is the change of a posture, and the text
+    of the note. Raises `UnknownPoint` for an unknown name.
     """
     points, sequences = known
     shape, note = change
@@ -160,9 +160,9 @@ def _mirrored_pose(pose: Pose) -> Pose:
 
 
 def _rolled(arm: ArmGeometry, joints: Joints, pose: Pose) -> Joints:
-    """Turn the last joint the other way where that is what the mirrored hand wants.
+    """Turn the last joint the other way if the mirrored hand needs it.
 
-    The points of an arm do not show how its last joint, which turns the hand, stands.
+    The last joint turns the hand, which the points of an arm do not show.
     """
     other = Joints((*tuple(joints)[:-1], -joints[-1]), joints.names)
     return min((joints, other), key=lambda each: _turned(arm.fk(each), pose))

@@ -19,12 +19,13 @@ from kinematics.chains.spherical_wrist import REACH_MM, broken_bound
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import Branch, FiveAxisArm
-from kinematics.five_axis.closed_form import NEAR_AXIS_MM, UPRIGHT
+from kinematics.five_axis.closed_form import UPRIGHT
 from kinematics.five_axis.nearest import nearest
 from kinematics.five_axis.rates import five_axis_singularities, task_jacobian
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform
-from kinematics.limits import turn_into
+from kinematics.geometry import AXIS_MM
+from kinematics.limits import wrap
 from kinematics.presets import preset
 from kinematics.spaces import JOINT_NAMES, Jacobian, Joints, Pose, RollFrame
 from kinematics.textbook.systems.named import (
@@ -180,7 +181,7 @@ def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBran
     """
     pose = arm_of(one).solve_transform(frame, Joints(relative_angles(one, near))).pose
     ahead, aside = frame[0][2], frame[1][2]
-    on_axis = math.hypot(pose.x_mm, pose.y_mm) <= NEAR_AXIS_MM
+    on_axis = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
     if on_axis:  # the direction of so short a distance means nothing
         pose = replace(pose, x_mm=0.0, y_mm=0.0)
     if not on_axis or math.hypot(ahead, aside) <= UPRIGHT:
@@ -202,7 +203,7 @@ def _with_base(one: System, base: float, pose: Pose, near: Values) -> list[Named
     None where the base cannot take it.
     """
     limits, (seed, *others) = arm_of(one).limits[0], relative_angles(one, near)
-    turned = turn_into(base, limits.low_rad, limits.high_rad, seed)
+    turned = limits.turned(base, seed)
     if limits.clamp(turned) != turned:
         return []
     name = one.joint_names[0]
@@ -223,7 +224,11 @@ def _numbers(pose: Pose) -> Values:
 def _seen_from_behind(pose: Pose) -> Pose:
     """Return the pose with pitch and roll counted from the other side of the arm's plane."""
     return Pose(
-        pose.x_mm, pose.y_mm, pose.z_mm, HALF_TURN - pose.pitch_rad, pose.roll_rad + HALF_TURN
+        pose.x_mm,
+        pose.y_mm,
+        pose.z_mm,
+        wrap(HALF_TURN - pose.pitch_rad),
+        wrap(pose.roll_rad + HALF_TURN),
     )
 
 

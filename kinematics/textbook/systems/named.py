@@ -16,10 +16,11 @@ from functools import lru_cache
 
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.links import JointKind
-from kinematics.errors import KinematicsError, OutOfReach, finite
+from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.frames.numbers import numbers
 from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
-from kinematics.frames.transforms import Transform, position_of, rotation_of
+from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
 from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
 from kinematics.limits import turn_into
 
@@ -269,7 +270,7 @@ class System:
 
     def goal_of(self, frame: Transform) -> Values:
         """Return the system's own coordinates of a hand's frame. Raises `NotARotation`."""
-        return self.coordinates_of(self, frame)
+        return self.coordinates_of(self, check_transform(frame))
 
     def solution(self, goal: Sequence[float], branch: str) -> NamedBranch:
         """Return the branch of this name by the formulas alone, on numbers of any kind.
@@ -302,14 +303,15 @@ class System:
         """Return every branch for a whole frame, each with what it leaves of the frame unmet.
 
         A system of fewer than six joints holds only its own coordinates of a frame. Raises
-        `OutOfReach` and `NotARotation`.
+        `OutOfReach`, and as `check_transform` does.
         """
+        checked = check_transform(frame)
         found = (
-            self.ik(self.goal_of(frame), seed)
+            self.ik(self.goal_of(checked), seed)
             if self.of_frame is None
-            else self.of_frame(self, frame, self._near(seed))
+            else self.of_frame(self, checked, self._near(seed))
         )
-        return tuple((branch, self.miss(branch.joints, frame)) for branch in found)
+        return tuple((branch, self.miss(branch.joints, checked)) for branch in found)
 
     def miss(self, joints: Sequence[float], frame: Transform) -> Miss:
         """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis."""
@@ -350,13 +352,7 @@ class System:
         return chain.clamp(chain.zero if seed is None else seed)
 
     def _checked(self, goal: Sequence[float]) -> Values:
-        if len(goal) != len(self.coordinates):
-            raise KinematicsError(
-                f"a goal of {self.name} is {', '.join(self.coordinates)}, not {len(goal)} numbers"
-            )
-        return tuple(
-            finite(name, value) for name, value in zip(self.coordinates, goal, strict=True)
-        )
+        return numbers(f"a goal of {self.name}", goal, self.coordinates)
 
 
 @lru_cache(maxsize=64)
@@ -367,15 +363,9 @@ def _chain(one: System) -> Chain:
 def _held(branch: NamedBranch, chain: Chain, near: Sequence[float]) -> NamedBranch:
     """Return the branch with each angle on the turn to take, and the limits it breaks."""
     joints = tuple(
-        _turned(value, low, high, seed) if kind is JointKind.REVOLUTE else value
+        turn_into(value, low, high, seed) if kind is JointKind.REVOLUTE else value
         for value, (low, high), seed, kind in zip(
             branch.joints, chain.limits, near, chain.kinds, strict=True
         )
     )
     return replace(branch, joints=joints, violations=chain.violations(joints))
-
-
-def _turned(angle: float, low: float, high: float, near: float) -> float:
-    if low == -math.inf or high == math.inf:
-        return near + math.remainder(angle - near, math.tau)
-    return turn_into(angle, low, high, near)

@@ -29,11 +29,10 @@ from kinematics.frames.orientations import RPY, solve_rpy
 from kinematics.frames.transforms import (
     LAST_ROW,
     Transform,
-    check_transform,
     compose,
+    homogeneous,
     position_of,
     rotation_of,
-    transform,
     translation,
 )
 from kinematics.textbook.systems.named import (
@@ -104,7 +103,7 @@ def _forward(one: System, joints: Values) -> Transform:
 def _frame_of(goal: Sequence[float]) -> Transform:
     """Return the hand's frame of a goal x, y, z, phi, theta, psi (sections 8 and 10)."""
     x, y, z, phi, theta, psi = goal
-    return transform(RPY(phi, theta, psi).rotation(), (x, y, z))
+    return homogeneous(RPY(phi, theta, psi).rotation(), (x, y, z))
 
 
 def _coordinates_of(_one: System, frame: Transform) -> Values:
@@ -152,7 +151,7 @@ def _postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
 
 def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBranch]:
     """Return every branch for a whole frame; six joints miss nothing but rounding."""
-    return one.finished(_postures_of_frame(one, check_transform(frame), near), near)
+    return one.finished(_postures_of_frame(one, frame, near), near)
 
 
 def _postures_of_frame(one: System, frame: Transform, seed: Values) -> list[NamedBranch]:

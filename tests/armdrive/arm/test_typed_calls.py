@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from pages import page_path
 
 from armdrive import arm as arm_module
 
@@ -73,7 +74,7 @@ def test_a_type_checker_finds_what_is_wrong_and_nothing_else(tmp_path):
     file = tmp_path / "program.py"
     file.write_text(PROGRAM, encoding="utf-8")
     shown = tmp_path / "shown.py"
-    page = (Path(__file__).parents[3] / "docs" / "python.md").read_text(encoding="utf-8")
+    page = page_path("python").read_text(encoding="utf-8")
     _, _, script = page.partition("## A whole script")
     shown.write_text(re.findall(r"```python\n(.*?)```", script, re.DOTALL)[0], encoding="utf-8")
     settings = tmp_path / "mypy.ini"

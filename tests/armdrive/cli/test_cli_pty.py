@@ -26,22 +26,16 @@ def sim(tmp_path):
         yield sim
 
 
+def arm_on(sim) -> tuple[str, ...]:
+    """Return the options that name the simulated arm on its port."""
+    return ("--port", sim.port, "--dialect", "teachmover")
+
+
 class Moving:
     """`armdrive move` in a process of its own, on a way of many seconds, seen to move."""
 
     def __init__(self, sim: WatchedSim) -> None:
-        words = [
-            "move",
-            "--base",
-            "80",
-            "--speed",
-            "0.2",
-            "--port",
-            sim.port,
-            "--dialect",
-            "teachmover",
-            "--allow-restored",
-        ]
+        words = ["move", "--base", "80", "--speed", "20%", "--allow-restored", *arm_on(sim)]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "armdrive", *words],
             stdin=subprocess.DEVNULL,
@@ -60,7 +54,7 @@ class Moving:
 
 @pytest.fixture
 def moving(call, sim):
-    call("home", "--yes", "--port", sim.port, "--dialect", "teachmover", code=0)
+    call("home", "--yes", *arm_on(sim), code=0)
     moving = Moving(sim)
     yield moving
     moving.process.kill()
@@ -69,47 +63,42 @@ def moving(call, sim):
 
 def stop_time_s(call, sim) -> float:
     """Ask the program that holds the arm what a stop may take now."""
-    return float(
-        call("status", "--port", sim.port, "--dialect", "teachmover", "--json", code=0).json[
-            "stop_time_s"
-        ]
-    )
+    return float(status_of(call, sim)["stop_time_s"])
+
+
+def status_of(call, sim):
+    """Return the status of the arm on its port."""
+    return call("status", *arm_on(sim), "--json", code=0).json
 
 
 def test_a_move_on_the_wire_turns_the_physical_motors_by_as_much(call, sim):
-    port = ("--port", sim.port, "--dialect", "teachmover")
-    homed = call("home", "--yes", *port, "--json", code=0).json
+    homed = call("home", "--yes", *arm_on(sim), "--json", code=0).json
     assert homed["simulated"] is False
     before = sim.state()["motors"]
-    moved = call("move", "--z", "10", *port, "--allow-restored", "--json", code=0).json
+    moved = call("move", "--z", "10", *arm_on(sim), "--allow-restored", "--json", code=0).json
     told = Motors(moved["acknowledged_steps"]) - Motors(homed["acknowledged_steps"])
     made = Motors(sim.state()["motors"]) - Motors(before)
     assert told.largest > 0
     assert made == told
-    assert call("status", *port, "--json", code=0).json["trust"] == "restored"
+    assert status_of(call, sim)["trust"] == "restored"
 
 
 def test_a_restored_position_of_a_real_arm_wants_to_be_confirmed(call, sim):
-    call("home", "--yes", "--port", sim.port, "--dialect", "teachmover", code=0)
-    called = call("move", "--z", "10", "--port", sim.port, "--dialect", "teachmover", code=3)
+    call("home", "--yes", *arm_on(sim), code=0)
+    called = call("move", "--z", "10", *arm_on(sim), code=3)
     assert "--allow-restored" in called.err
     assert not sim.state()["moving"]
 
 
 def test_a_stop_from_another_terminal_ends_a_move(call, sim, moving):
     bound_s = stop_time_s(call, sim)
-    call("stop", "--port", sim.port, "--dialect", "teachmover", code=0)
+    call("stop", *arm_on(sim), code=0)
     code, err = moving.end()
     sim.watch.stands_within(bound_s)
     assert code == 5
     assert err.startswith("armdrive: ")
     assert err.count("\n") == 1
-    assert (
-        call("status", "--port", sim.port, "--dialect", "teachmover", "--json", code=0).json[
-            "trust"
-        ]
-        == "restored"
-    )
+    assert status_of(call, sim)["trust"] == "restored"
 
 
 @pytest.mark.parametrize(
@@ -122,10 +111,7 @@ def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, 
     sim.watch.stands_within(bound_s)
     assert ended == code
     assert ("that moved was stopped" in err) == (number is not signal.SIGKILL)
-    trust = call("status", "--port", sim.port, "--dialect", "teachmover", "--json", code=0).json[
-        "trust"
-    ]
-    assert trust == ("suspect" if number is signal.SIGKILL else "restored")
+    assert status_of(call, sim)["trust"] == ("suspect" if number is signal.SIGKILL else "restored")
 
 
 def test_an_arm_that_vanishes_in_mid_move_is_reported(call, sim, moving):

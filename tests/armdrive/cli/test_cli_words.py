@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import subprocess
 import sys
 
 import pytest
 
-from armdrive import cli
-from armdrive.cli import COMMANDS, EXIT_CODES
+from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
 from armdrive.cli.drive import arguments as drive_arguments
 from armdrive.cli.loading import load
 from armdrive.cli.program import arguments as program_arguments
@@ -36,11 +37,30 @@ def error_classes(kind=ArmError):
         yield from error_classes(each)
 
 
-def test_help_names_every_command_and_every_exit_code(call):
-    for words in ([], ["--help"], ["-h"]):
-        text = call(*words, code=0).out
-        assert all(f"  {name} " in text for name in COMMANDS)
-        assert all(f"  {code} " in text for code in EXIT_CODES)
+@pytest.mark.parametrize("words", [(), ("--help",), ("-h",), ("help",)])
+def test_the_help_shows_every_command_in_its_group_on_one_screen(call, words):
+    lines = call(*words, code=0).out.splitlines()
+    assert len(lines) <= 24
+    assert max(map(len, lines)) < 80
+    table = lines[2 : lines.index("", 2)]
+    rows, group = {name: [] for name in GROUPS}, ""
+    for line in table:
+        group = line[:8].strip() or group
+        rows[group] += [line[8:], *([line[8 + 36 :]] if line[8 + 36 :].strip() else [])]
+    assert all(line[42:44] == "  " for line in table if len(line) > 44)  # columns stay apart
+    for group, commands in GROUPS.items():
+        assert [cell.split()[0] for cell in rows[group]] == list(commands)
+
+
+def test_the_exit_codes_have_a_page_of_help(call):
+    text = call("help", "exit-codes", code=0).out
+    assert all(f"  {code} " in text for code in EXIT_CODES)
+
+
+@pytest.mark.parametrize("words", [("move",), ("points", "go"), ("can", "monitor")])
+def test_help_before_a_command_is_its_own_help(call, words):
+    assert call("help", *words, code=0).out == call(*words, "--help", code=0).out
+    assert call("help", *words).out.startswith(f"usage: armdrive {' '.join(words)} [OPTIONS]")
 
 
 def test_every_error_ends_with_an_exit_code_that_the_help_explains():
@@ -67,7 +87,7 @@ def test_the_help_ends_with_examples_as_they_are_written(call, words, example):
     assert example in call(*words.split(), "--help", code=0).out
 
 
-@pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"demo", "jog", "sim"}))
+@pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"completion", "demo", "jog", "sim"}))
 def test_every_command_that_prints_can_print_json(call, name):
     assert "--json" in call(name, "--help", code=0).out
 
@@ -88,14 +108,29 @@ def test_a_word_like_no_command_is_sent_to_the_help(call):
     assert "`armdrive --help`" in call.refused("qqqqq", code=2)
 
 
+@pytest.mark.parametrize("word", INSTEAD)
+def test_another_word_for_a_command_is_met_with_the_one_to_type(call, word):
+    assert f"type `{INSTEAD[word]}`" in call.refused(*word.split(), code=2)
+    assert INSTEAD[word].split()[1] in COMMANDS
+
+
+@pytest.mark.parametrize("words", [("mvoe",), ("move", "--x", "abc"), ("points", "gow"), ("park",)])
+def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
+    told = json.loads(call(*words, "--json", code=2).err)
+    assert (told["code"], "armdrive" in told["message"]) == ("E101", True)
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [
         (["move", "--x", "abc"], "'abc' is not a number"),
         (["move", "--x", "nan"], "'nan' is not a finite number"),
         (["move", "--z", "inf"], "'inf' is not a finite number"),
-        (["move", "--speed", "0", "--park"], "'0' is not above 0"),
-        (["move", "--speed", "1.5", "--park"], "'1.5' is not above 0"),
+        (["move", "--speed", "0", "--park"], "a speed is above 0, not 0: write 0.5 or 50%"),
+        (
+            ["move", "--speed", "1.5", "--park"],
+            "a fraction of the limits, not 1.5: write 0.015 or 1.5%",
+        ),
         (["fk", "0", "0", "0", "0", "x"], "'x' is not a number"),
         (["fk", "0", "0"], "required"),
         (["ik", "--x", "1"], "required"),
@@ -105,12 +140,22 @@ def test_a_word_like_no_command_is_sent_to_the_help(call):
         (["sim", "teachmover"], "required"),
         (["sim", "teachmover", "--pty", "x", "--baud", "0"], "'0' is not a whole number above 0"),
         (["demo", "--nonsense"], "--nonsense"),
+        (["move", "--sped=2"], "there is no option --sped (did you mean --speed?)"),
+        (["replay", "x.jsonl", "--speed=2"], "there is no option --speed, type --pace instead"),
+        (["move", "now"], "'now' is one too many"),
+        (["move", "--via", "1,2"], "--via X,Y,Z: write it like"),
+        (["points", "gow"], "'gow' is none of list, "),
+        (["points"], "required: ACTION, one of list, show, "),
+        (["points", "go"], "required: NAME; see `armdrive points go --help`"),
+        (["points", "gow"], "(did you mean go?)"),
     ],
 )
-def test_a_wrong_option_is_named(call, words, named):
-    called = call(*words, code=2)
-    assert named in called.err
-    assert called.out == ""
+def test_a_wrong_option_is_named_with_where_to_find_help(call, words, named):
+    sentence = call.refused(*words, code=2)
+    assert named in sentence
+    if words[0] not in ("fk", "sim") or "required" not in named:  # those two count for themselves
+        assert re.search(f"; see `armdrive {words[0]}( go)? --help`$", sentence)
+    assert call(*words).out == ""
 
 
 @pytest.mark.parametrize(
@@ -147,7 +192,7 @@ def test_the_help_imports_nothing_heavy():
 def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
     program = (
         "import contextlib, sys\n"
-        "from armdrive.cli import COMMANDS, main\n"
+        "from armdrive.cli import main\nfrom armdrive.cli.commands import COMMANDS\n"
         "for name in COMMANDS:\n"
         "    with contextlib.suppress(SystemExit):\n"
         "        main([name, '--help'])\n"
@@ -216,7 +261,7 @@ def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_what_is_declared_of_a_command_is_carried_out(name):
-    function, _ = cli._COMMANDS[name]
+    function, _, _ = ROWS[name]
     assert name in load(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
     assert callable(load(function)) if name not in WITH_ACTIONS else ":" not in function
 

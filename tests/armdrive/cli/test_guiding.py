@@ -177,7 +177,7 @@ def test_the_park_posture_is_declared_by_its_name(call):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("base=1",), "are missing"),
+        (("base=1",), "every joint needs an angle: shoulder"),
         (("parked",), "NAME=DEGREES"),
         (("tail=3",), "NAME=DEGREES"),
         (("base=x",), "x"),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import io
+import sys
 
 import pytest
 
-from armdrive.cli.presenter import Result, present, tell
+from armdrive.cli.presenter import Ink, Inked, Result, complain, has_colour, present, say, tell
 
 STATE, NAME = Result({"state": "standby"}, "it stands"), Result({"name": "a"}, ("its name:", "a"))
 
@@ -47,3 +49,58 @@ def test_progress_is_told_to_people_alone(capsys):
     assert capsys.readouterr().out == ""
     tell(argparse.Namespace(json=False), "moving")
     assert capsys.readouterr().out == "moving\n"
+
+
+class Terminal(io.StringIO):
+    """A stream that says that it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """Return what puts a terminal with colours in the place of both outputs."""
+
+    def put_in_place() -> Terminal:  # in the test itself, since pytest sets its own before that
+        stream = Terminal()
+        for name in ("stdout", "stderr"):
+            monkeypatch.setattr(sys, name, stream)
+        return stream
+
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("WT_SESSION", "on Windows, the terminal that knows colours")
+    return put_in_place
+
+
+def test_a_terminal_shows_words_and_errors_in_colour(terminal):
+    stream = terminal()
+    say(("state ", Inked("moving", Ink.GOOD)))
+    complain("armdrive: [E404] in use")
+    assert stream.getvalue() == (
+        "state \x1b[32mmoving\x1b[0m\n\x1b[1;31marmdrive:\x1b[0m [E404] in use\n"
+    )
+
+
+def test_text_of_a_device_is_no_colour(terminal):
+    stream = terminal()
+    say((Inked("\x1b[31mred", Ink.GOOD), "\x1b[2J"))
+    assert stream.getvalue() == "\x1b[32m\\x1b[31mred\x1b[0m\\x1b[2J\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("NO_COLOR", "1"), ("TERM", "dumb"), ("TERM", "Unknown")]
+)
+def test_colours_are_left_out_where_they_are_not_wanted(terminal, monkeypatch, name, value):
+    stream = terminal()
+    assert has_colour(sys.stdout)
+    monkeypatch.setenv(name, value)
+    say((Inked("moving", Ink.GOOD), "!"))
+    assert stream.getvalue() == "moving!\n"
+
+
+def test_a_pipe_gets_no_colours(capsys):
+    say((Inked("moving", Ink.GOOD), "!"))
+    complain("armdrive: [E404] in use")
+    assert capsys.readouterr() == ("moving!\n", "armdrive: [E404] in use\n")

@@ -266,7 +266,7 @@ EDITS = [
     ("teach", "here", "s"),
     ("teach", "add", "s", "gripper", "open"),
     ("teach", "add", "new", "gripper", "open"),
-    ("teach", "insert", "s", "1", "wait", "1"),
+    ("teach", "insert", "s", "1", "delay", "1"),
     ("teach", "remove", "s", "1"),
     ("teach", "move", "s", "1", "2"),
     ("teach", "retime", "s", "--factor", "0.5"),

@@ -3,10 +3,10 @@
 import math
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 from chain_files import six_joints
+from pages import page_path
 
 from armdrive.config.guards import guard_table, guards_of
 from armdrive.errors import ArmFileError
@@ -141,7 +141,7 @@ class _Joints:
 
 
 def test_the_page_about_guards_shows_a_file_that_is_read():
-    page = Path(__file__).parents[3] / "docs" / "guards.md"
+    page = page_path("guards-and-backlash")
     shown = re.search(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[1]
     found = guards(shown)
     assert found.boxes[0].name == "vice"

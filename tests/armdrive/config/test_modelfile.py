@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
+from chain_files import shown_links
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,11 +18,9 @@ from kinematics.chains.tables import rows_of
 from kinematics.frames.transforms import position_of, translation
 from kinematics.textbook.systems import system
 
-PAGE = Path(__file__).parents[3] / "docs" / "model-file.md"
-
 
 def shown_text():
-    return re.search(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[1]
+    return shown_links()
 
 
 def test_the_shown_file_is_the_alpha_ii_on_a_plinth_with_a_pen():

@@ -1,10 +1,9 @@
-"""How soon an arm that falls silent is given up, by the times of docs/reconnecting.md."""
+"""How soon an arm that falls silent is given up, by the times of the page on reconnecting."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from pages import page
 
 from armdrive import Arm
 from armdrive.registry import DIALECTS
@@ -33,6 +32,5 @@ def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(d
 
 
 def test_the_page_tells_those_times():
-    page = (Path(__file__).parents[3] / "docs" / "reconnecting.md").read_text(encoding="utf-8")
     times = " | ".join(f"{time_s} s" for time_s in GIVEN_UP_AFTER_S.values())
-    assert f"| standing | {times} |" in page
+    assert f"| standing | {times} |" in page("sharing")

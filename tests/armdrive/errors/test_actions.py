@@ -10,7 +10,7 @@ import pytest
 
 import armdrive
 import tui
-from armdrive.cli import COMMANDS
+from armdrive.cli.commands import COMMANDS
 from armdrive.cli.program.shell_words import OWN_WORDS
 from armdrive.errors import ArmError, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
@@ -99,7 +99,7 @@ def test_every_action_is_offered_by_every_interface():
     for action in ACTIONS:
         assert action.command_line.split()[1] in COMMANDS
         assert action.shell in {*OWN_WORDS, *WORDS}
-        assert DEFAULT_KEYS.label(action.key)
+        assert DEFAULT_KEYS.label(action.desk.strip("{}"))
     typed = " ".join(f"{each.command_line} {each.shell} {each.desk}" for each in PHRASES)
     assert set(re.findall(r"`armdrive ([a-z]+)", typed)) <= set(COMMANDS)
 

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import armdrive
-from armdrive.cli import COMMANDS, chosen_arm
+from armdrive.cli import chosen_arm
+from armdrive.cli.commands import COMMANDS
 from armdrive.cli.set_up import ports as ports_command
 from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
 from armdrive.errors.printable import (
@@ -93,12 +94,14 @@ def test_the_command_line_prints_through_one_module():
     assert printing == OWN_WORDS
 
 
-PRINTING = {"print", "sys.stdout.write", "sys.stderr.write", "output.write"}
+PRINTING = {"print", "sys.stdout.write", "sys.stderr.write", "output.write", "_send"}
 OWN_WORDS = {
-    "__init__.py": {"_help()", "f\"armdrive {version('armdrive')}\\n\""},
+    "__init__.py": {"_exit_codes()", "_help()", "f\"armdrive {version('armdrive')}\\n\""},
     "presenter.py": {
+        "text",
+        "''.join((_shown(part, coloured=coloured) for part in parts)) + '\\n'",
+        "control + _printable(text, stream)",
         "control + ''.join((f'{line}{line_end}' for line in shown))",
-        "f'{control}{shown}'",
     },
     "program/run_common.py": {"words"},  # in a signal handler; constants
 }
@@ -299,6 +302,7 @@ ARGUMENTS = {
     "a topic": ("log", "--only", "{}"),
     "a recording to replay": ("replay", "{}"),
     "a setting": ("replay", "x.jsonl", "--set", "{}=1"),
+    "a shell": ("completion", "{}"),
     "a system": ("explain", "{}"),
     "a joint": ("explain", "two-link-1", "{}"),
     "a model": ("fk", "--model", "{}.toml", "1"),

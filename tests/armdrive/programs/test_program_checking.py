@@ -9,7 +9,7 @@ from armdrive.errors.table import entry
 from armdrive.programs import read_program
 from armdrive.programs.language.grammar import DEEPEST_BLOCK
 from armdrive.programs.language.words import RESERVED, WORDS
-from armdrive.programs.problems import MOST_TOLD, ProgramError
+from armdrive.programs.problems import MOST_SHOWN, ProgramError
 
 WRONG = [
     # words that are none, and lines that end too early or too late
@@ -17,6 +17,9 @@ WRONG = [
     ("reday", 1, "there is no word 'reday'; did you mean 'ready'?"),
     ("for i = 1 to 3", 1, "there is no word 'for'; write `repeat 3 as i`"),
     ("endif", 1, "there is no word 'endif'; write `end`"),
+    ("wait 2", 1, "write `wait_input 2` to wait for input 2, or `delay 2` to wait for 2 seconds"),
+    ("WAIT 1, -2 within 5", 1, "there is no word 'WAIT'; write `wait_input 2`"),
+    ("wait", 1, "there is no word 'wait'; write `wait_input 2`"),
     ("zigzag pick", 1, "a subprogram takes its values in brackets: `zigzag(...)`"),
     ("zigzag", 1, "there is no word and no subprogram 'zigzag'"),
     ("x += 1", 1, "a value is given a name so: `x = ...`"),
@@ -48,20 +51,20 @@ WRONG = [
     ("while 3\nend", 7, "on or off is needed here, not a number"),
     ("if not 3\nend", 8, "on or off is needed here, not a number"),
     ("delay 2 * on", 11, "a number is needed here, not on or off"),
-    ("speed 50", 7, "at most 1, not 50; was 50% meant?"),
-    ("speed 120%", 7, "at most 1, not 1.2"),
+    ("speed 50", 7, "a speed is a fraction of the limits, not 50: write 0.5 or 50%"),
+    ("speed 120%", 7, "at most 100% of the limits, not 120%: write 0.5 or 50%"),
     ("speed 0", 7, "above 0, not 0"),
     ("delay -1", 7, "at least 0, not -1"),
     ("open_now -5", 10, "at least 0, not -5"),
     ("signal 0", 8, "counts from 1, 0 is none"),
-    ("wait 1.5", 6, "whole number, not 1.5"),
-    ("wait 1 within -2", 15, "at least 0, not -2"),
+    ("wait_input 1.5", 12, "whole number, not 1.5"),
+    ("wait_input 1 within -2", 21, "at least 0, not -2"),
     ("repeat 2.5\nend", 8, "whole number, not 2.5"),
     ("repeat -1\nend", 8, "at least 0, not -1"),
     ("if input(0)\nend", 10, "at least 1, not 0"),
     ("shift pick", 1, "`shift` needs `by`"),
     ("grasp by 3", 1, "`by` does not belong to `grasp` so"),
-    ("wait 1 within 2 within 3", 1, "`within` does not belong to `wait` so"),
+    ("wait_input 1 within 2 within 3", 1, "`within` does not belong to `wait_input` so"),
     ("here at(1, 2, 3, 4)", 6, "`here` needs a name here"),
     # functions, parts, joints
     ("x = sinn(3)", 5, "there is no function 'sinn'; did you mean 'sin'?"),
@@ -77,9 +80,9 @@ WRONG = [
     ("speed = 3", 1, "`speed` is a word of the language: give the value another name"),
     ("grasp into point", 12, "`point` is a word of the language"),
     ("point home = at(1, 2, 3, 4)", 7, "`home` is a word of the language"),
-    ("x = widht", 5, "'widht' is set nowhere"),
-    ("delay pick", 7, "'pick' is set nowhere"),
-    ("move pik", 6, "the arm's book has no point of that name; did you mean 'pick'?"),
+    ("x = widht", 5, "'widht' is not defined"),
+    ("delay pick", 7, "'pick' is not defined"),
+    ("move pik", 6, "no saved point has that name; did you mean 'pick'?"),
     ("x = pick.x\npoint x = pick", 7, "'x' is a number elsewhere, and cannot become a place"),
     ("x = at(1, 2, 3, 4)", 1, "a place is given a name so: `point x = ...`"),
     ("point x = 3", 11, "a place is needed here, not a number"),
@@ -88,7 +91,7 @@ WRONG = [
     ("define f(a)\nend\nf()", 1, "`f` takes a: 1 values, not 0"),
     ('define f(a)\nend\nf("x")', 3, "a subprogram takes no text"),
     ("define f(a)\nmove a\nend\nf(3)", 6, "a place is needed here, not a number"),
-    ("define f(a)\nend\nf(3)\nf(pick)", 3, "'pick' is set nowhere"),
+    ("define f(a)\nend\nf(3)\nf(pick)", 3, "'pick' is not defined"),
     ("define f(a)\nend\nf(3)\nf(here)", 3, "a number is needed here, not a place"),
     ("define f()\nend\ndefine F()\nend", 8, "there is a subprogram 'F' already"),
     ("define f(a, A)\nend", 8, "two parameters are called 'A'"),
@@ -135,8 +138,8 @@ def test_the_message_shows_the_line_and_a_caret_under_the_place():
 
 def test_more_mistakes_than_a_screen_holds_are_counted():
     with pytest.raises(ProgramError, match="and 5 more") as caught:
-        read_program("delay -1\n" * (MOST_TOLD + 5))
-    assert len(caught.value.problems) == MOST_TOLD + 5
+        read_program("delay -1\n" * (MOST_SHOWN + 5))
+    assert len(caught.value.problems) == MOST_SHOWN + 5
 
 
 def test_nothing_of_a_program_may_be_called_as_a_word_is():

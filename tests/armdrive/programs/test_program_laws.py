@@ -166,7 +166,7 @@ def carried_out(program, most=40):
 
 BRICKS = st.sampled_from([
     "move pick", "approach pick, n", "open", "close_now", "grasp into n", "depart 10", "f(n)",
-    "draw n, 0, 0", "type n, b", "wait 1 within 2 into b", "speed 50%", "open n + 1\nready",
+    "draw n, 0, 0", "type n, b", "wait_input 1 within 2 into b", "speed 50%", "open n + 1\nready",
     "here spot", "shift tray by 1, 0, 0", "n = n + 1", "b = input(1)", "signal 1, -2", "delay 0",
     "move spot", "hold",
 ])  # fmt: skip
@@ -226,7 +226,7 @@ define fetch(place, far)
   end
 end
 fetch(pick, 2 * (3 + 4))
-wait 1 within 5 into came
+wait_input 1 within 5 into came
 """
 
 

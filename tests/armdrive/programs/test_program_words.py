@@ -51,7 +51,7 @@ GOLDEN = {
     "remember": ("remember spot", [Look(), Remember("spot", HERE_DEG, 40.0)]),
     "delay": ("delay 1.5", [Delay(1.5)]),
     "signal": ("signal 3, -4", [Outputs((3,), (4,))]),
-    "wait": ("wait 1, -2", [AwaitInputs((1,), (2,))]),
+    "wait_input": ("wait_input 1, -2", [AwaitInputs((1,), (2,))]),
     "hold": ('hold "turn it"', [Hold("turn it")]),
     "type": ('type "width", 2.5, on', [Say("width 2.5 on")]),
     "expect": ("expect 3 > 2\nready", [ready()]),
@@ -249,11 +249,11 @@ def test_a_point_may_be_called_as_a_word_is():
 
 
 def test_a_wait_that_takes_too_long_ends_the_program_or_says_so():
-    assert acts("wait 1 within 2\nready", inputs=(1,))[-1] == ready()
-    ((line, _, text),) = refused("wait 1, -2 within 2\nready")
+    assert acts("wait_input 1 within 2\nready", inputs=(1,))[-1] == ready()
+    ((line, _, text),) = refused("wait_input 1, -2 within 2\nready")
     assert (line, text) == (1, "the inputs were not 1, -2 within 2 s")
-    assert told("wait 1 within 2 into came\ntype came") == ["off"]
-    assert told("wait 1 within 2 into came\ntype came", inputs=(1,)) == ["on"]
+    assert told("wait_input 1 within 2 into came\ntype came") == ["off"]
+    assert told("wait_input 1 within 2 into came\ntype came", inputs=(1,)) == ["on"]
 
 
 def test_an_input_is_read_anew_each_time_and_only_where_it_counts():

@@ -5,24 +5,19 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from pages import page
 from program_bench import acts
 
 from armdrive.programs import read_program
 from armdrive.programs.acts import act_name
-from armdrive.programs.deeds import DEEPEST_CALL
-from armdrive.programs.language.words import tables
+from armdrive.programs.interpreter import DEEPEST_CALL
 from armdrive.programs.problems import ProgramError
 from armdrive.programs.program import MOST_STEPS
 
-PAGE = (Path(__file__).parents[3] / "docs" / "programs.md").read_text(encoding="utf-8")
+PAGE = page("programs")
 SHOWN = re.findall(r"```arm\n(.*?)```", PAGE, re.DOTALL)
-
-
-def test_the_tables_are_made_from_the_vocabulary():
-    assert PAGE.endswith(tables())
 
 
 @pytest.mark.parametrize("text", SHOWN)

@@ -1,5 +1,8 @@
 """A rehearsal takes as long as the run, is refused what the run is, and says what it assumed."""
 
+import math
+from itertools import count
+
 import pytest
 from amounts import THOROUGH
 from program_acts import fingers, go, ready
@@ -9,13 +12,20 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused
-from armdrive.programs import rehearsal as rehearsals
+from armdrive.programs import read_program
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, ReadInput, Remember, Say
+from armdrive.programs.program import ArmProgram
 from armdrive.programs.progress import FOR_EVER
-from armdrive.programs.rehearsal import rehearse, require_rehearsed
+from armdrive.programs.rehearsal import Patience, SeenArm, require_rehearsed
+from armdrive.programs.rehearsal import rehearse as rehearse_within
 from armdrive.programs.running import ProgramRun, RunPlan
 from armdrive.registry import DIALECTS
 from kinematics.errors import KinematicsError
+
+
+def rehearse(seen, plan):
+    return rehearse_within(seen, plan, Patience(math.inf))
+
 
 TOUR = (
     go(down(170, 20, 50), opening_mm=20.0),
@@ -49,7 +59,7 @@ def took_s(arm, script):
 def test_a_rehearsal_takes_as_long_as_the_run(dialect):
     arm = table_arm(dialect)
     before = arm.twin.save()
-    rehearsal = rehearse(arm.config, arm, RunPlan(Script(TOUR)))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR)))
     assert arm.twin.save() == before
     assert (rehearsal.refusal, rehearsal.assumptions, rehearsal.whole) == (None, (), True)
     assert rehearsal.took_s == pytest.approx(took_s(arm, Script(TOUR)), rel=0.02)
@@ -69,7 +79,7 @@ REFUSALS = [
 def test_what_is_refused_is_refused_before(dialect, what):
     arm = table_arm(dialect)
     script = Script((TOUR[0], REFUSED[what], *TOUR[1:]))
-    rehearsal = rehearse(arm.config, arm, RunPlan(script))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script))
     with pytest.raises((ArmError, KinematicsError)) as refused:
         ProgramRun(RunPlan(script), performer(arm)).carry_out()
     assert type(rehearsal.refusal) is type(refused.value)
@@ -81,7 +91,7 @@ def test_what_is_refused_is_refused_before(dialect, what):
 
 def test_blocks_of_a_simulated_world_are_found_and_nothing_is_assumed():
     arm = table_arm("teachmover", BLOCK)
-    rehearsal = rehearse(arm.config, arm, RunPlan(Script(PICK_AND_PLACE)))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script(PICK_AND_PLACE)))
     assert rehearsal.assumptions == ()
     assert rehearsal.took_s == pytest.approx(took_s(arm, Script(PICK_AND_PLACE)), rel=0.02)
     assert arm.twin.world.scene.blocks["A"].y_mm == pytest.approx(-60, abs=1)
@@ -97,7 +107,7 @@ def real(arm):
 def test_widths_of_what_nobody_knows_are_assumed(width_mm, found_mm):
     arm = real(table_arm("teachmover"))
     script = Script(PICK_AND_PLACE)
-    rehearsal = rehearse(arm.config, arm, RunPlan(script, width_mm=width_mm))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script, width_mm=width_mm))
     assert script.made[0].answers[2] == pytest.approx(found_mm, abs=0.5)
     word = "nothing" if width_mm is None else f"something {width_mm:g} mm wide"
     assert [str(each) for each in rehearsal.assumptions] == [f"line 3: the fingers find {word}"]
@@ -117,7 +127,7 @@ def test_inputs_are_assumed_and_said():
             AwaitInputs(low=(4,)),
         )
     )
-    rehearsal = rehearse(arm.config, arm, RunPlan(script, inputs={4: True}))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script, inputs={4: True}))
     assert script.made[0].answers == [False, True, True, True, False, True]
     assert [each.took_s for each in rehearsal.loops[0]] == [0, 0, 0, 0, 100, 0]
     assert [(str(each), each.matters) for each in rehearsal.assumptions] == [
@@ -141,7 +151,7 @@ def test_nothing_of_the_rehearsal_stays(tmp_path):
             Delay(3600.0),
         )
     )
-    rehearsal = rehearse(arm.config, arm, RunPlan(script))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script))
     assert "there" not in arm.points
     assert arm.status.outputs is None
     assert rehearsal.took_s == pytest.approx(3600, abs=1)
@@ -152,32 +162,97 @@ def test_nothing_of_the_rehearsal_stays(tmp_path):
 def test_a_refusal_after_an_assumption_may_be_run_all_the_same():
     arm = table_arm("teachmover")
     script = Script((ReadInput(1), REFUSED["out of reach"]))
-    rehearsal = rehearse(arm.config, arm, RunPlan(script))
-    with pytest.raises(Refused, match="line 1: input 1 is off; say what is so with --input"):
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script))
+    with pytest.raises(Refused, match="line 1: input 1 is off; give the real values with --input"):
         require_rehearsed(rehearsal, anyway=False)
     require_rehearsed(rehearsal, anyway=True)
 
 
-def test_a_program_without_an_end_is_rehearsed_for_a_while(monkeypatch):
-    monkeypatch.setattr(rehearsals, "MOST_ACTS", 50)
-    arm = table_arm("teachmover")
-
-    class Endless(Script):
-        @property
-        def stages(self):
-            return super().stages * 1000
-
-    rehearsal = rehearse(arm.config, arm, RunPlan(Endless((Delay(1.0),))))
+def test_a_rehearsal_ends_when_its_time_is_up_and_says_how_far_it_is():
+    told = []
+    patience = Patience(50.0, told.append, count().__next__)  # each look at the clock takes 1 s
+    rehearsal = rehearse_within(
+        SeenArm.of(table_arm()), RunPlan(Script((Delay(1.0),) * 1000)), patience
+    )
     assert not rehearsal.whole
+    assert rehearsal.endless is None
     assert len(rehearsal.loops[0]) == 50
-    monkeypatch.setattr(rehearsals, "MOST_S", 10.0)
-    assert rehearse(arm.config, arm, RunPlan(Endless((Delay(1.0),)))).took_s == pytest.approx(11.0)
+    assert [(each.acts, each.mark.line, each.took_s) for each in told[:2]] == [
+        (0, 1, pytest.approx(0.0)),
+        (1, 2, pytest.approx(1.0)),
+    ]
+
+
+ENDLESS = {
+    "two moves": ("while 1 > 0\nmove p\nmove q\nend", 3, 2),
+    "words alone": ("while 1 > 0\ntype 1\nend", 1, 2),
+    "a wait": ("repeat\ndelay 60\nend", 1, 2),
+    "after a beginning": ("move p\nrepeat\nmove q\nmove p\nend", 3, 3),
+    "in a subprogram": ("define f()\ntype 1\nend\nrepeat\nf()\nend", 1, 2),
+    "by a jump": ("again:\nready\nGOTO again", 2, 2),
+    "a block that is carried to and fro": (
+        "repeat\n" + "".join(
+            f"open 60\nmove {a}\nmove_line shifted({a}, 0, 0, -50)\nclose_now\nmove_line {a}\n"
+            f"move {b}\nmove_line shifted({b}, 0, 0, -50)\nopen_now 60\nmove_line {b}\n"
+            for a, b in ("pq", "qp")
+        ) + "end", None, 3,
+    ),
+}  # fmt: skip
+PLACES = "point p = at(250, 60, 65, -90)\npoint q = at(250, -60, 65, -90)\n"
+
+
+@pytest.mark.parametrize("text", ["while on\ntype 1\nend", "n = 0\nrepeat\nn = n + 1\ntype n\nend"])
+def test_words_without_end_do_not_hold_up_the_look_for_a_reference(text):
+    arm = table_arm()
+    source = ArmProgram(read_program(text), arm.config).machine
+    patience = Patience(50.0, None, count().__next__)
+    rehearsal = rehearse_within(SeenArm.of(arm), RunPlan(source, settle=True), patience)
+    assert rehearsal.endless or not rehearsal.whole
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_an_endless_loop_is_rehearsed_until_it_repeats_and_found_to_be_endless(name):
+    text, acts, line = ENDLESS[name]
+    arm = table_arm("teachmover", BLOCK)
+    source = ArmProgram(read_program(PLACES + text), arm.config).machine
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(source))
+    assert rehearsal.refusal is None
+    assert rehearsal.whole
+    assert rehearsal.endless.line == line + 2
+    assert len(rehearsal.loops[0]) == acts or acts is None
+    assert len(rehearsal.loops[0]) < 60
+
+
+def test_a_loop_that_waits_for_an_input_is_left_when_the_input_comes():
+    arm = table_arm()
+    text = "while input(1) is off\ndelay 1\nend\nwhile input(2) is off\ndelay 1\nend\nready"
+    source = ArmProgram(read_program(text), arm.config).machine
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(source))
+    assert (rehearsal.whole, rehearsal.endless) == (True, None)
+    assert [str(each) for each in rehearsal.assumptions] == [
+        "line 1: input 1 is off",
+        "line 1: input 1 is on later",
+        "line 4: input 2 is off",
+        "line 4: input 2 is on later",
+    ]
+    assert rehearsal.loops[0][-1].mark.line == 7
+    stays_off = rehearse(SeenArm.of(arm), RunPlan(source, inputs={1: False}))
+    assert stays_off.endless.line == 1
+
+
+def test_a_loop_that_ends_is_not_taken_for_endless():
+    arm = table_arm()
+    text = "n = 0\nwhile n < 30\nn = n + 1\nmove here\nend\nrepeat 3\ntype 1\nend"
+    source = ArmProgram(read_program(text), arm.config).machine
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(source))
+    assert (rehearsal.whole, rehearsal.endless) == (True, None)
+    assert len(rehearsal.loops[0]) == 63
 
 
 @pytest.mark.parametrize(("loops", "rehearsed"), [(1, 1), (2, 2), (7, 2), (FOR_EVER, 2)])
 def test_two_loops_stand_for_all_that_follow(loops, rehearsed):
     arm = table_arm("teachmover")
-    rehearsal = rehearse(arm.config, arm, RunPlan(Script(TOUR[:2]), loops=loops))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR[:2]), loops=loops))
     assert len(rehearsal.loops) == rehearsed
     if rehearsed == 2:  # the second begins where the first has ended
         assert rehearsal.loops[1][0].took_s < rehearsal.loops[0][0].took_s
@@ -188,20 +263,20 @@ def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
     arm = Arm(connect_simulated(config))
     arm.enable()
     script = Script(TOUR)
-    refused = rehearse(config, arm, RunPlan(script))
+    refused = rehearse(SeenArm.of(arm), RunPlan(script))
     assert isinstance(refused.refusal, NotReferenced)
     assert refused.at.line == 1
-    assumed = rehearse(config, arm, RunPlan(script, settle=True))
+    assumed = rehearse(SeenArm.of(arm), RunPlan(script, settle=True))
     assert assumed.refusal is None
     assert "reference posture" in str(assumed.assumptions[0])
     homed = Script((Home(), *TOUR))
-    assert rehearse(config, arm, RunPlan(homed, settle=True)).assumptions == ()
-    assert rehearse(config, arm, RunPlan(homed)).refusal is None
+    assert rehearse(SeenArm.of(arm), RunPlan(homed, settle=True)).assumptions == ()
+    assert rehearse(SeenArm.of(arm), RunPlan(homed)).refusal is None
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_an_arm_that_cannot_be_asked_is_taken_to_stand_in_its_reference(dialect):
-    rehearsal = rehearse(simulated_config(dialect), None, RunPlan(Script(TOUR), settle=True))
+    rehearsal = rehearse(SeenArm(simulated_config(dialect)), RunPlan(Script(TOUR), settle=True))
     assert rehearsal.refusal is None
     assert rehearsal.assumptions[0].mark is None
 
@@ -211,9 +286,9 @@ def test_a_doubted_position_is_taken_for_true_where_that_may_be():
     arm.move_j(base_deg=30)
     arm.disable()
     arm.enable()
-    assumed = rehearse(arm.config, arm, RunPlan(Script(TOUR), settle=True))
+    assumed = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR), settle=True))
     assert "where it was seen last" in str(assumed.assumptions[0])
-    refusal = rehearse(arm.config, arm, RunPlan(Script(TOUR))).refusal
+    refusal = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR))).refusal
     assert isinstance(refusal, NotReferenced)
     with pytest.raises(NotReferenced) as own:
         arm.park()
@@ -223,19 +298,19 @@ def test_a_doubted_position_is_taken_for_true_where_that_may_be():
 def test_the_path_of_the_tip_is_kept_where_it_is_wanted():
     arm = table_arm("teachmover")
     plan = RunPlan(Script(TOUR), traced=True)
-    path = rehearse(arm.config, arm, plan).path
+    path = rehearse(SeenArm.of(arm), plan).path
     assert path[0] == pytest.approx((arm.pose.x_mm, arm.pose.y_mm, arm.pose.z_mm), abs=0.5)
     assert path[-1] == pytest.approx((127, 0, 30), abs=1)
     lowest = min(z for _, y, z in path if y > 15)
     assert lowest == pytest.approx(25, abs=0.5)
-    assert rehearse(arm.config, arm, RunPlan(Script(TOUR))).path == ()
+    assert rehearse(SeenArm.of(arm), RunPlan(Script(TOUR))).path == ()
 
 
 def test_a_slowed_arm_is_rehearsed_slowly():
     arm = table_arm("teachmover")
-    full = rehearse(arm.config, arm, RunPlan(Script(TOUR[:4])))
+    full = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR[:4])))
     arm.speed_override = 0.25
-    slow = rehearse(arm.config, arm, RunPlan(Script(TOUR[:4])))
+    slow = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR[:4])))
     assert slow.share == 0.25
     assert slow.took_s == pytest.approx(took_s(arm, Script(TOUR[:4])), rel=0.02)
     assert slow.took_s > 2.5 * full.took_s

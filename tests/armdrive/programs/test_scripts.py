@@ -17,6 +17,7 @@ from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
+from armdrive.programs.rehearsal import Patience, SeenArm
 from armdrive.programs.running import RunPlan
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import (
@@ -26,6 +27,8 @@ from armdrive.programs.scripts import (
     read_script,
     simulation_only,
 )
+
+AGES = Patience(math.inf)
 
 TOUR = """\
     from armdrive import Arm, Pose
@@ -180,7 +183,7 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
         "    with Arm.connect(name) as arm:\n"
         "        assert round(arm.joints.deg['base']) == 33, arm.joints\n"
     )
-    found = rehearse_script(Path(script), (), arm.config, arm, RunPlan(settle=True))
+    found = rehearse_script(Path(script), (), SeenArm.of(arm), RunPlan(settle=True), AGES)
     assert (found.refusal, found.assumptions) == (None, ())
 
 
@@ -206,7 +209,7 @@ def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
 
 
 def test_a_rehearsed_script_that_never_ends_is_cut_short(homed, write, monkeypatch):
-    monkeypatch.setattr("armdrive.programs.rehearsal.MOST_ACTS", 20)
+    monkeypatch.setattr("armdrive.cli.program.run_report.CHECK_S", -1.0)
     path = write(
         """\
         from armdrive import Arm
@@ -218,7 +221,7 @@ def test_a_rehearsed_script_that_never_ends_is_cut_short(homed, write, monkeypat
                     pass
         """
     )
-    assert "it may never end" in homed("run", path, "--check", code=0).out
+    assert "not rehearsed to its end" in homed("run", path, "--check", code=0).out
 
 
 def test_an_exit_code_of_a_rehearsed_script_is_its_refusal(homed, write):
@@ -278,7 +281,7 @@ def test_a_slowed_script_is_slow_on_every_arm(homed, write):
             print(one.speed_override, two.speed_override)
         """
     )
-    assert "0.25 0.25" in homed("run", path, "--speed", "25", code=0).out
+    assert "0.25 0.25" in homed("run", path, "--speed", "25%", code=0).out
 
 
 def test_a_recording_of_a_script_is_kept(homed, write, tmp_path):
@@ -352,7 +355,9 @@ ROUND = f"""{CENTRE}
 def traced(write):
     def trace(text, *, wanted=True):
         plan = RunPlan(settle=True, traced=wanted)
-        found = rehearse_script(Path(write(text)), (), simulated_config("teachmover"), None, plan)
+        found = rehearse_script(
+            Path(write(text)), (), SeenArm(simulated_config("teachmover")), plan, AGES
+        )
         assert found.refusal is None
         return found.path
 

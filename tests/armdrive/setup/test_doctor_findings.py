@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from doctor_bench import BANNER, PROBES, SPOKEN, WHO, Deaf, Echo, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
+from pages import page
 
 from armdrive.dialects.recognition import Identity
 from armdrive.dialog.conversation import Grade, any_problem
@@ -185,8 +184,8 @@ def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
 
 
 def test_the_page_shows_every_probe_as_it_is_said():
-    page = (Path(__file__).parents[3] / "docs" / "finding-the-arm.md").read_text(encoding="utf-8")
+    text = page("protocols")
     for probe in PROBES:
         said = probe.data.decode("latin-1").encode("unicode_escape").decode("ascii")
-        assert f"`{said}` |" in page, probe
-        assert f"| {probe.baud} |" in page
+        assert f"`{said}` |" in text, probe
+        assert f"| {probe.baud} |" in text

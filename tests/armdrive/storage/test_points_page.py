@@ -2,12 +2,13 @@
 
 import dataclasses
 import re
-from pathlib import Path
+
+from pages import page_path
 
 from armdrive.storage.points import POINT_KEYS, Step, parse_points
 from kinematics import JOINT_NAMES, preset
 
-PAGE = Path(__file__).parents[3] / "docs" / "points.md"
+PAGE = page_path("points")
 
 
 def test_the_shown_file_reads_and_its_points_can_be_gone_to():

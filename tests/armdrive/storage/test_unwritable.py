@@ -42,7 +42,7 @@ HOLDING_NOTHING = [
     ("points", "list"),
     ("config", "list"),
     ("log",),
-    ("teach", "record", "pick"),
+    ("teach", "follow", "pick"),
 ]
 """Commands that hold no arm, and do what they can, or say a sentence."""
 
@@ -109,7 +109,7 @@ def test_a_connection_is_refused_before_its_port_is_opened(unwritable, tmp_path)
 def test_a_position_that_nobody_could_keep_up_to_date_is_unknown_and_nothing_moves(
     monkeypatch, tmp_path
 ):
-    """What docs/trust.md promises of an arm that is connected all the same."""
+    """What docs/background/trust.md promises of an arm that is connected all the same."""
     path = state_file("bench")
     config = simulated_config("teachmover")
     with Arm(connect_simulated(config, recorder=FileRecorder(path))) as arm:

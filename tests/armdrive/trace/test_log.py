@@ -218,7 +218,7 @@ def test_what_passes_is_the_same_whether_it_is_chosen_before_or_after(kinds, kep
 
 def test_the_catalogue_can_be_searched():
     assert "E502" in [row.code for row in found("does not answer")]
-    assert [row.code for row in found("e502,deadline")] == ["E502"]
+    assert [row.code for row in found("e502,timeout")] == ["E502"]
     assert found("no such words anywhere") == ()
 
 
@@ -256,7 +256,7 @@ def test_the_newest_recording_is_read_where_none_is_named(call, arm):
 
 
 def test_errors_are_found_by_words(call):
-    out = call("errors", "--find", "does not answer,deadline", code=0).out
+    out = call("errors", "--find", "does not answer,timeout", code=0).out
     assert out.startswith("E502: ")
     assert "cause" in out
     assert "no error has these words" in call("errors", "--find", "zzz", code=0).out

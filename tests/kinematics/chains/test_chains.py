@@ -97,7 +97,7 @@ def test_a_prismatic_limit_is_in_mm():
 
 
 def test_the_wrong_number_of_values_and_bad_ones_are_named():
-    with pytest.raises(KinematicsError, match=r"5 joints \(base, shoulder"):
+    with pytest.raises(KinematicsError, match=r"5 numbers \(base, shoulder"):
         MINI_MOVER.fk((0.0, 0.0))
     with pytest.raises(BadNumber, match="elbow"):
         MINI_MOVER.fk((0.0, 0.0, math.nan, 0.0, 0.0))

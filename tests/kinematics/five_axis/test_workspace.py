@@ -8,11 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, UNEVEN
 
-from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose
-from kinematics.chains.chain import Chain
-from kinematics.chains.links import DHLink, JointKind
+from kinematics import FiveAxisArm, JointRange, Pose
 from kinematics.five_axis.closed_form import forward
-from kinematics.five_axis.workspace import NUDGE_MM, sampled_reach, section
+from kinematics.five_axis.workspace import NUDGE_MM, section
 
 PITCHES_DEG = (-90, 0, 35)
 FREE = FiveAxisArm(150.0, 120.0, 80.0, 60.0, (JointRange.of(-180, 180),) * 5)
@@ -133,30 +131,3 @@ def test_a_pitch_that_is_never_held_reaches_nothing():
     assert found.boundary == ()
     assert found.points(50.0) == ()
     assert found.box_mm == (0.0, 0.0, 0.0, 0.0)
-
-
-def test_a_two_link_chain_reaches_its_ring():
-    bent = math.radians(20)
-    chain = Chain((DHLink(a_mm=100.0), DHLink(a_mm=60.0, low=bent, high=math.pi)))
-    reach = sampled_reach(chain, 3000)
-    low, high = reach.radius_mm
-    assert low == pytest.approx(40.0, abs=1e-6)
-    assert high == pytest.approx(math.sqrt(100**2 + 60**2 + 2 * 100 * 60 * math.cos(bent)))
-    assert reach.box_mm[2] == (0.0, 0.0)
-    for point, posture in list(zip(reach.points, reach.postures, strict=True))[::100]:
-        assert not chain.violations(posture)
-        assert point == pytest.approx(tuple(row[3] for row in chain.fk(posture)[:3]), abs=1e-9)
-
-
-def test_samples_are_spread_evenly():
-    chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0), DHLink(a_mm=10.0)))
-    heights = sorted(point[2] for point in sampled_reach(chain, 1000).points[4:])
-    for share in (0.1, 0.5, 0.9):
-        assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=1.0)
-
-
-def test_a_reach_without_end_is_refused():
-    with pytest.raises(KinematicsError, match="slides without limits"):
-        sampled_reach(Chain((DHLink(kind=JointKind.PRISMATIC),)))
-    with pytest.raises(KinematicsError, match="at least one posture"):
-        sampled_reach(Chain((DHLink(),)), 0)

@@ -9,19 +9,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kinematics import (
-    BadNumber,
     FlatBasis,
     FrameGraph,
     FramesDisagree,
     FramesNotConnected,
     Handedness,
     KinematicsError,
-    NotARotation,
     UnknownFrame,
     ZeroVector,
     basis_along,
     change_of_basis,
-    check_transform,
     handedness,
     is_rotation,
     solve_loop,
@@ -111,20 +108,6 @@ def test_a_frame_moves_along_its_own_axes_or_those_of_its_reference(frame, angle
 def test_a_moved_frame_is_where_it_was_moved_to():
     assert position_of(translation(1.0, 2.0, 3.0)) == (1.0, 2.0, 3.0)
     assert rotation_of(translation(1.0, 2.0, 3.0)) == IDENTITY
-
-
-@pytest.mark.parametrize(
-    ("frame", "error", "says"),
-    [
-        ((*IN_PLACE[:3], (0.0, 0.0, 0.0, 2.0)), KinematicsError, "last row"),
-        (IN_PLACE[:3], KinematicsError, "4 rows of 4"),
-        (transform(IDENTITY, (0.0, math.nan, 0.0)), BadNumber, "y_mm"),
-        (transform((X_AXIS, Y_AXIS, (0.0, 0.0, 2.0)), (0.0, 0.0, 0.0)), NotARotation, "length 2"),
-    ],
-)
-def test_what_is_no_transform_is_refused(frame, error, says):
-    with pytest.raises(error, match=says):
-        check_transform(frame)
 
 
 @given(directed, directed)

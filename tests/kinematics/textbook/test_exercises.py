@@ -1,33 +1,15 @@
-"""The page of worked exercises prints what it says."""
+"""Every exercise is worked on its page; `test_typed_pages` runs the programs there."""
 
-import contextlib
-import io
 import re
-from pathlib import Path
 
 import pytest
-
-PAGE = Path(__file__).parents[3] / "docs" / "exercises.md"
-BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
-
-
-def test_every_block_prints_what_the_page_shows():
-    names = {}
-    text = PAGE.read_text(encoding="utf-8")
-    blocks = list(BLOCK.finditer(text))
-    assert len(blocks) > 10
-    for block in blocks:
-        code, shown = block.groups(default="")
-        line = text[: block.start()].count("\n") + 1
-        # The blank lines make a traceback name the line of the page.
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            exec(compile("\n" * line + code, PAGE.name, "exec"), names)
-        assert printed.getvalue() == shown, f"the block at line {line} of {PAGE.name}"
+from pages import blocks, page
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4, 5, 6, 7, 10])
 def test_every_exercise_is_worked(number):
-    text = PAGE.read_text(encoding="utf-8")
-    section = re.search(rf"^## {number}\. .*?(?=^## |\Z)", text, re.DOTALL | re.MULTILINE)
+    section = re.search(
+        rf"^## {number}\. .*?(?=^## |\Z)", page("exercises"), re.DOTALL | re.MULTILINE
+    )
     assert section
-    assert BLOCK.search(section[0])
+    assert blocks(section[0], "python")

@@ -329,7 +329,7 @@ def told_by(pads, until):
     [
         (END, "unplugged"),
         (OSError(19, "No such device"), "No such device"),
-        (Uncounted(), "some of what it told was lost"),
+        (Uncounted(), "some of its events were lost"),
     ],
 )
 def test_the_end_of_a_pad_is_told_whatever_ends_it_and_the_pad_is_closed(end, reason):

@@ -2,15 +2,18 @@
 
 import pytest
 from desk_fake import Clock, FakeArm, unknown_position
+from desk_planner import PlannerArm
 from desk_session import Session
 from textual import events
 
-from armdrive.moves import Jog, Space
+from armdrive.errors import Refused
+from armdrive.moves import GripperMove, Jog, ParkMove, Space
 from armdrive.status import LinkStats, State
-from tui.jog import text as tables
+from tui.axes import AxisRow, AxisTable
+from tui.conduct import stopping_text
+from tui.jog import rows as tables
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
-from tui.jog.screen import HoldButtons
-from tui.jog.text import Load
+from tui.jog.rows import Load
 from tui.settings import JogSettings
 
 
@@ -88,8 +91,8 @@ def test_a_button_is_dead_while_the_keys_are():
 
 def button(session, table, row, *, plus):
     """Return the place of a button on the screen."""
-    region = session.desk.place.query_one(f"#hold-{table}", HoldButtons).region
-    return region.x + (5 if plus else 2), region.y + row
+    inner = session.desk.place.query_one(f"#{table}", AxisTable).content_region
+    return inner.x + (1 if plus else 4), inner.y + row
 
 
 async def mouse(session, kind, place):
@@ -132,7 +135,7 @@ async def test_in_cartesian_mode_the_buttons_are_those_of_the_tip():
         assert ("stop",) in session.arm.calls
         assert session.arm.calls[-1] == ("release",)
         await session.poll()
-        assert session.desk.place.query_one("#hold-tip", HoldButtons).held is None
+        assert session.desk.place.query_one("#tip", AxisTable).held is None
 
 
 @pytest.mark.parametrize("ends", ["question_mark", "f3", "T"])
@@ -158,21 +161,21 @@ async def test_a_lost_link_lets_go_of_a_button():
 async def test_an_unknown_pose_has_no_buttons_for_the_tip():
     async with Session(FakeArm(**unknown_position())) as session:
         await session.press("m")
-        assert not session.desk.place.query_one("#hold-tip", HoldButtons).visible
+        assert session.desk.place.query_one("#tip", AxisTable).at(1, 0) is None
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
     async with Session() as session:
         await session.press("G")
         assert session.arm.asked("grasp") == []
-        assert "enter arms it first" in session.text("remarks")
+        assert "enter arms the keys first" in session.text("remarks")
         await session.arm_keys()
         await session.press("G")
         await session.settle()
         assert session.arm.asked("grasp") == [("grasp",)]
         assert not session.desk.armed
         assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("remarks")
-        assert "pressing 8.9 N" in session.text("bottom")
+        assert "pressing 8.9 N" in session.text("gripper")
 
 
 async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
@@ -180,30 +183,26 @@ async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
         await session.press("m")
         assert "256.3mm" in session.text("tip")
         await session.press("F", "F")
-        assert "of board" in session.text("conduct")
+        assert session.title("tip") == "Tip, Cartesian of board"
         assert "156.3mm" in session.text("tip")
 
 
 @pytest.mark.parametrize(
-    ("distance_mm", "bar"),
-    [(0.0, "[----------]"), (0.3, "[#---------]"), (50.0, "[#####-----]"), (100.0, "[##########]"),
-     (120.0, "[#########>]")],
-)  # fmt: skip
-def test_the_stop_bar_is_never_shorter_than_the_way(distance_mm, bar):
-    status = FakeArm(stop_distance_mm=distance_mm).status
-    line = tables.stop_bar(status, len(f"{distance_mm:.0f} mm, 0.21 s at most") + 18)
-    assert line.startswith(f"stop {bar} ")
+    ("distance_mm", "shown"), [(0.0, "0 mm"), (0.3, "1 mm"), (50.0, "50 mm"), (119.2, "120 mm")]
+)
+def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, shown):
+    text = stopping_text(FakeArm(stop_distance_mm=distance_mm).status)
+    assert text == f"stops within {shown}, 0.21 s"
 
 
-def test_a_teachmover_says_that_its_pendant_stops_sooner_also_where_there_is_little_room():
-    for width in (41, 120):
-        assert "STOP key of the pendant is the quicker stop" in tables.quicker("teachmover", width)
-    assert "pendant" not in tables.quicker("robko01", 120)
+def test_a_teachmover_says_that_its_pendant_stops_sooner():
+    assert "STOP key of the pendant is the quicker stop" in tables.quicker("teachmover")
+    assert "pendant" not in tables.quicker("robko01")
 
 
 def test_digital_lines_are_told_apart_by_their_numbers():
     status = FakeArm(inputs=0b101, outputs=0b10).status
-    lines = tables.bottom_lines(status, 60, 0.0, None)
+    lines = tables.detail_lines(status, None)
     assert "inputs 1 . 3 . . . .  outputs . 2 . . . . . ." in lines
 
 
@@ -219,7 +218,7 @@ def test_digital_lines_are_told_apart_by_their_numbers():
     ],
 )
 def test_as_many_inputs_are_shown_as_the_arm_has(dialect, shown):
-    lines = tables.bottom_lines(FakeArm(dialect=dialect, inputs=0).status, 60, 0.0, None)
+    lines = tables.detail_lines(FakeArm(dialect=dialect, inputs=0).status, None)
     assert shown in lines
     assert ("inputs" in lines) == bool(shown)
 
@@ -232,3 +231,57 @@ def test_the_load_of_the_wire_is_that_of_its_busier_direction():
     assert load.of(LinkStats(96, 480, 9600), 2.0) == 0.0
     assert load.of(LinkStats(0, 0, 19200), 3.0) is None, "another wire begins anew"
     assert LinkStats(10, 10, 0).load(LinkStats(), 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("key", "opening_mm"), [("1", 76.0), ("2", 38.0), ("3", 0.0)], ids=["open", "half", "closed"]
+)
+async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed(key, opening_mm):
+    async with Session(PlannerArm()) as session:
+        await session.press(key)
+        assert session.arm.asked_for == []
+        assert "enter arms the keys first" in session.text("remarks")
+        await session.arm_keys()
+        await session.press(key)
+        await session.settle()
+        assert session.arm.asked_for == [GripperMove(opening_mm, 0.25)]
+        assert not session.desk.armed
+
+
+@pytest.mark.parametrize(("answer", "asked_for"), [("y", [ParkMove(0.25)]), ("n", [])])
+async def test_the_arm_is_parked_only_after_a_yes(answer, asked_for):
+    async with Session(PlannerArm()) as session:
+        await session.press("K")
+        assert "THE ARM WILL MOVE" in session.desk.screen.query_one("#posture-text").shown
+        await session.press("enter")
+        assert session.arm.asked_for == [], "enter is neither yes nor no"
+        await session.press(answer)
+        await session.settle()
+        assert session.arm.asked_for == asked_for
+
+
+async def test_parking_an_arm_that_may_not_move_says_why_and_asks_nothing():
+    arm = PlannerArm()
+    arm.hindrance = Refused("the position is only restored")
+    async with Session(arm) as session:
+        await session.press("K")
+        assert len(session.desk.screen_stack) == 1
+        assert "the position is only restored" in session.text("remarks")
+
+
+async def test_the_wire_and_the_motors_are_shown_on_asking():
+    async with Session(size=(120, 40)) as session:
+        assert not session.desk.place.query_one("#details").display
+        await session.press("D")
+        assert "sent @STEP" in session.text("details")
+        await session.press("D")
+        assert not session.desk.place.query_one("#details").display
+
+
+@pytest.mark.parametrize(
+    ("value", "sign"), [(0.0, "!!"), (-91.0, "!!"), (85.0, ""), (-89.0, "!!"), (-84.0, "!")]
+)
+def test_a_value_near_its_limit_has_a_sign_as_well_as_a_colour(value, sign):
+    limits = (-89.0, 120.0) if value == -89.0 else (-90.0, 120.0)
+    limits = (0.0, 120.0) if value == 0.0 else limits
+    assert AxisRow("base", value, "", limits).sign == sign

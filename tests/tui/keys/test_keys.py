@@ -2,7 +2,8 @@
 
 import pytest
 
-from tui.keys.keyboard import DEFAULT_KEYS, bindings, label
+from tui.frame import KeyLine
+from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, bindings, label
 from tui.keys.table import ALL_JOG_KEYS, JOG_PAIRS, SCREENS, TABLE
 
 PLACES = sorted({row.place for row in TABLE})
@@ -43,20 +44,28 @@ def test_every_axis_of_either_mode_has_a_pair():
 
 @pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
 @pytest.mark.parametrize("width", [12, 40, 80, 120, 300])
-def test_the_footer_begins_with_the_stop_and_never_runs_over(place, width):
-    line = DEFAULT_KEYS.footer(place, width)
-    assert line.startswith("space STOP")
-    assert len(line) <= width
+async def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place, width):
+    rows = DEFAULT_KEYS.next_keys(place)
+    assert len(rows) <= KEYS_OFFERED
+    line = KeyLine(id="keys")
+    line.show_keys(rows, width)
+    assert line.shown.startswith("space STOP")
+    assert len(line.shown.rstrip()) <= width
 
 
 @pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
-def test_a_wide_footer_and_the_help_name_every_key(place):
-    wide = DEFAULT_KEYS.footer(place, 2000)
+def test_the_help_begins_with_jogging_and_names_every_key(place):
     listed = "\n".join(DEFAULT_KEYS.help(place, JOG_PAIRS))
+    assert listed.startswith("Move the arm, on the jog screen (f2)")
     for row in TABLE:
         if row.place in (place, "") and row.description:
-            assert f"{label(row.keys[0])} {row.description}" in wide
             assert row.tooltip in listed
+
+
+def test_what_leads_out_of_a_state_stands_right_behind_the_stop():
+    ids = [row.id for row in DEFAULT_KEYS.next_keys("log", first=("reset",))]
+    assert ids[:2] == ["stop", "reset"]
+    assert ids[-3:] == ["help", "palette", "quit"]
 
 
 def test_the_help_of_the_jog_screen_names_the_jog_keys():

@@ -15,7 +15,7 @@ from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.rows import LOG_DIALOG_KEYS, LOG_KEYS
-from tui.log.screen import GLANCE_S, LogList
+from tui.log.screen import GLANCE_S
 from tui.log.text import catalogue, cut, row, whole
 from tui.log.view import PORTION, Window
 from tui.painting import PlainText
@@ -25,7 +25,7 @@ class LogSession(Session):
     """A desk at its log screen."""
 
     def __init__(self, arm=None, **more):
-        super().__init__(arm or storied(), **({"size": (120, 40)} | more))
+        super().__init__(arm or storied(), **({"size": (120, 46)} | more))
 
     async def __aenter__(self):
         await super().__aenter__()
@@ -44,7 +44,7 @@ class LogSession(Session):
 
     @property
     def shown(self):
-        return self.desk.place.query_one(LogList).shown
+        return self.text("log-lines")
 
     @property
     def rows(self):
@@ -66,6 +66,40 @@ async def test_bytes_are_shown_with_what_they_mean_and_by_whom():
         assert "call: move_j(shoulder_deg=40" in session.shown
         assert "[E502]" in session.shown
         assert session.rows[-1].startswith("!")
+
+
+def poll_at_rest(arm, steps="383 370"):
+    arm.pass_by(EntryKind.REQUEST, "ReadPosition()")
+    arm.pass_by(EntryKind.SENT, b"@READ\r")
+    arm.pass_by(EntryKind.HEARD, f"1\r{steps.replace(' ', ',')}\r".encode())
+    arm.pass_by(EntryKind.REGISTERS, steps)
+
+
+async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands_for():
+    arm = LoggedArm()
+    async with LogSession(arm) as session:
+        for _ in range(20):
+            poll_at_rest(arm)
+        await session.poll()
+        assert len(session.rows) == 5
+        assert "76 lines of idle polling, the same as above" in session.rows[-1]
+        poll_at_rest(arm)
+        await session.poll()
+        assert "80 lines of idle polling" in session.rows[-1]
+        arm.move()
+        poll_at_rest(arm, "420 370")
+        await session.poll()
+        assert len(session.rows) == 5 + 4 + 4, "what moves the arm, and what it led to, is shown"
+        assert session.desk.place.log_view.book.total == 92
+
+
+async def test_answers_that_differ_are_never_folded():
+    arm = LoggedArm()
+    async with LogSession(arm) as session:
+        for number in range(6):
+            poll_at_rest(arm, f"{number} 370")
+        await session.poll()
+        assert len(session.rows) == 24
 
 
 async def test_only_what_is_new_is_read_at_each_poll():
@@ -239,7 +273,7 @@ async def test_the_catalogue_begins_at_the_line_and_is_searched():
     async with LogSession() as session:
         await session.press("e")
         assert "> E502" in session.dialog("catalogue-text")
-        await session.press("backspace", "delete", *"wire,lost")
+        await session.press("backspace", "delete", *"cable,lost")
         text = session.dialog("catalogue-text")
         assert "> E" in text
         assert "remedy" in text

@@ -479,15 +479,15 @@ async def test_a_sequence_under_way_is_named_in_the_title_and_to_other_programs(
 
         def look(_):
             session.desk.call_from_thread(session.desk.poll)
-            seen.append((session.text("title").split()[-3:], arm.program()["text"]))
+            seen.append((session.text("title").split()[-2:], arm.program()["text"]))
 
         arm.during = look
         await session.choose("stack")
         await session.twice("enter")
         assert seen == [
-            (["stack", "1/4", "POINTS"], "to left"),
-            (["stack", "3/4", "POINTS"], "to right along a line at 25%"),
-            (["stack", "4/4", "POINTS"], "to up"),
+            (["stack", "1/4"], "to left"),
+            (["stack", "3/4"], "to right along a line at 25%"),
+            (["stack", "4/4"], "to up"),
         ]
         assert arm.program is None
         await session.poll()
@@ -525,12 +525,12 @@ async def test_pausing_and_going_on():
     async with PointSession() as session:
         await session.press("p")
         await session.poll()
-        assert "PAUSED at this desk: p on the points screen" in session.text("banner")
+        assert "PAUSED  paused at this desk: p on the points screen" in session.text("banner")
         await session.press("p")
         await session.poll()
         session.arm.set(paused=True)
         await session.poll()
-        assert "PAUSED from outside" in session.text("banner")
+        assert "PAUSED  paused from outside" in session.text("banner")
         session.arm.set(paused=False)
         assert [call[0] for call in session.arm.calls if call[0] in ("pause", "resume")] == [
             "pause",

@@ -64,14 +64,14 @@ def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk
     monkeypatch.setattr(tui, "run_desk", run_desk)
     write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
     said = call("jog", "--arm", "bench", code=0).out
-    assert "left while the link was lost: [E407]" in said
+    assert "the connection was lost when you left: [E407]" in said
     assert "plug" in said
 
 
 def test_who_has_no_arm_yet_is_offered_to_set_one_up(call, desk):
     call("jog", code=0)
     assert desk[1][0] == ""
-    assert "f5 sets one up" in desk[1][1].lower()
+    assert "f5 sets up a real one" in desk[1][1].lower()
     call("jog", "--sim", "teachmover", "--setup", code=0)
     assert desk[3] == ("setup", "")
     write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
@@ -131,7 +131,7 @@ def test_nothing_is_watched_where_the_framework_would_draw_nothing(call, desk, m
     monkeypatch.setenv("TERM", "dumb")
     with connect_remembered(find("sim:teachmover").config):
         said = call("watch", "--screen", "--sim", "teachmover", code=2).err
-    assert "without --screen it is JSON" in said
+    assert "leave out --screen for lines of text" in said
 
 
 def test_the_keys_are_listed_without_opening_anything(call, desk):
@@ -193,7 +193,7 @@ def test_an_unknown_name_is_answered_with_all_that_could_be_meant():
 
 def test_a_model_and_an_arm_are_not_both_jogged(call):
     called = call("jog", "--model", "puma", "--sim", "teachmover", code=2)
-    assert "a model has no arm" in called.err
+    assert "--model has no arm" in called.err
     called = call("jog", "--model", "puma", "--gamepad", code=2)
     assert "leave out --gamepad" in called.err
 

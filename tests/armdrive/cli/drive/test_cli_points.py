@@ -56,7 +56,7 @@ def test_a_sequence_that_a_person_wrote_is_shown_and_run(taught):
     )
     assert "3 steps" in taught("points", "list", code=0).out
     assert "along a line" in taught("points", "show", "lift", code=0).out
-    assert taught("points", "show", "lift", "--json", code=0).json["steps"][1] == "wait 0.1 s"
+    assert taught("points", "show", "lift", "--json", code=0).json["steps"][1] == "delay 0.1 s"
     ran = taught("points", "run", "lift", code=0).out
     assert "  3  to pick along a line" in ran
     assert "used by lift" in taught.refused("points", "delete", "pick", code=2)

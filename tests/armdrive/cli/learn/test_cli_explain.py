@@ -132,7 +132,8 @@ def test_accuracy_explains_the_stated_resolution(call):
     assert "5 joint angles" in call.refused("explain", "accuracy", "teachmover", "1", code=2)
     words = ("explain", "accuracy", "teachmover", "0", "abc", "0", "0", "0")
     assert "'abc' is not a number" in call.refused(*words, code=2)
-    assert "no motor steps" in call.refused("explain", "accuracy", "alpha2", code=3)
+    sentence = call.refused("explain", "accuracy", "alpha2", code=3)
+    assert "motor steps of the Microbot Alpha II are not known" in sentence
 
 
 def test_urdf_is_printed_for_other_tools(call):

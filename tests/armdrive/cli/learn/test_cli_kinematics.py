@@ -35,12 +35,14 @@ def test_ik_undoes_fk(call):
     )
 
 
-def test_ik_prints_every_branch_and_the_one_that_is_taken(call):
+def test_ik_prints_every_branch_and_the_one_that_the_arm_would_use(call):
     called = call("ik", *GOAL, code=0)
     for base in ("front", "back"):
         for elbow in ("up", "down"):
             assert f"base {base}, elbow {elbow}" in called.out
-    assert "taken: base 0.0°" in called.out
+    assert "the arm would use: base 0.0°" in called.out
+    rows = [line for line in called.out.splitlines() if line.startswith("  ")]
+    assert len({line.find("°") for line in rows[1:]}) == 1  # angles stand below each other
 
 
 def test_ik_says_that_a_guard_forbids_a_posture(call):

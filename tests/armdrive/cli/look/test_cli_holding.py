@@ -49,8 +49,9 @@ def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
     assert seen["arm"] == ARM
     assert seen["trust"] == "referenced"
     said = call("status", code=0).out
-    assert "held by another program" in said
-    assert "trust: referenced" in said
+    assert said.startswith("the program ")
+    assert "is driving this arm" in said
+    assert "\nposition  referenced: " in said
 
 
 def test_a_stop_from_outside_ends_a_motion(call, held):
@@ -70,15 +71,17 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
     assert f"asked {ARM} to pause" in call("pause", code=0).out
     assert call("pause", "--json", code=0).json == {"paused": 1, "failures": []}
     assert call("status", "--json", code=0).json["paused"] is True
-    assert call("slow", "50", "--json", code=0).json == {"slowed": 1, "failures": []}
+    assert call("slow", "50%", "--json", code=0).json == {"slowed": 1, "failures": []}
     assert held.speed_override == 0.5
-    assert "asked" in call("slow", "100", "--sim", "teachmover", code=0).out
+    assert "asked" in call("slow", "1", "--sim", "teachmover", code=0).out
     assert call("resume", "--json", code=0).json == {"resumed": 1, "failures": []}
     handle.wait(FOREVER_S)
     assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
 
 
-@pytest.mark.parametrize("words", [("slow", "0"), ("slow", "101"), ("slow", "fast"), ("slow",)])
+@pytest.mark.parametrize(
+    "words", [("slow", "0"), ("slow", "20"), ("slow", "0.5%"), ("slow", "fast"), ("slow",)]
+)
 def test_a_speed_that_is_none_is_refused(call, held, words):
     call(*words, code=2)
     assert held.speed_override == 1.0
@@ -90,25 +93,41 @@ def test_what_nobody_holds_is_neither_paused_nor_resumed(call, word):
     assert "no program holds" in call(word, "--sim", "teachmover", code=1).out
 
 
-def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
-    def seen(view):
-        watch_emit(view)
-        if view["state"] == "standby":
+def closing(held, monkeypatch, states):
+    """Have the arm given back once `watch` has printed one of these states."""
+
+    def seen(result, options):
+        watch_show(result, options)
+        if result.document["state"] in states:
             soon(held.close)
 
-    watch_emit = status.emit
-    monkeypatch.setattr(status, "emit", seen)
-    views = call("watch", "--every", "0.05", code=0).json_lines
+    watch_show = status.show
+    monkeypatch.setattr(status, "show", seen)
+
+
+def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
+    closing(held, monkeypatch, ["standby"])
+    views = call("watch", "--every", "0.05", "--json", code=0).json_lines
     assert views[0]["state"] == "standby"
     assert views[-1]["state"] == "disconnected"
     assert "no program" in call.refused("watch", code=1)
 
 
+def test_a_person_who_watches_reads_a_line_for_each_change(call, held, monkeypatch):
+    closing(held, monkeypatch, ["standby"])
+    first, heading, *rows = call("watch", "--every", "0.05", code=0).out.splitlines()
+    assert first == f"watching {ARM}; Ctrl-C ends the watching and stops nothing"
+    assert heading.split()[:3] == ["time", "state", "position"]
+    assert rows[0].split()[1:6] == ["standby", "referenced", "127.0", "0.0", "0.0"]
+    assert [row.split()[1] for row in rows] == ["standby", "disconnected"]
+    assert {len(row) for row in rows} == {len(heading)}
+
+
 def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
-    def interrupted(view):
+    def interrupted(result, options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(status, "emit", interrupted)
+    monkeypatch.setattr(status, "show", interrupted)
     assert call("watch", code=0).err == ""
     assert not held.engine.stop_asked
 

@@ -43,7 +43,7 @@ def test_a_replay_that_agrees_prints_the_timeline_and_ends_well(call, recording)
     assert "call: move_motors(0, 0, 0, 0, 5, 0)" in out
     assert r"-> @STEP" in out
     assert "step at speed" in out
-    assert "the twin answered as the arm did" in out.splitlines()[-1]
+    assert "no difference: " in out.splitlines()[-1]
 
 
 def test_a_replay_that_parts_says_where_and_ends_with_one(call, parted):
@@ -69,14 +69,14 @@ def test_the_replay_is_one_json_document_and_the_timeline_one_a_line(call, parte
 
 def test_the_twin_can_be_set_and_wrong_settings_are_refused(call, recording):
     called = call("replay", recording, "--quiet", "--set", "speed_error=0.5", code=0)
-    assert "the twin took" in called.out
+    assert "the simulated arm took" in called.out
     assert "speed_error" in call.refused("replay", recording, "--set", "speed_eror=1", code=2)
 
 
 def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypatch):
     slept = []
     monkeypatch.setattr("time.sleep", slept.append)
-    call("replay", recording, "--show", "--speed", "10", code=0)
+    call("replay", recording, "--show", "--pace", "10", code=0)
     entries = [json.loads(line) for line in Path(recording).read_text().splitlines()[1:]]
     assert sum(slept) == pytest.approx((entries[-1]["t"] - entries[0]["t"]) / 10)
 
@@ -106,7 +106,7 @@ def test_the_holder_of_an_arm_writes_on_request(call, tmp_path):
 
 
 def test_nothing_held_is_nothing_to_record(call):
-    assert "nothing to be written" in call.refused("record", code=1)
+    assert "nothing to record" in call.refused("record", code=1)
 
 
 def test_a_recording_that_cannot_be_written_says_why(call):

@@ -13,6 +13,7 @@ from armdrive.cli.program import run_common
 from armdrive.cli.program.arguments import ARGUMENTS
 from armdrive.errors import BadRequest
 from armdrive.programs.journal import journal_file
+from armdrive.programs.rehearsal import Rehearsal
 from armdrive.sim.world.table import block_of
 
 CARRY = """\
@@ -93,7 +94,7 @@ def test_what_the_rehearsal_refuses_begins_nowhere(homed, write):
 
 def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
     path = write("if not input(2)\n  move at(900, 0, 120, -90)\nend\n")
-    assert "line 1: input 2 is off; say what is so" in homed("run", path, code=3).err
+    assert "line 1: input 2 is off; give the real values" in homed("run", path, code=3).err
     homed("run", path, "--check", "--input", "2=on", code=0)
     homed("run", path, "--input", "2=on", code=3)  # the run itself reads the input
     ended = homed("run", path, "--yes", code=3)
@@ -132,24 +133,50 @@ def test_loops_are_run_and_shown(homed, write):
 
 
 def test_a_run_that_was_not_rehearsed_to_its_end_says_so(homed, write, monkeypatch):
-    monkeypatch.setattr("armdrive.programs.rehearsal.MOST_ACTS", 3)
+    monkeypatch.setattr("armdrive.cli.program.run_program.BEFORE_RUN_S", -1.0)
     path = write("repeat 5\n  delay 1\nend\n")
     ran = homed("run", path, code=0).out
-    assert "rehearsed for 3.0 s only: it may never end" in ran
+    assert "rehearsed for 0.0 s; not rehearsed to its end, which would take too long" in ran
     assert "%" not in ran
     lines = homed("run", path, "--json", code=0).json_lines
     assert lines[0]["rehearsed_whole"] is False
     assert lines[1]["percent"] is None
 
 
+def test_a_program_without_an_end_is_said_to_be_endless(homed, write):
+    path = write("move at(250, 0, 120, -90)\nwhile 1 > 0\n  ready\nend\n")
+    assert "; endless: it repeats from line 3 on" in homed("run", path, "--check", code=0).out
+    view = homed("run", path, "--check", "--json", code=0).json
+    assert (view["endless"], view["whole"]) == (3, True)
+
+
+def test_a_long_rehearsal_shows_how_far_it_is(homed, write, monkeypatch):
+    monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", 0.0)
+    path = write("repeat 2\n  delay 1\nend\n")
+    shown = homed("run", path, "--check", code=0).out
+    assert "rehearsing: line 2, 1 acts, 1.0 s of the arm's time" in shown
+    first, *_ = homed("run", path, "--check", "--json", code=0).json_lines
+    assert first == {"event": "rehearsing", "acts": 0, "line": 2, "took_s": 0.0}
+
+
+def test_while_a_program_is_checked_the_arm_is_free(homed, write, monkeypatch):
+    def rehearsed(seen, *_):
+        homed("home", code=0)
+        return Rehearsal(((),))
+
+    monkeypatch.setattr("armdrive.cli.program.run_program.rehearse", rehearsed)
+    homed("run", write("ready\n"), "--check", code=0)
+
+
 def test_a_slower_run_takes_longer(homed, write):
     path = write("move at(250, 0, 120, -90)\nmove at(250, 60, 120, -90)\n")
     full = homed("run", path, "--check", "--json", code=0).json["took_s"]
-    slow = homed("run", path, "--check", "--speed", "25", "--json", code=0).json["took_s"]
+    slow = homed("run", path, "--check", "--speed", "25%", "--json", code=0).json["took_s"]
     assert slow > 2 * full
-    lines = homed("run", path, "--speed", "25", "--json", code=0).json_lines
+    lines = homed("run", path, "--speed", "0.25", "--json", code=0).json_lines
     assert lines[-1]["took_s"] == pytest.approx(slow, rel=0.02)
-    assert "speed override" in homed.refused("run", path, "--speed", "0", code=2)
+    assert "write 0.5 or 50%" in homed("run", path, "--speed", "0", code=2).err
+    assert "not 25: write 0.25 or 25%" in homed("run", path, "--speed", "25", code=2).err
 
 
 def test_the_path_is_drawn_and_nothing_moves(homed, write):
@@ -290,21 +317,21 @@ def failing(call, write):
 
 
 def test_it_goes_on_as_slowly_and_carefully_as_it_was_begun(call, failing):
-    with_care = ("--sim", "grbl", "--speed", "12.5", "--yes", "--input", "1=on")
+    with_care = ("--sim", "grbl", "--speed", "12.5%", "--yes", "--input", "1=on")
     words = told(call("run", failing, *with_care, code=3).err, "armdrive run ")
     parser = argparse.ArgumentParser()
     ARGUMENTS["run"].declare(parser)
     options = parser.parse_args(words[2:])
     assert options.resume
-    assert (options.sim, options.speed) == ("grbl", 12.5)
+    assert (options.sim, options.speed) == ("grbl", 0.125)
     assert (options.step, options.input) == (False, [(1, True)])
     assert not options.yes  # that is said anew, or not
 
 
 def test_an_arm_is_brought_back_by_a_command_that_names_it(call, failing):
-    call("run", failing, "--sim", "grbl", "--yes", "--speed", "50", code=3)
+    call("run", failing, "--sim", "grbl", "--yes", "--speed", "50%", code=3)
     call("move", "--sim", "grbl", "--z", "80", code=0)
-    again = ("run", failing, "--sim", "grbl", "--yes", "--speed", "50", "--resume")
+    again = ("run", failing, "--sim", "grbl", "--yes", "--speed", "50%", "--resume")
     words = told(call(*again, code=3).err, "armdrive move ")
     assert words[:6] == ["armdrive", "move", "--sim", "grbl", "--speed", "0.5"]
     call(*words[1:], code=0)
@@ -376,3 +403,41 @@ def test_the_command_says_what_is_wrong_with_a_block(call, write):
     refused = call("run", write("home\n"), "--put", "A,one,2", code=2)
     assert "'one' is no number" in refused.err
     assert "NAME,X,Y[,WIDTH[,HEIGHT]]" in refused.err
+
+
+# -- every wait is shown --------------------------------------------------------------------------
+
+WAITS = "delay 1.5\nwait_input 2, -3 within 2 into came\nready\n"
+WAITING = (
+    (1, "waiting 1.5 s"),
+    (2, "waiting until input 2 is on and input 3 is off, for 2 s at most"),
+)
+
+
+def test_every_wait_is_a_line_of_its_own(homed, write):
+    ran = homed("run", write(WAITS), code=0).out
+    for line, text in WAITING:
+        assert f"line {line}: {WAITS.splitlines()[line - 1]}  {text}" in ran
+
+
+def test_every_wait_is_an_event(homed, write):
+    lines = homed("run", write(WAITS), "--json", code=0).json_lines
+    waits = [each for each in lines if each["event"] == "wait"]
+    assert [(each["line"], each["waiting"]) for each in waits] == list(WAITING)
+    assert [each["waiting"] for each in lines if each["event"] == "act"] == [
+        *(text for _, text in WAITING),
+        None,
+    ]
+
+
+def test_the_wait_of_a_script_is_shown(homed, write):
+    script = """\
+from armdrive import Arm, InputTimeout
+with Arm.connect() as arm:
+    try:
+        arm.wait_inputs(high=2, within_s=1.0)
+    except InputTimeout:
+        pass
+"""
+    ran = homed("run", write(script, "waits.py"), code=0).out
+    assert "line 4: arm.wait_inputs(high=2, within_s=1.0)  waiting for inputs" in ran

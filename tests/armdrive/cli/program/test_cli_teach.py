@@ -35,15 +35,15 @@ def shown(call, name="fetch"):
 
 def test_steps_are_added_inserted_moved_retimed_and_removed(call, book):
     call("teach", "add", "fetch", "gripper", "grasp", code=0)
-    call("teach", "insert", "fetch", "2", "wait", "0.5", code=0)
+    call("teach", "insert", "fetch", "2", "delay", "0.5", code=0)
     assert shown(call) == [
-        "to above", "wait 0.5 s", "gripper open", "to pick along a line at 30%", "gripper grasp",
+        "to above", "delay 0.5 s", "gripper open", "to pick along a line at 30%", "gripper grasp",
     ]  # fmt: skip
     call("teach", "move", "fetch", "2", "5", code=0)
     said = call("teach", "retime", "fetch", "--factor", "2", "--wait", "1", code=0).out
     assert "note: step 1 goes at 100%, not at 200%" in said
     call("teach", "remove", "fetch", "2", "3", code=0)
-    assert shown(call) == ["to above", "gripper grasp", "wait 1 s"]
+    assert shown(call) == ["to above", "gripper grasp", "delay 1 s"]
 
 
 def test_a_new_sequence_begins_with_its_first_step(call, book):
@@ -55,7 +55,7 @@ def test_a_new_sequence_begins_with_its_first_step(call, book):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("add", "fetch", "fly", "home"), "is no step"),
+        (("add", "fetch", "fly", "home"), "is not a step"),
         (("add", "fetch", "to", "nowhere"), "which there is not"),
         (("insert", "fetch", "9", "to", "above"), "no place 9"),
         (("remove", "nothing", "1"), "no sequence 'nothing'"),
@@ -123,7 +123,7 @@ def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch):
     monkeypatch.setattr(StepRecorder, "see", seen)
     driver = threading.Thread(target=drive)
     driver.start()
-    lines = call("teach", "record", "tour", "--rest", "0", "--json", code=0).json_lines
+    lines = call("teach", "follow", "tour", "--rest", "0", "--json", code=0).json_lines
     driver.join()
     assert [line["text"] for line in lines] == shown(call, "tour")
     assert shown(call, "tour") == ["to tour-1", "gripper 0 mm", "to tour-2", "to tour-3"]
@@ -150,7 +150,7 @@ def iter_views(told):
 def test_ctrl_c_ends_a_recording_and_keeps_it(call, views):
     view, told = views
     told += [view, KeyboardInterrupt()]
-    said = call("teach", "record", "tour", code=0).out
+    said = call("teach", "follow", "tour", code=0).out
     assert "tour: 2 steps over 1 points" in said
     assert shown(call, "tour") == ["to tour-1", "gripper 0 mm"]
 
@@ -158,7 +158,7 @@ def test_ctrl_c_ends_a_recording_and_keeps_it(call, views):
 def test_what_was_recorded_before_the_position_was_lost_is_kept(call, views):
     view, told = views
     told += [view, view | {"trust": "suspect", "trust_reason": "moved by the pendant"}]
-    said = call("teach", "record", "tour", code=3)
+    said = call("teach", "follow", "tour", code=3)
     assert "moved by the pendant" in said.err
     assert len(shown(call, "tour")) == 2
 
@@ -166,17 +166,17 @@ def test_what_was_recorded_before_the_position_was_lost_is_kept(call, views):
 def test_a_holder_that_falls_silent_at_once_leaves_nothing(call, views):
     _, told = views
     told.append(ArmError("it does not answer"))
-    assert "it does not answer" in call.refused("teach", "record", "tour", "--json", code=1)
+    assert "it does not answer" in call.refused("teach", "follow", "tour", "--json", code=1)
 
 
 def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views, book):
     view, told = views
     told += [view, AssertionError("it was recorded")]
-    assert "fetch already" in call.refused("teach", "record", "fetch", code=2)
+    assert "fetch already" in call.refused("teach", "follow", "fetch", code=2)
 
 
 def test_nobody_holds_an_arm(call):
-    assert "no program of yours holds" in call.refused("teach", "record", "tour", code=1)
+    assert "no program of yours is driving" in call.refused("teach", "follow", "tour", code=1)
 
 
 def test_the_status_of_an_arm_is_what_a_recording_reads():

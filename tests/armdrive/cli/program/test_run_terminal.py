@@ -128,7 +128,7 @@ def test_from_another_terminal_it_is_seen_paused_resumed_and_stopped(begin, call
     assert f"line {paused['line']}" in call("status", code=0).out
     call("resume", code=0)
     program.until("going-on")
-    call("slow", "5", code=0)
+    call("slow", "5%", code=0)
     call("stop", code=0)
     code, err = program.end()
     assert code == 5

@@ -66,12 +66,20 @@ def test_what_was_carried_out_is_saved_as_a_program_that_runs(piped, call, tmp_p
     assert "line 7: grasp into width" in call("run", str(path), "--check", code=0).out
     refused = piped(f"ready\nsave {path}\n", code=2)
     assert "standard input: line 2" in refused.err
-    assert "is there already" in refused.err
+    assert "exists already" in refused.err
     piped(f"ready\nsave {path} over\nready\nsave {path}\n")
     assert path.read_text(encoding="utf-8") == "ready\nready\n"
     piped(f"{FETCH.partition('fetch(pick)')[0]}save {path} over\n")
     names = piped(f"load {path}\nnames\n").out
     assert "  fetch(place)\n  pick: x 250.0" in names
+
+
+def test_every_wait_is_shown(homed):
+    text = "wait_input 2 within 1 into came\n"
+    waiting = "waiting until input 2 is on, for 1 s at most"
+    assert homed(text).out.splitlines()[1:] == [waiting]
+    events = homed(text, "--json").json_lines
+    assert [each["waiting"] for each in events if each["event"] == "wait"] == [waiting]
 
 
 def test_the_first_error_ends_it_with_its_code_and_place(homed, call):

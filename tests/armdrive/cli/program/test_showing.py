@@ -8,14 +8,8 @@ import pytest
 from program_acts import go
 from running_bench import table_arm
 
-from armdrive.cli.program.run_common import (
-    CLEAR_LINE,
-    Display,
-    PromptLines,
-    RunTerminal,
-    duration,
-    line_words,
-)
+from armdrive.cli.program.run_common import PromptLines, RunTerminal
+from armdrive.cli.program.run_output import CLEAR_LINE, Display, RunOutput, duration, line_words
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import RunStage
 from armdrive.programs.problems import SourceMark
@@ -43,8 +37,8 @@ def rehearsed():
 
 
 def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_common.REDRAW_S", 1e3)
-    with Display(LINES, None, rewrites=True) as display:
+    monkeypatch.setattr("armdrive.cli.program.run_output.REDRAW_S", 1e3)
+    with Display(LINES, RunOutput(as_json=False, rewrites=True)) as display:
         display.use(arm)
         display.follow(rehearsed())
         display.begins(step(2), None)
@@ -59,7 +53,7 @@ def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
 
 
 def test_no_line_is_drawn_over_a_question(arm, capsys):
-    with Display(LINES, None, rewrites=True) as display:
+    with Display(LINES, RunOutput(as_json=False, rewrites=True)) as display:
         display.use(arm)
         display.at(None, SourceMark(3), "Home")
         display._look_once()
@@ -67,7 +61,7 @@ def test_no_line_is_drawn_over_a_question(arm, capsys):
 
 
 def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
-    with Display(LINES, None, rewrites=True) as display:
+    with Display(LINES, RunOutput(as_json=False, rewrites=True)) as display:
         display.use(arm)
         display.follow(rehearsed())
         display.begins(step(2), None)
@@ -82,13 +76,14 @@ def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
 
 
 def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_common.REDRAW_S", 1e-3)
+    monkeypatch.setattr("armdrive.cli.program.run_output.REDRAW_S", 1e-3)
 
-    def gone(event):
-        if event["event"] == "paused":
-            raise OSError(5, "the terminal is gone")
+    class Gone(RunOutput):
+        def tell(self, event, text):
+            if event["event"] == "paused":
+                raise OSError(5, "the terminal is gone")
 
-    with Display(LINES, gone, rewrites=False) as display:
+    with Display(LINES, Gone(as_json=True)) as display:
         display.use(arm)
         display.begins(step(2), None)
         arm.pause()
@@ -97,7 +92,7 @@ def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monk
 
 
 def test_nothing_is_told_before_anything_began(arm, capsys):
-    with Display(LINES, None, rewrites=False) as display:
+    with Display(LINES, RunOutput(as_json=False, rewrites=False)) as display:
         display.use(arm)
         display._look_once()
         assert arm.program() == {}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 import tomllib
-from pathlib import Path
 
 from cli_calls import Caller
+from pages import page
 
 from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
 from armdrive.registry.arm_files import load_arm
@@ -14,7 +14,7 @@ from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
 from armdrive.storage import files as places
 
-PAGE = (Path(__file__).parents[4] / "docs" / "config.md").read_text(encoding="utf-8")
+PAGE = page("describing-the-arm")
 
 
 def test_every_action_template_and_length_is_on_the_page():

@@ -14,7 +14,7 @@ from armdrive.tasks import RequestRejected
 @pytest.mark.parametrize(
     ("reply", "evidence", "words"),
     [
-        (RequestRejected(), Evidence.MOTION_REFUSED, "a byte may have been garbled"),
+        (RequestRejected(), Evidence.MOTION_REFUSED, "a byte may have been corrupted"),
         (RequestRejected("the door is open"), Evidence.BROKEN_OFF, "aborted: the door is open"),
         (
             RequestRejected("drive 2 is mute", silent=True),

@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest
 from armdrive.programs.teaching import edit as editing
-from armdrive.storage.points import GRIPPER_WORDS, Point, Step, StepList, parse_step
+from armdrive.programs.teaching.steps import parse_step
+from armdrive.storage.points import GRIPPER_WORDS, Point, Step, StepList
 from kinematics import Joints
 
 SPEEDS = st.integers(1, 100).map(lambda percent: percent / 100)
@@ -44,7 +45,8 @@ def test_a_step_reads_as_it_is_printed(step):
         ("to pick line", Step("pick", "line")),
         ("to   pick at 30 %", Step("pick", speed=0.3)),
         ("gripper 30", Step(gripper=30.0)),
-        ("wait 2", Step(wait_s=2.0)),
+        ("to pick at 0.3", Step("pick", speed=0.3)),
+        ("delay 2", Step(wait_s=2.0)),
     ],
 )
 def test_shorter_words_are_understood(text, wanted):
@@ -53,11 +55,23 @@ def test_shorter_words_are_understood(text, wanted):
 
 @pytest.mark.parametrize(
     "text",
-    ["", "pick", "to", "go pick", "gripper wide", "wait long", "to pick at fast%", "to pick twice",
-     "to 7up", "to pick at 120%", "wait -1", "gripper nan"],
+    ["", "pick", "to", "go pick", "gripper wide", "delay long", "to pick at fast%", "to pick twice",
+     "to 7up", "to pick at 120%", "delay -1", "gripper nan"],
 )  # fmt: skip
 def test_what_is_no_step_is_refused(text):
     with pytest.raises(ValueError):  # noqa: PT011 - two families of errors, one meaning
+        parse_step(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("wait 2", "write `delay 2` to wait for seconds"),
+        ("to pick at 30", "a speed is a fraction of the limits, not 30: write 0.3 or 30%"),
+    ],
+)
+def test_an_old_spelling_is_refused_with_the_new_one(text, words):
+    with pytest.raises(BadRequest, match=words):
         parse_step(text)
 
 
@@ -92,17 +106,17 @@ def test_a_step_that_is_moved_and_moved_back_leaves_all_as_it_was(steps, data):
 )
 def test_a_number_that_there_is_not_is_named(edit, sentence):
     with pytest.raises(BadRequest, match=sentence):
-        edit(fetch("to pick", "wait 1"))
+        edit(fetch("to pick", "delay 1"))
 
 
 def test_speeds_and_waits_are_changed_in_all_steps_or_in_some():
-    steps = fetch("to pick", "wait 2", "gripper grasp at 50%", "to above line at 30%")
+    steps = fetch("to pick", "delay 2", "gripper grasp at 50%", "to above line at 30%")
     slower = editing.retimed(steps, editing.Timing(factor=0.5, wait_factor=2.0))
     assert words(slower.steps) == [
-        "to pick at 50%", "wait 4 s", "gripper grasp at 25%", "to above along a line at 15%",
+        "to pick at 50%", "delay 4 s", "gripper grasp at 25%", "to above along a line at 15%",
     ]  # fmt: skip
     one = editing.retimed(steps, editing.Timing(speed=0.2, wait_s=1.0), 2, 3)
-    assert words(one.steps)[1:3] == ["wait 1 s", "gripper grasp at 20%"]
+    assert words(one.steps)[1:3] == ["delay 1 s", "gripper grasp at 20%"]
     assert one.steps.steps[0] == steps.steps[0]
 
 
@@ -114,7 +128,7 @@ def test_a_speed_beyond_the_limits_is_clipped_and_said():
 
 def test_the_way_back_lets_go_where_it_gripped():
     steps = fetch(
-        "to above", "gripper open", "to pick line at 30%", "gripper grasp", "wait 0.5",
+        "to above", "gripper open", "to pick line at 30%", "gripper grasp", "delay 0.5",
         "to above line at 50%", "to drop-2", "gripper open",
     )  # fmt: skip
     back = editing.reverse(steps, POINTS)
@@ -123,12 +137,12 @@ def test_the_way_back_lets_go_where_it_gripped():
         "gripper grasp",
         "to above",
         "to pick along a line at 50%",
-        "wait 0.5 s",
+        "delay 0.5 s",
         "gripper open",
         "to above along a line at 30%",
     ]
     assert back.notes == (
-        "step 2 (gripper open) is left out: nobody knows how the fingers were before it",
+        "step 2 (gripper open) is left out: the opening of the fingers before it is unknown",
     )
 
 

@@ -56,11 +56,11 @@ def test_rows_lead_where_the_sequence_leads_but_for_rounding(steps):
     ("steps", "sentence"),
     [
         ((Step("above"), Step("pick", "line")), r"step 2 \(to pick along a line\).*joint motions"),
-        ((Step("above"), Step(wait_s=1.0)), r"step 2 \(wait 1 s\).*not known"),
-        ((Step("above"), Step(gripper="grasp")), r"step 2 \(gripper grasp\).*say a width"),
+        ((Step("above"), Step(wait_s=1.0)), r"step 2 \(delay 1 s\).*not known"),
+        ((Step("above"), Step(gripper="grasp")), r"step 2 \(gripper grasp\).*give a width"),
         ((Step("above"), Step(gripper=500.0)), r"step 2 .*the fingers open from 0"),
-        ((Step(gripper="open"),), "step 1 .*begin with a way to a point"),
-        ((Step("bare"),), "step 1 .*nobody knows how far"),
+        ((Step(gripper="open"),), "step 1 .*begin with a step to a point"),
+        ((Step("bare"),), "step 1 .*the opening of the fingers there is unknown"),
         ((), "has no steps"),
     ],
 )

@@ -95,7 +95,7 @@ def test_without_a_position_nothing_is_recorded(change):
     with Arm.connect("sim:teachmover") as arm:
         arm.home()
         view = status_view(arm.status) | change
-    with pytest.raises(NotReferenced, match="nobody knows where the arm stands"):
+    with pytest.raises(NotReferenced, match="the arm has no trusted position"):
         seen_in(view, JOINT_NAMES)
 
 

@@ -216,7 +216,7 @@ def test_steps_say_what_they_do():
         "to left",
         "gripper 10 mm",
         "to right along a line at 50%",
-        "wait 0.5 s",
+        "delay 0.5 s",
         "gripper point",
         "to up",
     ]

@@ -141,7 +141,7 @@ def test_a_sequence_goes_over_new_points_and_keeps_all_else():
         "to left-above",
         "gripper open",
         "to left-pick along a line at 30%",
-        "wait 0.5 s",
+        "delay 0.5 s",
         "to left-above along a line",
     ]
     assert sequences["left"].note == "one block; fetch mirrored"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from pages import page
 
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import Quirk, options_of
@@ -12,7 +11,7 @@ from armdrive.sim.cia402.quirks import QUIRKS as CIA402
 from armdrive.sim.device import Options
 from armdrive.sim.mks.quirks import QUIRKS as MKS
 
-PAGE = (Path(__file__).parents[4] / "docs" / "can-simulated.md").read_text(encoding="utf-8")
+PAGE = page("simulating")
 EACH = [*(("mks", quirk) for quirk in MKS), *(("cia402", quirk) for quirk in CIA402)]
 LIMITED = Quirk("answer_ms", 0.2, "milliseconds", "nobody", above_zero=True, most=50.0)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 
 import can
 import pytest
 from cli_calls import Caller
 from mks_sim import TURN, arm_config
+from pages import page
 from served import ServedDevice
 from waiting import LONG_S
 
@@ -108,11 +108,11 @@ def test_the_list_tells_its_settings_and_faults(capsys):
 
 
 def test_the_page_tells_every_setting_and_every_fault_of_the_bus():
-    page = (Path(__file__).parents[4] / "docs" / "can-simulated.md").read_text(encoding="utf-8")
+    text = page("simulating")
     for option in KIND.options:
-        assert f"| `{option.name}` |" in page
+        assert f"| `{option.name}` |" in text
     for name, kind in FAULTS.items():
-        assert f"`{name}`" in page or kind.needs is not DrivesOnBus
+        assert f"`{name}`" in text or kind.needs is not DrivesOnBus
 
 
 @needs_pty

@@ -1,0 +1,324 @@
+"""What a run prints: results as they come, and where the program is.
+
+On a terminal one line is rewritten in place; elsewhere each motion and each wait is a line; with
+`--json` each event is a document. Other programs see the same view (`armdrive status`, `watch`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import shutil
+import sys
+import threading
+from collections.abc import Mapping
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from armdrive.arm import Arm
+from armdrive.cli.presenter import Result, put
+from armdrive.errors import Stopped
+from armdrive.errors.actions import COMMAND_LINE, Words, presented
+from armdrive.errors.printable import printable
+from armdrive.programs.arm_access import time_s
+from armdrive.programs.problems import SourceMark
+from armdrive.programs.progress import Estimate, RunProgress
+
+if TYPE_CHECKING:
+    from armdrive.programs.acts import Answer
+    from armdrive.programs.program import Machine
+    from armdrive.programs.rehearsal import RehearsedSoFar
+    from armdrive.programs.running import RunStep
+    from armdrive.programs.session import Typed
+
+CLEAR_LINE = "\r\x1b[K"
+STANDARD_OUTPUT = 1
+
+
+class RunOutput:
+    """Prints results as text or JSON, and on a terminal a status line that is rewritten.
+
+    `words` are those of the interface: the command line's or the shell's. Every method may be
+    called from any thread.
+    """
+
+    def __init__(
+        self, *, as_json: bool, rewrites: bool | None = None, words: Words = COMMAND_LINE
+    ) -> None:
+        """`rewrites` says whether there is a status line, by default only on a terminal."""
+        self._stdout = sys.stdout  # kept, because the prints of a script may be redirected
+        self.as_json = as_json
+        terminal = self._stdout.isatty() if rewrites is None else rewrites
+        self.rewrites = terminal and not as_json
+        self._words = words
+        self._drawn = False
+        self._lock = threading.RLock()
+
+    def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
+        """Print an event as a document for programs, and as lines for people."""
+        self.show(Result(event, text.split("\n") if text else ()))
+
+    def show(self, result: Result) -> None:
+        """Print a result. Raises `Stopped` if nobody reads the output any more."""
+        with self._lock:
+            if not self.as_json:
+                self.wipe()
+                lines = (result.lines,) if isinstance(result.lines, str) else result.lines
+                self._put("".join(f"{line}\n" for line in lines))
+            elif result.document is not None:
+                self._put(f"{json.dumps(dict(result.document))}\n")
+
+    def rewrite(self, text: str) -> None:
+        """Write the status line over the one before."""
+        with self._lock:
+            columns = shutil.get_terminal_size().columns
+            self._put(printable(text)[: columns - 1], CLEAR_LINE)
+            self._drawn = True
+
+    def wipe(self) -> None:
+        """Take the status line away."""
+        with self._lock:
+            if self._drawn:
+                self._put("", CLEAR_LINE)
+                self._drawn = False
+
+    def rehearsing(self, far: RehearsedSoFar) -> None:
+        """Show how far a rehearsal has come that takes long."""
+        took = duration(far.took_s)
+        text = f"rehearsing: line {far.mark.line}, {far.acts} acts, {took} of the arm's time"
+        if self.rewrites:
+            self.rewrite(text)
+            return
+        view = {"acts": far.acts, "line": far.mark.line, "took_s": round(far.took_s, 3)}
+        self.tell({"event": "rehearsing", **view}, text)
+
+    def _put(self, text: str, control: str = "") -> None:
+        if not (text or control):
+            return
+        try:
+            put(presented(text, self._words), control=control, output=self._stdout)
+        except BrokenPipeError:  # a program whose reader has gone must not seem to end well
+            os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_OUTPUT)
+            words = "nobody reads any more what the program says: it was ended"
+            raise Stopped(words) from None
+
+
+REDRAW_S = 0.2
+ASKING = ("home",)
+"""Acts and calls that may ask the person something, in small letters."""
+
+
+class Display:
+    """Shows one run. `lines` are the program's, of which the present one is shown.
+
+    At a prompt the person has just typed the lines: they are looked up in `typed`, and a motion is
+    not worth a line of its own. Every method may be called from any thread.
+    """
+
+    def __init__(self, lines: list[str], output: RunOutput, typed: Typed | None = None) -> None:
+        self._lines = lines
+        self._output = output
+        self._typed = typed
+        self._progress = RunProgress(())
+        self._share = 1.0
+        self._arm: Arm | None = None
+        self._mark: SourceMark | None = None
+        self._act = ""
+        self._waiting = ""
+        self._loop = 1
+        self._loops = 1
+        self._began_s = 0.0
+        self._paused = False
+        self._lock = threading.RLock()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._look, name="progress", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._over.set()
+        self._thread.join()
+        self._output.wipe()
+
+    def follow(self, progress: RunProgress, *, share: float = 1.0, loops: int = 1) -> None:
+        """Estimate by a rehearsal in which the arm moved with `share` of its speed."""
+        with self._lock:
+            self._progress, self._share, self._loops = progress, share, loops
+
+    # -- what happens -------------------------------------------------------------------------
+
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - every onlooker's
+        """Show an act of a program file."""
+        self.at(
+            None,
+            step.stage.mark,
+            step.act_name,
+            loop=step.loop,
+            loud=step.moves and self._typed is None,
+            waiting=step.waiting,
+        )
+
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
+        """Tell programs the answer to an act; at a prompt, tell people what a grasp found."""
+        if self._output.as_json:
+            brought = answer if isinstance(answer, bool | float | int) else None
+            took = {"answer": brought, "took_s": round(took_s, 3)}
+            self.tell({"event": "done", **step.view(), **took}, "")
+        elif self._typed is not None and step.grasps and isinstance(answer, float):
+            self.say(f"grasped: {answer:.1f} mm wide" if answer else "grasped nothing")
+
+    def use(self, arm: Arm) -> None:
+        """Look at this arm from now on, and tell other programs what it is doing."""
+        with self._lock:
+            self._arm = arm
+        arm.program = self.view
+
+    def at(
+        self,
+        arm: Arm | None,
+        mark: SourceMark,
+        act: str,
+        *,
+        loop: int = 1,
+        loud: bool = True,
+        waiting: str = "",
+    ) -> None:
+        """Show where the program is, on a line of its own if it is `loud` or waits."""
+        with self._lock:
+            self._arm = arm or self._arm
+            self._mark, self._act, self._loop, self._waiting = mark, act, loop, waiting
+            self._progress.begins(mark, loop)
+            self._began_s = 0.0 if self._arm is None else time_s(self._arm)
+            view = self.view()
+            if self._output.as_json:
+                self.tell({"event": "act", **view}, "")
+                if waiting:
+                    self.tell({"event": "wait", **view}, "")
+            elif self._draws:
+                self._draw(view)
+            elif waiting and self._typed is not None:
+                self.tell(None, waiting)
+            elif loud or waiting:
+                self.tell(None, place_words(view))
+
+    def say(self, text: str) -> None:
+        """Show what the program says."""
+        with self._lock:
+            self._output.show(Result({"event": "say", "text": text}, text))
+
+    def waits(self, text: str, *, enter: bool = True) -> None:
+        """Show that the program waits for a person, and how that person answers."""
+        words = f"{text}: " * bool(text)
+        goes_on = "Enter goes on, and so does `armdrive resume`"
+        how = goes_on if enter else "`armdrive resume` lets it go on"
+        self.tell({"event": "hold", "text": text}, f"{words}{how}")
+
+    def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
+        """Show something else: an event for programs, lines for people."""
+        with self._lock:
+            self._output.tell(event, text)
+
+    # -- what is shown ------------------------------------------------------------------------
+
+    def view(self) -> dict[str, Any]:
+        """Return where the program is, as plain data."""
+        with self._lock:
+            if self._mark is None:
+                return {}
+            estimate = self._estimate()
+            return {
+                "file": self._mark.file,
+                "line": self._mark.line or None,
+                "column": self._mark.column,
+                "text": self.source(self._mark.line),
+                "act": self._act,
+                "waiting": self._waiting or None,
+                "loop": self._loop,
+                "loops": self._loops,
+                "percent": None if estimate.percent is None else round(estimate.percent, 1),
+                "left_s": None if estimate.left_s is None else round(estimate.left_s, 1),
+            }
+
+    def source(self, line: int) -> str:
+        """Return a line of the program."""
+        if self._typed is not None and self._mark is not None:
+            return self._typed.line_at(self._mark).strip()
+        return self._lines[line - 1].strip() if 0 < line <= len(self._lines) else ""
+
+    @property
+    def _draws(self) -> bool:
+        """Whether the status line may be rewritten now: not over a question."""
+        return self._output.rewrites and self._act.lower() not in ASKING
+
+    def _estimate(self) -> Estimate:
+        if self._arm is None:
+            return Estimate()
+        share = self._arm.speed_override / self._share
+        return self._progress.estimate(time_s(self._arm) - self._began_s, share)
+
+    def _look(self) -> None:
+        """Show what changes between two acts, for as long as somebody reads it."""
+        with contextlib.suppress(OSError, Stopped):
+            while not self._over.wait(REDRAW_S):
+                with self._lock:
+                    self._look_once()
+
+    def _look_once(self) -> None:
+        arm = self._arm
+        if arm is None or self._mark is None:
+            return
+        if arm.paused is not self._paused:
+            self._paused = arm.paused
+            word = "paused" if self._paused else "going on"
+            self.tell({"event": word.replace(" ", "-"), **self.view()}, word)
+        if self._draws:
+            self._draw(self.view())
+
+    def _draw(self, view: Mapping[str, Any]) -> None:
+        arm = self._arm
+        slowed = arm is not None and arm.speed_override < 1.0
+        words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
+        self._output.rewrite(words)
+
+
+# A running program's position and times as text.
+
+_SAID = re.compile(r"""(?:"[^"]*"|'[^']*'|[^"'#])*(?=#)""")
+"""A line without its comment; no match if it has none."""
+
+
+def place_words(view: Mapping[str, Any]) -> str:
+    """Return where a program is, as a line for people."""
+    percent, left_s = view["percent"], view["left_s"]
+    share = "    " if percent is None else f"{percent:3.0f}%"
+    left = "" if left_s is None else f"  {duration(left_s)} left"
+    loop = "" if view["loops"] == 1 else f"loop {view['loop']}  "
+    waiting = f"  {view['waiting']}" if view["waiting"] else ""
+    line = line_words(view["line"], view["text"] or view["act"])
+    return f"{share}  {loop}{line}{waiting}{left}"
+
+
+def line_words(line: int | None, text: str) -> str:
+    """Return a line of a program with its number, if it is known, and without its comment."""
+    said = _SAID.match(text)
+    text = said.group().rstrip() if said else text
+    return f"line {line}: {text}" if line else text
+
+
+def duration(time_s: float) -> str:
+    """Return a time for people: seconds, or minutes and seconds, or hours and minutes."""
+    if time_s < 60.0:
+        return f"{time_s:.1f} s" if time_s < 10.0 else f"{time_s:.0f} s"
+    minutes, seconds = divmod(round(time_s), 60)
+    if minutes < 60:
+        return f"{minutes} min {seconds} s"
+    return f"{minutes // 60} h {minutes % 60} min"

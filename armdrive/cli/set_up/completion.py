@@ -1,0 +1,156 @@
+"""Completion in the shell: `armdrive completion bash` prints a script, which shtab writes.
+
+shtab reads the same parsers that read the command line, so the script knows every command and
+option. The names of arm files and points change from day to day: on Tab, the script asks `armdrive
+completion --names arms` for them.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import shtab
+
+from armdrive.cli.arm_files import default_arm
+from armdrive.cli.commands import EXIT_CODES_TOPIC, GROUPS
+from armdrive.cli.drive.arguments import ARGUMENTS as DRIVE
+from armdrive.cli.learn.arguments import ARGUMENTS as LEARN
+from armdrive.cli.look.arguments import ARGUMENTS as LOOK
+from armdrive.cli.options import Arguments, CommandParser, help_of
+from armdrive.cli.presenter import Result, say_lines
+from armdrive.cli.program.arguments import ARGUMENTS as PROGRAM
+from armdrive.cli.set_up.arguments import ARGUMENTS as SET_UP
+from armdrive.cli.set_up.arguments import SHELLS
+from armdrive.connect.target import find
+from armdrive.errors import ArmError
+from armdrive.errors.table import ENTRIES
+from armdrive.registry.arm_files import arm_paths
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Taught
+from kinematics.presets import PRESETS
+from kinematics.textbook.systems import SYSTEMS
+
+ALL: Mapping[str, Arguments] = MappingProxyType({**DRIVE, **PROGRAM, **SET_UP, **LOOK, **LEARN})
+
+
+def completion(options: argparse.Namespace) -> int | Result:
+    """Print the script of a shell, or the names that such a script asks for."""
+    if options.names is not None:
+        return Result(None, NAMES[options.names]())
+    say_lines(script(options.shell).rstrip())
+    return 0
+
+
+def script(shell: str) -> str:
+    """Return the completion script of a shell."""
+    return str(shtab.complete(whole_parser(), shell))
+
+
+def whole_parser() -> CommandParser:
+    """Return a parser of the whole command line, which tells shtab what to complete where."""
+    parser = CommandParser(prog="armdrive")
+    commands = parser.add_subparsers(metavar="COMMAND", prog="armdrive")
+    for rows in GROUPS.values():
+        for name, (_, brief, summary) in rows.items():
+            command = commands.add_parser(name, help=brief, **help_of(summary, ALL[name]))
+            ALL[name].declare(command)
+            _hint(command, name)
+    topics = commands.add_parser("help", help="explain a command")
+    topics.add_argument("command", choices=[*ALL, EXIT_CODES_TOPIC])
+    return parser
+
+
+def _hint(parser: argparse.ArgumentParser, command: str) -> None:
+    """Say for each argument of a command and of its actions what its values are."""
+    for argument in parser._actions:  # noqa: SLF001 - as shtab itself reads a parser
+        if isinstance(argument, argparse._SubParsersAction):  # noqa: SLF001
+            for action in argument.choices.values():
+                _hint(action, command)
+        elif argument.dest in _FIXED:
+            argument.choices = _FIXED[argument.dest]
+        elif not argument.choices and (values := _values(argument, command)):
+            argument.complete = values  # type: ignore[attr-defined]
+
+
+_FIXED: Mapping[str, Iterable[str]] = MappingProxyType(
+    {
+        "code": [row.code for row in ENTRIES],
+        "model": list(PRESETS),
+        "shell": SHELLS,
+        "system": [*PRESETS, *SYSTEMS],
+    }
+)
+"""Values of arguments that are the same from day to day."""
+
+
+def _values(argument: argparse.Action, command: str) -> Any:
+    """Return what completes a value, by what the argument is called; nothing if that is free."""
+    if argument.dest == "program":
+        return shtab.glob("*.arm", "*.py")
+    if argument.type is Path or argument.metavar == "FILE" or argument.dest in ("file", "answers"):
+        return shtab.FILE
+    return _ASKED.get((command, argument.dest), _ASKED.get(("", argument.dest)))
+
+
+# The names that change: printed one a line for the scripts.
+
+
+def _arms() -> Iterable[str]:
+    return [path.stem for path in arm_paths()]
+
+
+def _taught() -> Taught:
+    config = find(default_arm()).config
+    return points_of(config.name, config.model.arm).read()
+
+
+def _places() -> Iterable[str]:
+    taught = _taught()
+    return (*taught.points, *taught.sequences)
+
+
+def _sequences() -> Iterable[str]:
+    return tuple(_taught().sequences)
+
+
+def _quietly(names: Callable[[], Iterable[str]]) -> Callable[[], Iterable[str]]:
+    """Have a fault complete nothing: a message would appear in the middle of what is typed."""
+
+    def listed() -> Iterable[str]:
+        try:
+            return names()
+        except ArmError:
+            return ()
+
+    return listed
+
+
+NAMES: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
+    {
+        "arms": _quietly(_arms),
+        "places": _quietly(_places),
+        "sequences": _quietly(_sequences),
+    }
+)
+"""What a script may ask for."""
+
+
+def _ask(names: str) -> Any:
+    return shtab.cmd(f"armdrive completion --names {names} 2>/dev/null")
+
+
+_ASKED: Mapping[tuple[str, str], Any] = MappingProxyType(
+    {
+        ("", "arm"): _ask("arms"),
+        ("config", "name"): _ask("arms"),
+        ("config", "arms"): _ask("arms"),
+        ("points", "name"): _ask("places"),
+        ("teach", "name"): _ask("sequences"),
+        ("pendant", "name"): _ask("sequences"),
+    }
+)
+"""What completes the values of an argument, by its command (any, where none is named)."""

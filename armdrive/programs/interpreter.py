@@ -1,0 +1,569 @@
+"""What each word of a program does: one function per word, which asks the arm for acts.
+
+A function is written as if its acts were answered at once. When it asks for an act that has no
+answer yet, it is abandoned with `ActNeeded`. After the answer it runs again from its beginning and
+finds the answers so far: see `LineContext.ask`. So the answers are all that has to be saved about a
+line that was interrupted in its middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TypeVar
+
+from armdrive.moves import (
+    GraspMove,
+    GripperMove,
+    JointMove,
+    LineMove,
+    Motion,
+    MoveSequence,
+    ParkMove,
+    PoseMove,
+)
+from armdrive.programs.acts import (
+    Act,
+    AwaitInputs,
+    Delay,
+    Go,
+    Hold,
+    Home,
+    Look,
+    Outputs,
+    ReadInput,
+    Remember,
+    Say,
+)
+from armdrive.programs.language.compiling import (
+    ASSIGN,
+    CALL,
+    JUMP,
+    RETURN,
+    ROUND,
+    ROUNDS,
+    STOP,
+    UNLESS,
+    Instruction,
+)
+from armdrive.programs.language.syntax import (
+    Binary,
+    Expression,
+    FieldOf,
+    JointsOf,
+    Name,
+    Number,
+    TextValue,
+    Truth,
+    Unary,
+    Use,
+)
+from armdrive.programs.language.values import (
+    NUMERIC,
+    OPERATORS,
+    PLACING,
+    ForwardKinematics,
+    LineFailure,
+    PlaceValue,
+    Value,
+    backed,
+    from_json,
+    moved,
+    number,
+    out_of_bounds,
+    part_of,
+    place,
+    pose_of,
+    slot_of,
+    to_json,
+    truth,
+    value_text,
+)
+from armdrive.programs.language.words import FUNCTIONS, HERE, TIME, WORDS
+from armdrive.programs.language.writing import written
+from armdrive.programs.problems import SourceMark
+from armdrive.text.form import (
+    NUMBER,
+    TEXT,
+    Form,
+    Json,
+    as_table,
+    misfit,
+    optional,
+    record,
+    several,
+)
+from kinematics.spaces import Joints, Pose
+
+T = TypeVar("T")
+
+# The state of a running program, and how it is written down as JSON data.
+
+ALL_THE_WAY = "open"
+"""The opening for the next move after `open` without a width."""
+
+DEEPEST_CALL = 50
+"""How deep subprograms may call one another, or themselves."""
+
+
+@dataclass(slots=True)
+class CallFrame:
+    """A running subprogram: where it returns to, the call, its parameters and its loops."""
+
+    back: int = 0
+    mark: SourceMark | None = None
+    own: dict[str, Value] = field(default_factory=dict)
+    loops: dict[str, tuple[int | None, ...]] = field(default_factory=dict)
+    """For each loop the rounds begun and the rounds in all; None for a loop without an end."""
+
+
+@dataclass(slots=True)
+class MachineState:
+    """Where a program is, and what it has computed.
+
+    `answers` are those to the acts of the present line. `moved` tells that one of these acts has
+    already brought the fingers to `opening`.
+    """
+
+    at: int = 0
+    answers: tuple[Value, ...] = ()
+    moved: bool = False
+    frames: tuple[CallFrame, ...] = field(default_factory=lambda: (CallFrame(),))
+    variables: dict[str, Value] = field(default_factory=dict)
+    speed: float = 1.0
+    opening: float | str | None = None
+    """The opening that the fingers take with the next move: mm, `ALL_THE_WAY`, or None."""
+    ended: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.frames or self.at < 0:
+            raise ValueError("a running program is at one of its lines, in a frame")
+
+
+def _whole(data: Json, where: str) -> int:
+    if type(data) is not int:
+        raise misfit(where, "a whole number", data)
+    return data
+
+
+def _opening(data: Json, where: str) -> float | str | None:
+    return data if data is None or data == ALL_THE_WAY else NUMBER.read(data, where)
+
+
+def by_name(form: Form[T]) -> Form[dict[str, T]]:
+    """Return the form of values by their names."""
+    return Form(
+        lambda values: {name: form.write(value) for name, value in values.items()},
+        lambda data, where: {
+            name: form.read(value, f"{where}.{name}")
+            for name, value in as_table(data, where).items()
+        },
+        {},
+    )
+
+
+VALUE: Form[Value] = Form(to_json, lambda data, _: from_json(data), {})
+_WHOLE: Form[int] = Form(int, _whole, {})
+_TRUTH: Form[bool] = Form(bool, lambda data, _: bool(data), {})
+_FRAME = record(
+    CallFrame,
+    back=_WHOLE,
+    mark=optional(record(SourceMark, line=_WHOLE, column=_WHOLE, file=TEXT)),
+    own=by_name(VALUE),
+    loops=by_name(several(optional(_WHOLE))),
+)
+STATE = record(
+    MachineState,
+    at=_WHOLE,
+    answers=several(VALUE),
+    moved=_TRUTH,
+    frames=several(_FRAME),
+    variables=by_name(VALUE),
+    speed=NUMBER,
+    opening=Form(lambda opening: opening, _opening, {}),
+    ended=_TRUTH,
+)
+"""How a state is written down; reading anything else raises `BadArgument`."""
+
+
+# One line while it runs.
+
+
+class ActNeeded(Exception):
+    """A line needs the answer to an act before it can go on; `mark` is where the act is."""
+
+    def __init__(self, act: Act, mark: SourceMark) -> None:
+        super().__init__()
+        self.act = act
+        self.mark = mark
+
+
+class LineContext:
+    """The line that runs now. `mark` is the value under evaluation, where an error is shown."""
+
+    def __init__(
+        self,
+        state: MachineState,
+        row: Instruction,
+        points: Mapping[str, PlaceValue],
+        fk: ForwardKinematics | None,
+    ) -> None:
+        self.state = state
+        self.row = row
+        self.fk = fk
+        self.mark = row.mark
+        self.following = state.at + 1
+        self._points = points
+        self._answered = 0
+
+    def ask(self, act: Act, mark: SourceMark | None = None) -> Value:
+        """Return the answer to an act. Raises `ActNeeded` while there is none."""
+        if self._answered == len(self.state.answers):
+            raise ActNeeded(act, mark or self.row.mark)
+        self._answered += 1
+        return self.state.answers[self._answered - 1]
+
+    def named(self, name: str) -> Value:
+        """Return the value of a name: a parameter, a variable, or a point of the arm's book."""
+        low, frame = name.lower(), self.state.frames[-1]
+        for values, key in ((frame.own, low), (self.state.variables, low), (self._points, name)):
+            if key in values:
+                return values[key]
+        raise LineFailure(f"{name!r} has no value yet")
+
+    def taught(self, name: str) -> PlaceValue:
+        """Return a point of the arm's own book."""
+        return self._points[name]
+
+    def store(self, value: Value) -> None:
+        """Give the name that the line sets, if it sets any, a value."""
+        own = self.state.frames[-1].own
+        for name in self.row.into:
+            (own if name in own else self.state.variables)[name] = value
+
+
+# Values.
+
+
+def value_of(found: Expression, context: LineContext) -> Value:
+    """Evaluate an expression. Raises `LineFailure` if it has no value."""
+    match found:
+        case Number() | Truth() | TextValue():
+            return found.value
+        case Name(name=name):
+            context.mark = found.mark
+            return context.ask(Look(), found.mark) if name.lower() == HERE else context.named(name)
+        case Unary():
+            value = value_of(found.value, context)
+            context.mark = found.mark
+            return -number(value) if found.sign == "-" else not truth(value)
+        case Binary():
+            return _binary(found, context)
+        case FieldOf():
+            value = value_of(found.value, context)
+            context.mark = found.mark
+            return part_of(place(value), found.name, context.fk)
+        case JointsOf():
+            angles = [(name, value_of(each, context)) for name, each in found.angles]
+            context.mark = found.mark
+            return PlaceValue(joints_deg={name: number(angle) for name, angle in angles})
+        case Use():
+            return _use(found, context)
+
+
+def _binary(found: Binary, context: LineContext) -> Value:
+    left = value_of(found.left, context)
+    context.mark = found.mark
+    if found.sign in ("and", "or"):
+        decided = truth(left) is (found.sign == "or")
+        return left if decided else value_of(found.right, context)
+    right = value_of(found.right, context)
+    context.mark = found.mark
+    compute = OPERATORS[found.sign].compute
+    if compute is None:
+        return (left == right) is (found.sign == "==")
+    result = compute(number(left), number(right))
+    return result if isinstance(result, bool) else number(result)
+
+
+def _use(found: Use, context: LineContext) -> Value:
+    match found:
+        case Use(name="taught", arguments=(TextValue(value=name), *_)):
+            return context.taught(name)
+    values = [value_of(each, context) for each in found.arguments]
+    context.mark = found.mark
+    if found.name == "input":
+        count = number(values[0])
+        wrong = out_of_bounds(FUNCTIONS["input"].slots[0], count)
+        if wrong is not None:
+            raise LineFailure(wrong)
+        return context.ask(ReadInput(int(count)), found.mark)
+    if found.name in PLACING:
+        return PLACING[found.name](values, context.fk)
+    return number(NUMERIC[found.name](*map(number, values)))
+
+
+def values_text(values: Sequence[Value]) -> str:
+    """Return values as one line of text."""
+    return " ".join(value_text(value) for value in values)
+
+
+def _values(context: LineContext) -> list[Value]:
+    """Return the values of a line."""
+    values = [value_of(each, context) for each in context.row.values]
+    context.mark = context.row.mark
+    return values
+
+
+def _bounded(word: str, index: int, value: object) -> float:
+    """Return a word's number at an index. Raises `LineFailure` if it is out of bounds."""
+    found = number(value)
+    slot = slot_of(WORDS[word].slots, index)
+    wrong = None if slot is None else out_of_bounds(slot, found)
+    if wrong is not None:
+        raise LineFailure(wrong)
+    return found
+
+
+# Moving.
+
+
+def _go(context: LineContext, goal: PlaceValue, *, opening_mm: float | None = None) -> None:
+    """Go to a place; the fingers take the line's opening, or that of an earlier `open`."""
+    row = context.row
+    line = "_line" in row.word or row.word == "draw"
+    move = _move_to(goal.goal, context.state.speed, line=line)
+    about = written(row.values[0]) if WORDS[row.word].slots[0].title == "place" else ""
+    if context.state.opening == ALL_THE_WAY:
+        context.ask(Go(GripperMove(None, context.state.speed)))
+    elif opening_mm is None and isinstance(context.state.opening, float):
+        opening_mm = context.state.opening
+    if opening_mm is None:
+        context.ask(Go(move, about))
+    else:
+        context.ask(Go(MoveSequence((GripperMove(opening_mm, context.state.speed), move)), about))
+
+
+def _move_to(goal: Pose | Mapping[str, float], speed: float, *, line: bool) -> Motion:
+    if isinstance(goal, Pose):
+        return LineMove(goal, speed) if line else PoseMove(goal, speed)
+    joints = Joints.of(*goal.values(), names=tuple(goal))
+    return LineMove(joints, speed) if line else JointMove(joints, speed)
+
+
+def _move(context: LineContext) -> None:
+    goal, *width = _values(context)
+    opening_mm = _bounded(context.row.word, 1, width[0]) if width else None
+    _go(context, place(goal), opening_mm=opening_mm)
+
+
+def _approach(context: LineContext) -> None:
+    goal, distance = _values(context)
+    _go(context, PlaceValue(backed(pose_of(place(goal), context.fk), number(distance))))
+
+
+def _depart(context: LineContext) -> None:
+    here = context.ask(Look())
+    (distance,) = _values(context)
+    _go(context, PlaceValue(backed(pose_of(place(here), context.fk), number(distance))))
+
+
+def _draw(context: LineContext) -> None:
+    here = context.ask(Look())
+    along = _values(context)
+    _go(context, PlaceValue(moved(pose_of(place(here), context.fk), *map(number, along))))
+
+
+def _ready(context: LineContext) -> None:
+    if context.state.opening is not None:
+        opening_mm = context.state.opening if isinstance(context.state.opening, float) else None
+        context.ask(Go(GripperMove(opening_mm, context.state.speed)))
+    context.ask(Go(ParkMove(context.state.speed)))
+
+
+def _home(context: LineContext) -> None:
+    context.ask(Home())
+
+
+def _speed(context: LineContext) -> None:
+    (speed,) = _values(context)
+    context.state.speed = _bounded("speed", 0, speed)
+
+
+# Fingers and places.
+
+
+def _open(context: LineContext) -> None:
+    values = _values(context)
+    context.state.opening = _bounded("open", 0, values[0]) if values else ALL_THE_WAY
+
+
+def _close(context: LineContext) -> None:
+    context.state.opening = 0.0
+
+
+def _open_now(context: LineContext) -> None:
+    values = _values(context)
+    opening_mm = _bounded("open_now", 0, values[0]) if values else None
+    context.ask(Go(GripperMove(opening_mm, context.state.speed)))
+
+
+def _close_now(context: LineContext) -> None:
+    context.ask(Go(GripperMove(0.0, context.state.speed)))
+
+
+def _grasp(context: LineContext) -> None:
+    context.store(context.ask(Go(GraspMove())))
+
+
+def _here(context: LineContext) -> None:
+    context.store(context.ask(Look()))
+
+
+def _remember(context: LineContext) -> None:
+    (value,) = _values(context)
+    found = place(value)
+    name = written(context.row.values[0])
+    context.ask(Remember(name, found.joints_deg or {}, found.opening_mm))
+
+
+def _shift(context: LineContext) -> None:
+    context.store(PLACING["shifted"](_values(context), context.fk))
+
+
+# Waiting, inputs and outputs.
+
+
+def _delay(context: LineContext) -> None:
+    (time_s,) = _values(context)
+    context.ask(Delay(_bounded("delay", 0, time_s)))
+
+
+def _parted(word: str, values: Sequence[Value]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the numbers without a minus, which mean on, and those with one, which mean off."""
+    counts = [int(_bounded(word, index, value)) for index, value in enumerate(values)]
+    on = tuple(dict.fromkeys(count for count in counts if count > 0))
+    off = tuple(dict.fromkeys(-count for count in counts if count < 0))
+    both = set(on) & set(off)
+    if both:
+        raise LineFailure(f"{min(both)} cannot be both on and off")
+    return on, off
+
+
+def _signal(context: LineContext) -> None:
+    context.ask(Outputs(*_parted("signal", _values(context))))
+
+
+def _wait_input(context: LineContext) -> None:
+    row, values, limit_s = context.row, _values(context), None
+    if row.limit is not None:
+        limit_s = number(value_of(row.limit, context))
+        context.mark = row.mark
+        if (wrong := out_of_bounds(TIME, limit_s)) is not None:
+            raise LineFailure(wrong)
+    came = context.ask(AwaitInputs(*_parted("wait_input", values), limit_s))
+    if row.into:
+        context.store(came)
+    elif row.limit is not None and not came:
+        wanted = ", ".join(written(value) for value in row.values)
+        raise LineFailure(f"the inputs were not {wanted} within {written(row.limit)} s")
+
+
+def _hold(context: LineContext) -> None:
+    context.ask(Hold(values_text(_values(context))))
+
+
+def _type(context: LineContext) -> None:
+    values = _values(context)
+    context.ask(Say(values_text(values), tuple(values)))
+
+
+# Going on.
+
+
+def _expect(context: LineContext) -> None:
+    condition, *rest = context.row.values
+    holds = value_of(condition, context)
+    context.mark = context.row.mark
+    if truth(holds):
+        return
+    values = [value_of(each, context) for each in rest]
+    context.mark = context.row.mark
+    raise LineFailure(
+        values_text(values) if rest else f"`expect {written(condition)}` does not hold"
+    )
+
+
+def _stop(context: LineContext) -> None:
+    if context.row.values:
+        _type(context)
+    context.state.ended = True
+
+
+def _return(context: LineContext) -> None:
+    *outer, frame = context.state.frames
+    if outer:
+        context.state.frames = tuple(outer)
+        context.following = frame.back
+    else:
+        context.state.ended = True
+
+
+def _assign(context: LineContext) -> None:
+    (value,) = _values(context)
+    context.store(value)
+
+
+def _unless(context: LineContext) -> None:
+    (condition,) = _values(context)
+    if not truth(condition):
+        context.following = context.row.target
+
+
+def _jump(context: LineContext) -> None:
+    context.following = context.row.target
+
+
+def _rounds(context: LineContext) -> None:
+    values = _values(context)
+    count = number(values[0]) if values else None
+    if count is not None and (count < 0.0 or count != int(count)):
+        raise LineFailure(f"a loop is repeated a whole number of times, not {count:g}")
+    loop = str(context.state.at + 1)  # the instruction that begins its rounds names the loop
+    context.state.frames[-1].loops[loop] = (0, None if count is None else int(count))
+
+
+def _round(context: LineContext) -> None:
+    loops, loop = context.state.frames[-1].loops, str(context.state.at)
+    begun, most = loops[loop]
+    if most is not None and (begun or 0) >= most:
+        context.following = context.row.target
+        return
+    if most is None and not context.row.into:
+        return  # nothing counts these rounds, so the program is in the same state in each
+    begun = (begun or 0) + 1
+    loops[loop] = (begun, most)
+    context.store(float(begun))
+
+
+def _call(context: LineContext) -> None:
+    values, state = _values(context), context.state
+    if len(state.frames) > DEEPEST_CALL:
+        raise LineFailure(f"subprograms call one another more than {DEEPEST_CALL} deep")
+    own = dict(zip(context.row.into, values, strict=True))
+    state.frames += (CallFrame(state.at + 1, context.row.mark, own),)
+    context.following = context.row.target
+
+
+HANDLERS: Mapping[str, Callable[[LineContext], None]] = MappingProxyType({
+    "move": _move, "move_line": _move, "move_with": _move, "move_line_with": _move,
+    "approach": _approach, "approach_line": _approach, "depart": _depart, "depart_line": _depart,
+    "draw": _draw, "ready": _ready, "home": _home, "speed": _speed,
+    "open": _open, "close": _close, "open_now": _open_now, "close_now": _close_now,
+    "grasp": _grasp, "here": _here, "remember": _remember, "shift": _shift,
+    "delay": _delay, "signal": _signal, "wait_input": _wait_input, "hold": _hold, "type": _type,
+    "expect": _expect, STOP: _stop, RETURN: _return,
+    ASSIGN: _assign, UNLESS: _unless, JUMP: _jump, ROUNDS: _rounds, ROUND: _round, CALL: _call,
+})  # fmt: skip
+"""The function of every instruction."""

@@ -1,0 +1,41 @@
+"""Reading a speed: a fraction of the arm's limits, written as `0.5` or `50%`."""
+
+from __future__ import annotations
+
+import re
+
+from armdrive.errors import BadRequest
+
+_SPEED = r"(?ai)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*(%?)\s*"
+"""Compiled where a speed is read: every command imports this module, and few read one."""
+
+
+def parse_speed(text: str) -> float:
+    """Return the fraction that a text means: above 0 and up to 1.
+
+    Raises `BadRequest`. A bare number above 1 is refused, because readers disagree whether 50 means
+    50 % or fifty times the limits.
+    """
+    found = re.fullmatch(_SPEED, text)
+    if found is None:
+        raise BadRequest(f"{text!r} is not a speed: {_how()}")
+    value = float(found[1])
+    percent = found[2] == "%"
+    fraction = value / 100.0 if percent else value
+    if not 0.0 < fraction <= 1.0:
+        raise BadRequest(speed_refusal(value, percent=percent))
+    return fraction
+
+
+def speed_refusal(value: float, *, percent: bool = False) -> str:
+    """Return the sentence that refuses a number as a speed and shows how to write one."""
+    shown = f"{value:g}%" if percent else f"{value:g}"
+    if value <= 0.0:
+        return f"a speed is above 0, not {shown}: {_how()}"
+    if percent or value > 100.0:
+        return f"a speed is at most 100% of the limits, not {shown}: {_how()}"
+    return f"a speed is a fraction of the limits, not {shown}: {_how(value)}"
+
+
+def _how(percent: float = 50.0) -> str:
+    return f"write {percent / 100.0:g} or {percent:g}%"

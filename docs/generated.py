@@ -1,0 +1,111 @@
+"""Fill the generated parts of the pages from the program: `python docs/generated.py`.
+
+A part stands between `<!-- NAME -->` and `<!-- end of NAME -->`. The pages on errors,
+on the keys of an arm file and on the Python calls are generated as a whole.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import astuple
+from pathlib import Path
+from types import MappingProxyType
+
+import arm_file_keys
+import reference
+
+from armdrive.cli.commands import COMMANDS, EXIT_CODES
+from armdrive.errors.printing import page as errors_page
+from armdrive.programs.language.words import SHELL, tables
+from armdrive.registry import DIALECTS
+from armdrive.runtime.states import RESULTS
+from armdrive.trace.entries import TITLES
+from tui.gamepad import map as pad_map
+from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
+from tui.keys.table import SCREENS
+from tui.look import LOOKS
+
+DOCS = Path(__file__).parent
+MARK = re.compile(r"<!-- ([a-z ]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)
+
+WHOLE: Mapping[Path, Callable[[], str]] = MappingProxyType(
+    {
+        DOCS / "reference" / "errors.md": errors_page,
+        arm_file_keys.PAGE: arm_file_keys.page,
+        reference.PAGE: reference.page,
+        reference.SCHEMA: reference.schema,
+    }
+)
+"""Files that are generated from their first line to their last."""
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[str]:
+    """Yield the lines of a Markdown table."""
+    titles = list(head)
+    yield f"| {' | '.join(titles)} |"
+    yield "|---" * len(titles) + "|"
+    for row in rows:
+        yield f"| {' | '.join(row)} |"
+
+
+def _torque() -> Iterator[str]:
+    head = ("controller", "after `disable`", "after `estop`", "without power", "port closed")
+    return _table(head, ((row.title, *astuple(row.torque)) for row in DIALECTS.values()))
+
+
+PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
+    {
+        "commands": lambda: _table(
+            ("command", "does"), ((f"`armdrive {name}`", text) for name, text in COMMANDS.items())
+        ),
+        "exit codes": lambda: _table(
+            ("code", "meaning"), ((str(code), text) for code, text in EXIT_CODES.items())
+        ),
+        "screens": lambda: _table(
+            ("key", "screen", "purpose"),
+            ((f"`{each.key}`", each.title, each.summary) for each in SCREENS),
+        ),
+        "looks": lambda: _table(("look", ""), ((look.name, look.summary) for look in LOOKS)),
+        "keys": lambda: as_markdown(DEFAULT_KEYS),
+        "gamepad": pad_map.as_markdown,
+        "words": lambda: tables().splitlines(),
+        "shell words": lambda: _table(
+            ("word", "what it does"), ((f"`{word.pattern}`", word.says) for word in SHELL)
+        ),
+        "evidence": lambda: _table(
+            ("observation", "position afterwards"),
+            ((evidence.value, result.value) for evidence, result in RESULTS.items()),
+        ),
+        "torque": _torque,
+        "kinds": lambda: _table(
+            ("kind", "meaning"), ((f"`{kind.value}`", text) for kind, text in TITLES.items())
+        ),
+    }
+)
+"""The lines of each generated part."""
+
+
+def filled(text: str) -> str:
+    """Return a page with its generated parts as the program has them."""
+
+    def part(found: re.Match[str]) -> str:
+        lines = "".join(f"{line}\n" for line in PARTS[found[1]]())
+        return f"<!-- {found[1]} -->\n{lines}<!-- end of {found[1]} -->"
+
+    return MARK.sub(part, text)
+
+
+def files() -> Iterator[tuple[Path, str]]:
+    """Yield every file with a generated part, and its text as it should be."""
+    for path, whole in WHOLE.items():
+        yield path, whole()
+    for path in sorted(DOCS.rglob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        if path not in WHOLE and MARK.search(text):
+            yield path, filled(text)
+
+
+if __name__ == "__main__":
+    for path, text in files():
+        path.write_text(text, encoding="utf-8")

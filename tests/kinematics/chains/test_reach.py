@@ -1,0 +1,124 @@
+"""Places that chains reach, from some thousand postures and from a million."""
+
+import math
+
+import numpy as np
+import pytest
+from chain_cases import chains_and_values
+from hypothesis import given
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import DHLink, JointKind
+from kinematics.chains.many import BLOCK, reach_maps, tips_of_many
+from kinematics.chains.reach import sampled_reach
+from kinematics.errors import KinematicsError
+from kinematics.frames.transforms import position_of
+from kinematics.presets import PRESETS
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
+
+REAL_ARMS = {
+    **{name: with_arm(MINI_MOVER, one.arm).chain() for name, one in PRESETS.items()},
+    "puma": SYSTEMS["puma"].chain(),
+}
+
+
+def test_a_two_link_chain_reaches_its_ring():
+    bent = math.radians(20)
+    chain = Chain((DHLink(a_mm=100.0), DHLink(a_mm=60.0, low=bent, high=math.pi)))
+    reach = sampled_reach(chain, 3000)
+    low, high = reach.radius_mm
+    assert low == pytest.approx(40.0, abs=1e-6)
+    assert high == pytest.approx(math.sqrt(100**2 + 60**2 + 2 * 100 * 60 * math.cos(bent)))
+    assert reach.box_mm[2] == (0.0, 0.0)
+    for point, posture in list(zip(reach.points, reach.postures, strict=True))[::100]:
+        assert not chain.violations(posture)
+        assert point == pytest.approx(tuple(row[3] for row in chain.fk(posture)[:3]), abs=1e-9)
+
+
+def test_samples_are_spread_evenly():
+    chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0), DHLink(a_mm=10.0)))
+    heights = sorted(point[2] for point in sampled_reach(chain, 1000).points[4:])
+    for share in (0.1, 0.5, 0.9):
+        assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=1.0)
+
+
+def test_a_reach_without_end_is_refused():
+    with pytest.raises(KinematicsError, match="slides without limits"):
+        sampled_reach(Chain((DHLink(kind=JointKind.PRISMATIC),)))
+    with pytest.raises(KinematicsError, match="at least one posture"):
+        sampled_reach(Chain((DHLink(),)), 0)
+
+
+@given(chains_and_values())
+def test_many_postures_are_taken_as_one(case):
+    chain, values = case
+    (tip,) = tips_of_many(chain, [values])
+    assert tuple(tip) == pytest.approx(position_of(chain.fk(values)), abs=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 7, BLOCK - 1, BLOCK, 2 * BLOCK + 5])
+@pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)
+def test_every_length_of_array_and_every_layout_is_taken(arm, count):
+    postures = np.random.default_rng(3).uniform(-3.0, 3.0, (count, len(arm)))
+    tips = tips_of_many(arm, postures)
+    assert tips.shape == (count, 3)
+    np.testing.assert_array_equal(tips_of_many(arm, np.asfortranarray(postures)), tips)
+    for index in (0, count // 2, count - 1):
+        assert tuple(tips[index]) == pytest.approx(position_of(arm.fk(postures[index])), abs=1e-9)
+
+
+def test_no_postures_reach_nothing_and_another_shape_is_refused():
+    puma = REAL_ARMS["puma"]
+    assert tips_of_many(puma, np.empty((0, 6))).shape == (0, 3)
+    for shape in ((3, 5), (6,), (2, 6, 1)):
+        with pytest.raises(KinematicsError, match=r"shape \(N, 6\) is needed, not of shape"):
+            tips_of_many(puma, np.zeros(shape))
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_posture_of_no_numbers_comes_nowhere(bad):
+    with np.errstate(invalid="ignore"):
+        tips = tips_of_many(REAL_ARMS["puma"], [(0.1,) * 6, (bad,) * 6])
+    assert np.isfinite(tips[0]).all()
+    assert np.isnan(tips[1]).all()
+
+
+@pytest.mark.parametrize("plane", [(0, 2), (0, 1), (1, 2)])
+@pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)
+def test_a_map_shows_one_place_of_each_cell_and_how_far_the_arm_reaches(arm, plane):
+    cells, count = 40, BLOCK + 900
+    tips = np.array(sampled_reach(arm, count).points)[:, plane]
+    low, high = tips.min(axis=0), tips.max(axis=0)
+    (found,) = reach_maps(arm, (plane,), count, cells)
+    np.testing.assert_allclose(found.min(axis=0), low, atol=1e-9)
+    np.testing.assert_allclose(found.max(axis=0), high, atol=1e-9)
+    size = (high - low).max() / cells
+    shown, reached = cells_of(found, low, size, cells), cells_of(tips, low, size, cells)
+    assert len(shown ^ reached) <= 2  # a place on the rim of two cells is in either
+    assert len(found) <= len(shown) + 4
+    for place in found[::50]:
+        assert np.abs(tips - place).max(axis=1).min() < 1e-9
+
+
+def cells_of(places, low, size, cells):
+    return {tuple(cell) for cell in np.minimum((places - low) / size, cells - 1).astype(int)}
+
+
+def test_several_planes_are_mapped_from_the_same_postures():
+    side, above = reach_maps(REAL_ARMS["puma"], ((0, 2), (0, 1)), 5000, 30)
+    assert (side.min(axis=0)[0], side.max(axis=0)[0]) == (
+        above.min(axis=0)[0],
+        above.max(axis=0)[0],
+    )
+
+
+def test_an_arm_that_stays_where_it_is_is_one_place():
+    still = Chain((DHLink(a_mm=100.0, low=0.5, high=0.5),))
+    (found,) = reach_maps(still, ((0, 1),), 50, 10)
+    assert np.unique(found, axis=0).tolist() == [list(position_of(still.fk((0.5,)))[:2])]
+
+
+def test_a_map_of_a_reach_without_end_is_refused():
+    with pytest.raises(KinematicsError, match="slides without limits"):
+        reach_maps(Chain((DHLink(kind=JointKind.PRISMATIC),)), ((0, 1),), 10, 10)

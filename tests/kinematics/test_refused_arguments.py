@@ -1,0 +1,235 @@
+"""Anything that is not a frame, a number or an angle is refused, in the same words everywhere."""
+
+import math
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics_cases import TEACHMOVER
+
+from kinematics import (
+    SYSTEMS,
+    BadNumber,
+    Chain,
+    DHLink,
+    FrameGraph,
+    JointAxis,
+    Joints,
+    KinematicsError,
+    NotARotation,
+    Pose,
+    assign_frames,
+    check_transform,
+    frame_goal,
+    invert,
+    solve_frame_ik,
+    transform,
+)
+from kinematics.chains.links import Convention
+from kinematics.frames.rotations import IDENTITY
+from kinematics.frames.transforms import IN_PLACE
+from kinematics.limits import turn_into, turn_near, wrap
+
+LINKS = (DHLink(a_mm=100.0), DHLink(a_mm=80.0))
+AXES = (JointAxis((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),)
+
+TAKE_A_FRAME = {
+    "check_transform": check_transform,
+    "invert": invert,
+    "transform": lambda frame: transform(*parts_of(frame)),
+    "Chain.base": lambda frame: Chain(LINKS, base=frame),
+    "Chain.tool": lambda frame: Chain(LINKS, tool=frame),
+    "assign_frames": lambda frame: assign_frames(AXES, frame),
+    "FrameGraph": lambda frame: FrameGraph({("table", "base"): frame}),
+    "frame_goal": frame_goal,
+    "solve_frame_ik": lambda frame: solve_frame_ik(Chain(LINKS), frame),
+    "solve_transform": TEACHMOVER.solve_transform,
+    **{f"ik_frame of {name}": one.ik_frame for name, one in SYSTEMS.items()},
+}
+
+
+def parts_of(frame):
+    """Rotation and position as `transform` takes them; of another shape, the thing itself."""
+    rows = frame[:3] if isinstance(frame, tuple) and len(frame) == 4 else ()
+    if not rows or frame[3] != IN_PLACE[3] or any(len(row) != 4 for row in rows):
+        check_transform(frame)
+    return tuple(row[:3] for row in rows), tuple(row[3] for row in rows)
+
+
+def placed(*entries, x=0.0):
+    """The frame in place with some entries (row, column, value) changed."""
+    rows = [list(row) for row in IN_PLACE]
+    rows[0][3] = x
+    for row, column, value in entries:
+        rows[row][column] = value
+    return tuple(map(tuple, rows))
+
+
+NO_FRAMES = {
+    "nothing": (None, KinematicsError, "4 rows of 4 numbers are needed, not None"),
+    "a number": (3.0, KinematicsError, "4 rows of 4 numbers are needed, not 3.0"),
+    "text": ("none", KinematicsError, "4 rows of 4 numbers are needed, not 'none'"),
+    "rows of text": (("abcd",) * 4, KinematicsError, "4 rows of 4 numbers are needed"),
+    "three rows": (IN_PLACE[:3], KinematicsError, "4 rows of 4 numbers are needed"),
+    "short rows": (tuple(row[:3] for row in IN_PLACE), KinematicsError, "4 rows of 4 numbers"),
+    "rows of None": ((None,) * 4, KinematicsError, "4 rows of 4 numbers are needed"),
+    "another last row": (placed((3, 3, 2.0)), KinematicsError, "last row of a homogeneous"),
+    "text in a row": (placed((0, 0, "1")), BadNumber, "row 1, x must be a finite number, not '1'"),
+    "True in a row": (placed((1, 1, True)), BadNumber, "row 2, y must be a finite number"),
+    "infinite": (placed((2, 2, math.inf)), BadNumber, "row 3, z must be a finite number, not inf"),
+    "no position": (placed((1, 3, math.nan)), BadNumber, "y_mm of a position must be a finite"),
+    "stretched": (placed((2, 2, 2.0)), NotARotation, "column z has length 2 instead of 1"),
+    "slanted": (
+        placed((0, 1, 0.6), (1, 1, 0.8)),
+        NotARotation,
+        "columns x and y stand at 53.1301024° instead of 90°",
+    ),
+    "mirrored": (placed((2, 2, -1.0)), NotARotation, "the determinant is -1 instead of 1"),
+}
+
+
+@pytest.mark.parametrize(("frame", "error", "says"), NO_FRAMES.values(), ids=NO_FRAMES)
+@pytest.mark.parametrize("take", TAKE_A_FRAME.values(), ids=TAKE_A_FRAME)
+def test_what_is_no_frame_is_refused_in_the_same_words(take, frame, error, says):
+    with pytest.raises(KinematicsError) as caught:
+        take(frame)
+    assert type(caught.value) is error
+    assert says in str(caught.value)
+
+
+NO_NUMBERS = (None, 1.0, "12", (1.0,), (1.0, "2"), (1.0, None), (1.0, math.nan), (1.0,) * 4)
+
+
+@pytest.mark.parametrize("values", NO_NUMBERS, ids=repr)
+@pytest.mark.parametrize(
+    "take",
+    [
+        Chain(LINKS).fk,
+        Chain(LINKS).frames,
+        Chain(LINKS).violations,
+        Chain(LINKS).clamp,
+        SYSTEMS["two-link-1"].fk,
+        SYSTEMS["two-link-1"].ik,
+        lambda values: JointAxis(values, (0.0, 0.0, 1.0)).line,
+        lambda values: JointAxis((0.0, 0.0, 0.0), values).line,
+        lambda values: transform(IDENTITY, values),
+    ],
+)
+def test_what_is_not_as_many_numbers_as_needed_is_refused(take, values):
+    with pytest.raises(KinematicsError, match=r"needs [236] numbers|must be a finite number"):
+        take(values)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Chain(()), "at least one link"),
+        (lambda: Chain(None), "at least one link, not None"),
+        (lambda: Chain((1.0,)), "a link must be of the class DHLink, not 1.0"),
+        (lambda: Chain(LINKS, "craig"), "convention must be of the class Convention"),
+        (lambda: Chain(LINKS, base=1.0), "4 rows of 4"),
+        (lambda: assign_frames(()), "at least one joint axis"),
+        (lambda: assign_frames(None), "at least one joint axis, not None"),
+        (lambda: assign_frames(((0.0, 0.0, 1.0),)), "an axis must be of the class JointAxis"),
+        (lambda: assign_frames(AXES, convention="craig"), "class Convention"),
+        (lambda: DHLink(a_mm="1"), "a_mm must be a finite number"),
+    ],
+)
+def test_wrong_types_raise_the_typed_error(make, says):
+    with pytest.raises(KinematicsError, match=says):
+        make()
+
+
+# Angles of many turns.
+
+PI_DIGITS = 3_141592653589793238462643383279502884197169399375105820974944592307816406286
+"""Pi with 75 decimals, as a whole number."""
+
+
+def exactly_wrapped(angle):
+    """The rest of an angle after whole turns, by whole numbers of 75 decimals."""
+    scale = 10**75
+    over, under = angle.as_integer_ratio()
+    turn = 2 * PI_DIGITS
+    rest = (over * scale // under + turn // 2) % turn - turn // 2
+    return rest / scale
+
+
+@given(st.floats(-1e15, 1e15))
+def test_an_angle_of_any_turns_is_wrapped_to_the_last_digit(angle):
+    wrapped = wrap(angle)
+    assert -math.pi < wrapped <= math.pi
+    assert abs(math.remainder(wrapped - exactly_wrapped(angle), math.tau)) < 1e-15
+    assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-15)
+    assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-15)
+
+
+@pytest.mark.parametrize("turns", [1e3, 1e8, -1e12, 1e14])
+def test_turns_are_taken_off_before_anything_is_added(turns):
+    angle = turns * math.tau + 1.0
+    expected = exactly_wrapped(angle)
+    assert turn_into(angle, -math.pi, math.pi, 0.0) == pytest.approx(expected, abs=1e-15)
+    assert turn_near(angle, 0.1) == pytest.approx(expected, abs=1e-15)
+    joints = Joints((0.0, 0.5, -0.5, 0.0, angle))
+    assert TEACHMOVER.fk(joints).roll_rad == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["pitch_rad", "roll_rad", "yaw_rad"])
+@pytest.mark.parametrize("angle", [-90.0, 45.0, 4.0 * math.pi * (1.0 + sys.float_info.epsilon)])
+def test_an_angle_of_a_pose_beyond_two_turns_is_questioned(name, angle):
+    angles = {"pitch_rad": 0.0, name: angle}
+    says = rf"{name} must be within two turns.*Pose.of\({name[:-4]}_deg=\.\.\.\)\), not {angle}"
+    with pytest.raises(BadNumber, match=says):
+        Pose(250.0, 0.0, 120.0, **angles)
+
+
+@pytest.mark.parametrize("turns", [-2, -1, 1, 2])
+@pytest.mark.parametrize("x", [120.0, 0.0])
+def test_a_pose_of_up_to_two_turns_is_solved_as_the_one_without(turns, x):
+    plain = Pose.of(x_mm=x, y_mm=0.0, z_mm=550.0, pitch_deg=60.0, roll_deg=10.0)
+    turned = Pose.of(
+        x_mm=x,
+        y_mm=0.0,
+        z_mm=550.0,
+        pitch_deg=60.0 + 360.0 * (turns - math.copysign(1, turns)),
+        roll_deg=10.0 - 360.0 * (turns - math.copysign(1, turns)),
+    )
+    assert TEACHMOVER.ik(turned) == pytest.approx(tuple(TEACHMOVER.ik(plain)), abs=1e-9)
+    edge = Pose.of(x_mm=9000.0, y_mm=0.0, z_mm=0.0, pitch_deg=360.0 * turns, roll_deg=720.0)
+    with pytest.raises(KinematicsError, match="out of reach"):
+        TEACHMOVER.ik(edge)
+
+
+# The base axis.
+
+
+@pytest.mark.parametrize("off_mm", [0.0, 1e-12, 1e-9, -1e-9, 5e-7, -9e-7])
+@pytest.mark.parametrize("pitch_deg", [60.0, 120.0])
+def test_a_tip_within_the_stated_tolerance_of_the_base_axis_is_on_it(off_mm, pitch_deg):
+    for x_mm, y_mm in ((off_mm, 0.0), (0.0, off_mm)):
+        goal = Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=550.0, pitch_deg=pitch_deg)
+        reached = TEACHMOVER.fk(TEACHMOVER.ik(goal))
+        assert math.hypot(reached.x_mm, reached.y_mm) < 2e-6
+        assert reached.z_mm == pytest.approx(550.0)
+
+
+# Axes that are nearly parallel.
+
+
+@pytest.mark.parametrize("convention", Convention)
+@pytest.mark.parametrize("lean", [1e-12, 1e-9, 3e-9, 1e-8, 5e-8, 1.1e-7, 1e-6, 1e-4])
+def test_axes_a_hair_from_parallel_make_a_chain_that_holds_its_tool(lean, convention):
+    axes = (
+        JointAxis((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        JointAxis((200.0, 0.0, 0.0), (0.0, math.sin(lean), math.cos(lean))),
+    )
+    tool = transform(IDENTITY, (350.0, 0.0, 0.0))
+    made = assign_frames(axes, tool, convention)
+    reached = made.chain.fk((0.0, 0.0))
+    for row, wanted in zip(reached, tool, strict=True):
+        assert row == pytest.approx(wanted, abs=1e-5)
+    said = " ".join(map(str, made.choices))
+    assert ("nearly parallel" in said) == (1e-9 <= lean <= 1e-7)
+    if lean <= 1e-7:
+        assert max(abs(link.d_mm) for link in made.chain.links) < 1.0

@@ -1,0 +1,218 @@
+"""Rows of axes: the keys that move each, its value, and its place between two limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from textual import events
+
+from tui.keys.table import JogPair, words
+from tui.painting import PlainText, Span
+
+NAME_WIDTH = 11
+VALUE_WIDTH = 9
+LIMIT_WIDTH = 4
+SHORTEST_BAR, LONGEST_BAR = 6, 40
+
+NEAR_SHARE = 0.05
+"""A value within this share of its range from a limit is marked as near."""
+
+AT_SHARE = 0.002
+"""Less than any printed digit: a value this close to a limit is at it."""
+
+UNKNOWN = "?"
+DEGREE = "\N{DEGREE SIGN}"
+CAP_STYLE = "reverse"
+LIT_STYLE = "bold $primary"
+MARK_STYLES = {"": "bold $primary", "!": "bold $warning", "!!": "bold $error"}
+"""The mark on a bar and its value, by the sign beside the value."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisRow:
+    """One axis as it is shown. A value or limits of None are not known.
+
+    `pair` are the keys that move it in the present mode; None where none do. `moving` says that
+    the value has just changed.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    limits: tuple[float, float] | None = None
+    pair: JogPair | None = None
+    moving: bool = False
+
+    @property
+    def sign(self) -> str:
+        """How close the value is to a limit: `!` near it, `!!` at it or beyond."""
+        if self.value is None or self.limits is None:
+            return ""
+        low, high = self.limits
+        margin = min(self.value - low, high - self.value) / (high - low)
+        return "!!" if margin < AT_SHARE else "!" if margin < NEAR_SHARE else ""
+
+    @property
+    def value_text(self) -> str:
+        """The value with its unit."""
+        return UNKNOWN if self.value is None else f"{round(self.value, 1) + 0.0:.1f}{self.unit}"
+
+
+def bar(value: float | None, low: float, high: float, width: int) -> str:
+    """Show where a value lies between two limits; `<` and `>` when it lies outside."""
+    before, mark, after = bar_parts(value, low, high, width)
+    return before + mark + after
+
+
+def bar_parts(value: float | None, low: float, high: float, width: int) -> tuple[str, str, str]:
+    """Return a bar in three parts: before the mark, the mark, after it."""
+    if value is None:
+        return "\N{BOX DRAWINGS HEAVY HORIZONTAL}" * width, "", ""
+    share = (value - low) / (high - low)
+    place = min(max(round(share * (width - 1)), 0), width - 1)
+    outside = "<" if share < -AT_SHARE else ">" if share > 1 + AT_SHARE else ""
+    line = "\N{BOX DRAWINGS HEAVY HORIZONTAL}"
+    return line * place, outside or "\N{BLACK CIRCLE}", line * (width - 1 - place)
+
+
+class AxisTable(PlainText):
+    """A titled panel of axes. Its key caps are buttons: pressing one holds it.
+
+    `push(pair, plus)` is called when a cap is pressed, `moved()` when the mouse moves while it
+    holds, `lift()` when it is let go. The table is never focused: no key can press a cap.
+    """
+
+    can_focus = False
+
+    def __init__(
+        self,
+        push: Callable[[JogPair, bool], None],
+        moved: Callable[[], None],
+        lift: Callable[[], None],
+        *,
+        cap: Callable[[str], str],
+        id: str,  # noqa: A002
+    ) -> None:
+        """`cap` returns what is printed on a jog key."""
+        super().__init__(id=id, classes="panel")
+        self._push, self._moved, self._lift = push, moved, lift
+        self._cap = cap
+        self._rows: tuple[AxisRow, ...] = ()
+        self._note = ""
+        self._held: tuple[JogPair, bool] | None = None
+
+    @property
+    def held(self) -> tuple[JogPair, bool] | None:
+        """The pair and side that is held down."""
+        return self._held
+
+    def show_axes(self, rows: Sequence[AxisRow], note: str = "", *, held: bool) -> None:
+        """Show these axes; `held` says whether a cap that is pressed still moves something."""
+        if not held:
+            self._held = None
+        self._rows, self._note = tuple(rows), note
+        self._fill()
+
+    def on_resize(self) -> None:
+        """Fit the bars to another width."""
+        self._fill()
+
+    def _fill(self) -> None:
+        width = self.content_size.width
+        if width <= 0:
+            return
+        spans: list[Span] = []
+        for row in self._rows:
+            spans += [*self._row(row, width), ("\n", "")]
+        self.show(*spans[:-1], *([f"\n{self._note}"] if self._note else []))
+
+    def _row(self, row: AxisRow, width: int) -> Iterator[Span]:
+        caps = self._caps_width()
+        yield from self._caps(row.pair, caps)
+        lit = LIT_STYLE if row.moving else ""
+        yield f" {'>' if row.moving else ' '}{words(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}", lit
+        yield f"{row.value_text:>{VALUE_WIDTH}}", MARK_STYLES[row.sign] if row.sign else "bold"
+        yield f"{row.sign:<2}", MARK_STYLES[row.sign]
+        if row.limits is None:
+            return
+        low, high = row.limits
+        taken = caps + 2 + NAME_WIDTH + VALUE_WIDTH + 2 + 2 * LIMIT_WIDTH + 3
+        room = min(max(width - taken, SHORTEST_BAR), LONGEST_BAR)
+        before, mark, after = bar_parts(row.value, low, high, room)
+        yield f" {low:>{LIMIT_WIDTH}.0f} ", "dim"
+        yield before, "dim"
+        yield mark, MARK_STYLES[row.sign]
+        yield after, "dim"
+        yield f" {high:.0f}", "dim"
+
+    def _caps(self, pair: JogPair | None, width: int) -> Iterator[Span]:
+        if pair is None:
+            yield " " * width, ""
+            return
+        for plus, key in ((True, pair.plus), (False, pair.minus)):
+            left, right = ("<", ">") if self._held == (pair, plus) else (" ", " ")
+            text = f"{left}{self._cap(key):^{width // 2 - 2}}{right}"
+            yield text, CAP_STYLE if left == " " else f"bold {CAP_STYLE} $warning"
+
+    def _caps_width(self) -> int:
+        """Return the width of both caps of a pair; nothing in a table that no key moves."""
+        pairs = [row.pair for row in self._rows if row.pair is not None]
+        longest = max((len(self._cap(key)) for p in pairs for key in (p.plus, p.minus)), default=1)
+        return 2 * (longest + 2)
+
+    # -- the mouse ------------------------------------------------------------------------------
+
+    def at(self, x: int, y: int) -> tuple[JogPair, bool] | None:
+        """Return the pair and side of a place in the content, None beside the caps."""
+        width = self._caps_width()
+        if not (0 <= y < len(self._rows) and 0 <= x < width):
+            return None
+        pair = self._rows[y].pair
+        return None if pair is None else (pair, x < width // 2)
+
+    def _under(self, event: events.MouseEvent) -> tuple[JogPair, bool] | None:
+        inner = self.content_region
+        return self.at(math.floor(event.screen_x) - inner.x, math.floor(event.screen_y) - inner.y)
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Press a cap, with the first button of the mouse alone."""
+        event.stop()
+        self._let_go()
+        found = self._under(event)
+        if event.button != 1 or found is None:
+            return
+        self._held = found
+        self.capture_mouse()
+        self._fill()
+        self._push(*found)
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Go on while the mouse stays on its cap; leaving it lets go."""
+        if self._held is None:
+            return
+        if self._under(event) == self._held:
+            self._moved()
+        else:
+            self._let_go()
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:
+        """Let go."""
+        event.stop()
+        self._let_go()
+
+    def on_leave(self) -> None:
+        """Let go when the mouse is somewhere else."""
+        self._let_go()
+
+    def on_hide(self) -> None:
+        """Let go of a cap that is not shown any more."""
+        self._let_go()
+
+    def _let_go(self) -> None:
+        self.release_mouse()
+        if self._held is not None:
+            self._held = None
+            self._fill()
+            self._lift()

@@ -1,0 +1,200 @@
+"""What every screen says about the arm: which it is, its state, its position, what a stop takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from armdrive.status import State, Status, Trust, coded
+from tui.keys.keyboard import Keyboard
+from tui.keys.table import titled
+from tui.painting import Span
+
+View = Mapping[str, Any]
+"""What another program reports about its arm, or about the program it runs, as plain data."""
+
+UNKNOWN = "?"
+GOOD, BUSY, CAREFUL, WRONG, QUIET = "$success", "$primary", "$warning", "$error", ""
+"""Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable."""
+
+BADGES: Mapping[str, Span] = {
+    State.DISCONNECTED.value: ("LINK LOST", WRONG),
+    State.ERROR_STOP.value: ("ERROR", WRONG),
+    State.DISABLED.value: ("MOTORS OFF", QUIET),
+    State.STANDBY.value: ("READY", GOOD),
+    State.HOMING.value: ("HOMING", BUSY),
+    State.MOVING.value: ("MOVING", BUSY),
+    State.STOPPING.value: ("STOPPING", CAREFUL),
+}
+"""The one word for each state, and its colour."""
+
+ARMED: Span = ("ARMED", CAREFUL)
+PAUSED: Span = ("PAUSED", CAREFUL)
+
+DOTS: Mapping[str, Span] = {
+    Trust.REFERENCED.value: ("\N{BLACK CIRCLE}", GOOD),
+    Trust.RESTORED.value: ("\N{BLACK CIRCLE}", CAREFUL),
+    Trust.SUSPECT.value: ("\N{BLACK CIRCLE}", WRONG),
+    Trust.UNKNOWN.value: ("\N{WHITE CIRCLE}", QUIET),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Conduct:
+    """What the safety panel shows: each field is a line of it, or a part of one.
+
+    `forbids` replaces `says` while something forbids all motion.
+    """
+
+    arm: str
+    real: bool
+    badge: Span
+    says: str
+    forbids: str
+    dot: Span
+    position: str
+    stopping: str
+
+
+def conduct_of(
+    status: Status,
+    keys: Keyboard,
+    *,
+    armed: bool | None = None,
+    says: str = "",
+    looked_for: bool = False,
+    paused_here: bool = False,
+    program: str = "",
+) -> Conduct:
+    """Return what a desk says about its arm.
+
+    `armed` is None on a screen without jog keys. `says` stands beside the badge. `looked_for` means
+    that the desk looks for a lost link by itself, `paused_here` that this desk paused the arm.
+    """
+    badge = BADGES[status.state.value]
+    if status.paused and status.state is not State.DISCONNECTED:
+        badge = PAUSED
+    elif armed and status.state is State.STANDBY:
+        badge = ARMED
+    forbids = banner(status, keys, looked_for=looked_for, paused_here=paused_here)
+    return Conduct(
+        arm="  ".join(filter(None, (which(status), program))),
+        real=not status.simulated,
+        badge=badge,
+        says=says,
+        forbids=forbids,
+        dot=DOTS[status.trust.value],
+        position=position_text(status, keys),
+        stopping=stopping_text(status),
+    )
+
+
+def which(status: Status) -> str:
+    """Say whether the arm is real, and which it is."""
+    kind = "SIMULATED" if status.simulated else "REAL ARM"
+    return f"{kind}: {status.arm} ({status.title}) on {status.link}"
+
+
+def position_text(status: Status, keys: Keyboard) -> str:
+    """Say how far the position can be trusted, and which key makes it trusted."""
+    age = status.trust_age.removeprefix("for ")
+    reference = f"{keys.label('reference')} references the arm"
+    if status.trust is Trust.REFERENCED:
+        return f"position referenced {age} ago"
+    if status.trust is Trust.UNKNOWN:
+        return f"position unknown: press {keys.label('reference')} to reference the arm"
+    way = f"{keys.label('confirm')} confirms it" if status.trust is Trust.RESTORED else reference
+    return f"position {status.trust.value}: {way} ({status.trust_reason})"
+
+
+def stopping_text(status: Status) -> str:
+    """Say how long and how far the tip goes on after a stop, at most."""
+    return f"stops within {math.ceil(status.stop_distance_mm)} mm, {status.stop_time_s:.2f} s"
+
+
+def look_for_it(keys: Keyboard) -> str:
+    """Say how to look for a lost link, and how to leave without it."""
+    return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
+
+
+def banner(
+    status: Status, keys: Keyboard, *, looked_for: bool = False, paused_here: bool = False
+) -> str:
+    """Say what forbids all motion, and what to do; nothing while nothing does."""
+    reason = (
+        coded(status.error, status.error_code)
+        or coded(status.notice, status.notice_code)
+        or coded(status.trust_reason, status.trust_code)
+    )
+    if status.state is State.DISCONNECTED:
+        key, leave = keys.label("reconnect"), keys.label("quit")
+        looking = f"The desk is looking for it: {key} looks at once, {leave} leaves"
+        return f"{reason.rstrip('.')}. {looking if looked_for else look_for_it(keys)}."
+    if status.state is State.ERROR_STOP:
+        return f"{reason}. {keys.label('reset')} resets, and moves nothing."
+    if status.paused:
+        return _paused(keys, here=paused_here)
+    if status.speed_override < 1.0:
+        return f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100` ends that."
+    return ""
+
+
+def _paused(keys: Keyboard, *, here: bool) -> str:
+    """Say who has paused the arm, and how it goes on or ends."""
+    stop = f"{keys.label('stop')} ends its motion"
+    if here:
+        where = f"{keys.label('points-pause')} on the {titled('points')} screen"
+        return f"paused at this desk: {where} lets the arm go on, {stop}."
+    return f"paused from outside: `armdrive resume` lets the arm go on, {stop}."
+
+
+def link_back(status: Status, keys: Keyboard) -> str:
+    """Say that the link is back, whether the position can be trusted, and what to do next."""
+    first = {
+        State.ERROR_STOP: f"{keys.label('reset')} resets, then ",
+        State.DISABLED: f"{keys.label('motors')} switches the motors on, then ",
+    }
+    restored = status.trust is Trust.RESTORED
+    then = (
+        f"{keys.label('confirm')} compares it"
+        if restored
+        else f"{keys.label('reference')} references it"
+    )
+    return (
+        f"The link is back, and nothing was moved. The position is {status.trust.value}: "
+        f"{status.trust_reason}. Look at the arm: {first.get(status.state, '')}{then}"
+    )
+
+
+def after_reset(status: Status, keys: Keyboard) -> str:
+    """Say what a reset has led to."""
+    off = status.state is State.DISABLED
+    more = f"; {keys.label('motors')} switches the motors on" if off else ""
+    return "reset: nothing was moved" + more
+
+
+def remarks(status: Status, message: str, *, bannered: bool) -> str:
+    """Return what the desk and the arm have to say, each remark once."""
+    if message and message in status.notice:
+        message = ""  # the arm repeats as its notice what it answered the desk
+    said = (message, status.notice, "" if bannered else status.error)
+    return "\n".join(remark for remark in dict.fromkeys(said) if remark)
+
+
+def at_work(program: View) -> str:
+    """Name a program, and how far it has come: a share, else steps; empty without a program."""
+    if not program:
+        return ""
+    name, steps = Path(str(program.get("file", UNKNOWN))).name, program.get("steps")
+    if (share := number_text(program.get("percent"), 0)) != UNKNOWN:
+        return f"{name} {share} %"
+    return f"{name} {program.get('line', UNKNOWN)}/{steps}" if steps else name
+
+
+def number_text(value: object, digits: int = 1) -> str:
+    """Return a number with this many digits, a question mark instead of anything else."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{float(value) + 0.0:.{digits}f}" if number else UNKNOWN  # type: ignore[arg-type]
