@@ -7,22 +7,22 @@ with Arm.connect("sim:teachmover") as arm:
     arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
 ```
 
-The public names are listed in `armdrive.exports`. They are loaded, all together, when the first one
-is used: the command line is part of this package, and starts quickly because it uses none of them.
+`armdrive.exports` lists the public names. All of them are loaded when the first one is used: the
+command line is part of this package and uses none of them, so it starts quickly.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # as typing's, which takes longer to import than all of this file
+TYPE_CHECKING = False  # like typing.TYPE_CHECKING; importing typing would slow down the start
 if TYPE_CHECKING:
     from typing import Any
 
-    from armdrive.exports import *  # noqa: F403 - what type checkers see
+    from armdrive.exports import *  # noqa: F403 - for type checkers
 
 
 def __getattr__(name: str) -> Any:
     """Return a public name."""
-    if name == "__all__" or not name.startswith("_"):  # unittest asks all modules for private names
+    if name == "__all__" or not name.startswith("_"):  # unittest probes modules for private names
         import armdrive.exports as exports
 
         if hasattr(exports, name):

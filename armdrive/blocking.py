@@ -1,8 +1,8 @@
 """Calls that wait for an arm. Each is written once, as a coroutine, and used in two ways.
 
-Such a coroutine awaits nothing but a `Wait`. `blocking` turns it into a plain call that waits where
-it stands. An event loop takes the coroutine itself (`coroutine_of`) and resumes it when a wait is
-over, so that other tasks run meanwhile (aio/loop.py).
+Such a coroutine awaits nothing but a `Wait`. `blocking` turns the coroutine function into an
+ordinary function that blocks its thread. An event loop takes the coroutine itself (`coroutine_of`)
+and resumes it after each wait, so that other tasks can run meanwhile (aio/loop.py).
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ R = TypeVar("R")
 
 
 class Waiter(Protocol):
-    """Lets the time of one arm pass."""
+    """Waits in the time of one arm, real or simulated."""
 
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
-        """Let time pass until `done()`; False when the time is over first."""
+        """Wait until `done()` is true; return False if the timeout passes first."""
 
 
 class Wait:
-    """A wait for `done()`. Awaiting it returns False when `timeout_s` is over first."""
+    """A wait for `done()`. Awaiting it returns False if `timeout_s` passes first."""
 
     def __init__(self, pace: Waiter, done: Callable[[], bool], timeout_s: float) -> None:
         self.pace = pace
@@ -42,7 +42,8 @@ class Wait:
 def run_blocking(call: Coroutine[Any, Any, R], wait: Callable[[Wait], bool] = Wait.block) -> R:
     """Run a waiting call to its end on the current thread.
 
-    What interrupts a wait (Ctrl-C, a flaw of the engine) is raised in the call, at that wait.
+    An exception that interrupts a wait (Ctrl-C, an error in the engine) is raised inside the call,
+    where it waits.
     """
     outcome: bool | BaseException | None = None
     while True:
@@ -57,9 +58,9 @@ def run_blocking(call: Coroutine[Any, Any, R], wait: Callable[[Wait], bool] = Wa
 
 
 def resume(call: Coroutine[Any, Any, Any], outcome: bool | BaseException | None) -> Wait:
-    """Resume a call with the outcome of its wait, None at its start; return its next wait.
+    """Resume a call with the outcome of its wait, or None to start it; return its next wait.
 
-    Raises `StopIteration` with its result when it returns, and what it raises.
+    When the call returns, raises `StopIteration` with the result. Errors of the call pass through.
     """
     if isinstance(outcome, BaseException):
         return cast("Wait", call.throw(outcome))
@@ -72,7 +73,7 @@ def has_ended(call: Coroutine[Any, Any, Any]) -> bool:
 
 
 def blocking(function: Callable[P, Coroutine[Any, Any, R]]) -> Callable[P, R]:
-    """Turn a coroutine function that waits for an arm into a plain call."""
+    """Turn a coroutine function that waits for an arm into an ordinary function."""
 
     @functools.wraps(function)
     def call(*words: P.args, **named: P.kwargs) -> R:
@@ -82,14 +83,14 @@ def blocking(function: Callable[P, Coroutine[Any, Any, R]]) -> Callable[P, R]:
 
 
 def waiting_part(call: Callable[..., Any]) -> Callable[..., Coroutine[Any, Any, Any]] | None:
-    """Return the coroutine function of a call that `blocking` made; None of any other."""
+    """Return the coroutine function inside a function made by `blocking`, else None."""
     function = getattr(call, "__wrapped__", None)
     made = inspect.iscoroutinefunction(function) and not inspect.iscoroutinefunction(call)
     return function if made else None
 
 
 def coroutine_of(call: Callable[P, R]) -> Callable[P, Coroutine[Any, Any, R]]:
-    """Return a call as a coroutine function: the one that it was made of, if it waits."""
+    """Return the coroutine function of a blocking call; wrap any other call as one."""
     function = waiting_part(call)
     if function is not None:
         owner = getattr(call, "__self__", None)

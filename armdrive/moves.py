@@ -1,11 +1,12 @@
-"""What a caller asks of the arm, as values: moves, and the jogs that a person holds.
+"""Moves and jogs as values.
 
-A move says where the arm is to go; `arm.run`, `arm.start` and `arm.preview` take any of them, and
-each has a JSON form. It may be meant from where the arm stands (the joints that it does not name, a
-point's name, the tool's frame): resolving it gives a move that means the same from anywhere.
+A move says where the arm should go. `arm.run`, `arm.start` and `arm.preview` take any move, and
+each has a JSON form. A move may depend on the current position (joints that it does not name, the
+tool's frame) or on a point's name; resolving it gives an absolute move.
 
-A hold is no move. It is a lease that expires unless it is renewed, so it cannot be queued, written
-down or repeated. `speed` is a fraction of the limits; lengths in mm, angles as the names say.
+A held jog is not a move. It is a lease that expires unless it is renewed, so it cannot be queued,
+saved or repeated. `speed` is a fraction of the limits; lengths are in mm, and names of angles end
+in their unit.
 """
 
 from __future__ import annotations
@@ -25,37 +26,28 @@ from kinematics.spaces import Joints, Pose
 
 
 class Space(Enum):
-    """The space in which a jog is meant."""
+    """The space of a jog: joints, or the tip's Cartesian axes."""
 
     JOINT = "joint"
     CARTESIAN = "cartesian"
 
 
-CARTESIAN_AXES = ("x", "y", "z", "pitch", "roll")
-"""Axes of a Cartesian jog: mm for the first three, rad for the last two."""
-
-YAW_AXIS = "yaw"
-"""One more of an arm of six joints, in rad."""
-
-GRIPPER_AXIS = "gripper"
-"""The gripper's axis in either space, in mm of opening."""
-
-REST_S = 0.8
-"""An arm that stood for less was on its way."""
-
-BASE_FRAME = "base"
-"""The frame in which a jog is meant unless it names another."""
+CARTESIAN_AXES = ("x", "y", "z", "pitch", "roll")  # mm for the first three, rad for the last two
+YAW_AXIS = "yaw"  # the sixth Cartesian axis, in rad, of an arm with six joints
+GRIPPER_AXIS = "gripper"  # part of both spaces; mm of opening
+REST_S = 0.8  # a shorter standstill counts as part of a motion
+BASE_FRAME = "base"  # the default frame of goals and jogs
 
 
-# What calls take as keywords, so that a type checker finds a name that is none. An arm of a model
-# file may have joints of other names: those are given in a mapping.
+# The keywords of calls, typed so that a type checker finds misspelt names. The joints of a model
+# file may have other names; those are given in a mapping.
 
 Angles = Mapping[str, float]
-"""Amounts by name, `{"shoulder_deg": 40}`: for joints that are named only as the program runs."""
+"""Amounts by name, `{"shoulder_deg": 40}`, for joints whose names are known only at run time."""
 
 
 class JointAngles(TypedDict, total=False):
-    """Angles of the joints of the usual arms of five and six joints."""
+    """Joint angles of the usual arms with five or six joints."""
 
     base_deg: float
     shoulder_deg: float
@@ -66,7 +58,7 @@ class JointAngles(TypedDict, total=False):
 
 
 class JointJog(JointAngles, total=False):
-    """What an increment turns those joints by; or with `duration_s=` directions from -1 to 1."""
+    """The increment of each joint; with `duration_s=`, directions from -1 to 1."""
 
     gripper_mm: float
     base: float
@@ -79,7 +71,7 @@ class JointJog(JointAngles, total=False):
 
 
 class TipJog(TypedDict, total=False):
-    """What an increment moves the tip by; or with `duration_s=` directions from -1 to 1."""
+    """The increment of each tip axis; with `duration_s=`, directions from -1 to 1."""
 
     x_mm: float
     y_mm: float
@@ -98,7 +90,7 @@ class TipJog(TypedDict, total=False):
 
 
 def by_name(amounts: Angles | None, named: Mapping[str, object]) -> dict[str, float]:
-    """Return the amounts of a mapping and of keywords together. Raises `BadRequest`."""
+    """Return the amounts from a mapping and from keywords. Raises `BadRequest` for duplicates."""
     given = amounts or {}
     if twice := given.keys() & named.keys():
         raise BadRequest(f"{min(twice)} is given twice: in the mapping and as a keyword")
@@ -109,10 +101,10 @@ def by_name(amounts: Angles | None, named: Mapping[str, object]) -> dict[str, fl
 class Jog:
     """A jog of one or more axes at once.
 
-    In an increment the amounts are distances: degrees for angles (this is an edge where a person
-    types), mm for the rest. In a held jog they are directions from -1 to 1 that share the speed.
-    `frame` says whose x, y and z are meant: "base", "tool", which turns with the hand, or a frame
-    of the arm file. Pitch, roll and yaw are the same in all of them.
+    The amounts of an increment are distances, in degrees (as a person types them) or mm. The
+    amounts of a held jog are directions from -1 to 1 that share the speed. `frame` is the frame of
+    x, y and z: "base", "tool", which turns with the hand, or a frame of the arm file. Pitch, roll
+    and yaw are the same in every frame.
     """
 
     space: Space
@@ -126,7 +118,7 @@ class Jog:
 
     @classmethod
     def cartesian(cls, *, frame: str = BASE_FRAME, **axes: float) -> Jog:
-        """Jog the finger tips, for example `Jog.cartesian(z=-1)`, or `z=1` of the tool's frame."""
+        """Jog the finger tips, for example `Jog.cartesian(z=-1)` or `(frame="tool", z=1)`."""
         return cls(Space.CARTESIAN, tuple(axes.items()), frame)
 
     def __post_init__(self) -> None:
@@ -138,17 +130,17 @@ class Jog:
             checked_number(f"the jog of {name}", amount)
         if self.space is Space.JOINT and self.frame != BASE_FRAME:
             raise BadRequest(
-                f"joints turn in no frame: a jog in the frame {self.frame!r} is Cartesian (x, y, z)"
+                f"a joint jog has no frame: jog x, y or z to use the frame {self.frame!r}"
             )
 
     def amount(self, name: str) -> float:
-        """Return how much of this axis is asked for; 0 where it is not named."""
+        """Return the amount for an axis; 0 if the jog does not name it."""
         return math.fsum(amount for axis, amount in self.axes if axis == name)
 
 
 @dataclass(frozen=True, slots=True)
 class ContinuousJog:
-    """A jog that somebody holds, until when, and how fast."""
+    """A held jog, its speed and the time at which it expires."""
 
     jog: Jog
     speed: float
@@ -157,31 +149,28 @@ class ContinuousJog:
     def __post_init__(self) -> None:
         for name, share in self.jog.axes:
             if not -1.0 <= share <= 1.0:
-                raise BadRequest(f"a held jog goes in directions from -1 to 1, not {name}={share}")
+                raise BadRequest(f"a held jog needs directions from -1 to 1, not {name}={share}")
 
 
 @dataclass(frozen=True, slots=True)
 class IncrementalJog:
-    """One increment of a jog, how fast, and until when it may begin."""
+    """One increment of a jog, its speed and the latest time at which it may start."""
 
     jog: Jog
     speed: float
     until_s: float = math.inf
 
 
-# The axes that an increment names, `shoulder_deg=2` or `x_mm=5`, and back.
+# The axes of an increment, named as in `shoulder_deg=2` or `x_mm=5`.
 
-LENGTHS = ("x", "y", "z", GRIPPER_AXIS)
-"""Axes that are jogged in mm; the others are jogged in degrees."""
-
-_OPTIONS = ("speed", "duration_s", "frame")
-"""What a misspelt word may mean where axes are named."""
+LENGTHS = ("x", "y", "z", GRIPPER_AXIS)  # axes in mm; the others are in degrees
+_OPTIONS = ("speed", "duration_s", "frame")  # other keywords that may be meant by a misspelt axis
 
 
 def jog_axes(words: Angles, *, in_steps: bool) -> tuple[tuple[str, float], ...]:
-    """Return the axes that keywords such as `shoulder_deg=2` or `x_mm=5` name.
+    """Return the axes for keywords such as `shoulder_deg=2` or `x_mm=5`. Raises `BadRequest`.
 
-    Directions, which are not `in_steps`, have no unit. Raises `BadRequest`.
+    Keywords of increments (`in_steps`) end in a unit; those of directions have none.
     """
     return tuple((_axis(word, in_steps), value) for word, value in words.items())
 
@@ -203,8 +192,7 @@ def _axis(word: str, in_steps: bool) -> str:
 
 A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
 
-TOOL_FRAME = "tool"
-"""The frame that goes with the hand: a goal in it is a change from where the hand is."""
+TOOL_FRAME = "tool"  # moves with the hand; a goal in this frame is a change of the current pose
 
 
 def speed_fraction(speed: float) -> float:
@@ -221,15 +209,16 @@ def _require(name: str, value: object, kinds: tuple[type, ...], words: str, exam
 
 
 def _check_way(move: PoseMove | LineMove | ArcMove | PathMove) -> None:
-    """Check what all moves of the tip have."""
+    """Check the frame and speed of a move of the tip."""
     _require("frame", move.frame, (str,), "the name of a frame", '"base" or "tool"')
     speed_fraction(move.speed)
 
 
 @dataclass(frozen=True, slots=True)
 class JointMove:
-    """Every joint turns in proportion, to angles: of all joints, or in degrees of those named.
+    """Move to joint angles, with all joints turning in proportion.
 
+    The goal has the angles of all joints, or a mapping with degrees for some of them:
     `JointMove({"shoulder_deg": 40, "elbow_deg": -60})` leaves the other joints as they are.
     """
 
@@ -248,7 +237,7 @@ class JointMove:
 
 @dataclass(frozen=True, slots=True)
 class PoseMove:
-    """Every joint turns in proportion, to the nearest posture for a pose, or to a named point's."""
+    """Move to the nearest posture for a pose, or to a named point; joints turn in proportion."""
 
     goal: Pose | str
     speed: float = 1.0
@@ -261,10 +250,10 @@ class PoseMove:
 
 @dataclass(frozen=True, slots=True)
 class LineMove:
-    """Straight to a pose in x, y, z, pitch and roll; or to that of joint angles, or of a point.
+    """Move straight in x, y, z, pitch and roll: to a pose, or to the pose of angles or a point.
 
-    Of joint angles and of a point, the result's `note` says so where the line, which keeps the
-    posture that it begins in, ends in another one.
+    The line keeps the posture in which it starts. If joint angles or a point were given and the
+    line ends in a different posture, the result's `note` says so.
     """
 
     goal: Pose | Joints | str
@@ -279,7 +268,7 @@ class LineMove:
 
 @dataclass(frozen=True, slots=True)
 class ArcMove:
-    """Along the arc of a circle through `via`, of which only x, y and z count, to a pose."""
+    """Move along a circular arc through `via` to a pose; only x, y and z of `via` matter."""
 
     via: Pose
     goal: Pose
@@ -294,7 +283,7 @@ class ArcMove:
 
 @dataclass(frozen=True, slots=True)
 class PathMove:
-    """Through several parts as one, audited as a whole, with blends between them."""
+    """Move along several parts, checked as a whole, with blends between them."""
 
     parts: tuple[PathPart, ...]
     speed: float = 1.0
@@ -310,14 +299,14 @@ class PathMove:
         _check_way(self)
         if self.frame == TOOL_FRAME:
             raise BadRequest(
-                "the tool's frame goes along with the arm: give a path in the base or in a frame "
-                "of the arm file"
+                "the tool's frame moves with the arm: give the path in the base frame or in a "
+                "frame of the arm file"
             )
 
 
 @dataclass(frozen=True, slots=True)
 class GripperMove:
-    """Bring the fingers to an opening in mm; None opens them all the way, 0 closes them."""
+    """Move the fingers to an opening in mm; None opens them all the way, 0 closes them."""
 
     opening_mm: float | None = None
     speed: float = 1.0
@@ -330,7 +319,7 @@ class GripperMove:
 
 @dataclass(frozen=True, slots=True)
 class GraspMove:
-    """Close the fingers on whatever is between them, and press with about `force_n`."""
+    """Close the fingers on an object, and grip it with about `force_n`."""
 
     force_n: float = 8.9
 
@@ -340,7 +329,7 @@ class GraspMove:
 
 @dataclass(frozen=True, slots=True)
 class ParkMove:
-    """Go to `goal`, by default the park posture; where a guard bars the way, rise first."""
+    """Move to `goal`, by default the park posture; if a guard is in the way, rise first."""
 
     speed: float = 1.0
     goal: Pose | None = None
@@ -352,7 +341,7 @@ class ParkMove:
 
 @dataclass(frozen=True, slots=True)
 class JogMove:
-    """One increment of a jog. It is clipped to the limits, and the result says so."""
+    """One increment of a jog. If the limits shorten it, the result says so."""
 
     jog: Jog
     speed: float = 0.25
@@ -363,17 +352,17 @@ class JogMove:
 
 
 Motion = JointMove | PoseMove | LineMove | ArcMove | PathMove | GripperMove | ParkMove
-"""A move whose end is known before it begins."""
+"""A move whose end is known before it starts."""
 
 SingleMove = Motion | GraspMove | JogMove
 
 
 @dataclass(frozen=True, slots=True)
 class MoveSequence:
-    """Moves one after another, audited as a whole before the first one begins.
+    """Several moves in order, checked as a whole before the first one starts.
 
-    A grasp can only be the last of them, since nobody knows yet where the fingers will meet
-    something; a jog is none of them, since it may be clipped.
+    Only the last move may be a grasp, because its end depends on the object. No move may be a jog,
+    because a jog may be shortened.
     """
 
     moves: tuple[SingleMove, ...]
@@ -385,14 +374,14 @@ class MoveSequence:
         for index, move in enumerate(flat):
             _require(f"moves[{index}]", move, get_args(SingleMove), "a move", f"LineMove({A_POSE})")
         if any(isinstance(move, GraspMove) for move in flat[:-1]):
-            raise BadRequest("a grasp is the last move of a sequence: plan the rest behind it")
+            raise BadRequest("a grasp must be the last move of a sequence: plan the rest after it")
         if any(isinstance(move, JogMove) for move in flat):
-            raise BadRequest("a jog is no part of a sequence, since it may be clipped")
+            raise BadRequest("a sequence cannot contain a jog, because a jog may be shortened")
         object.__setattr__(self, "moves", flat)
 
 
 Move = SingleMove | MoveSequence
-"""What `arm.run`, `arm.start` and `arm.preview` take."""
+"""A move that `arm.run`, `arm.start` and `arm.preview` accept."""
 
 
 def _flattened(moves: Iterable[Move]) -> Iterator[SingleMove]:

@@ -1,4 +1,4 @@
-"""What is known about an arm at one moment: a frozen snapshot that any thread may read."""
+"""The status of an arm: a frozen snapshot that any thread may read."""
 
 from __future__ import annotations
 
@@ -15,25 +15,24 @@ from armdrive.errors.table import code_of_name
 from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
 
-# How much a wire has carried, and how much of what it could carry that is.
+# The traffic on the wire, and the load that it makes.
 
-BITS_A_BYTE = 10
-"""On a serial wire: eight of data, a start and a stop bit."""
+BITS_A_BYTE = 10  # on a serial wire: a start bit, eight data bits and a stop bit
 
 
 @dataclass(frozen=True, slots=True)
 class LinkStats:
-    """Bytes that went out and came in since the beginning, and the wire's rate in baud."""
+    """Bytes sent and received since the connection was opened, and the wire's rate in baud."""
 
     sent: int = 0
     heard: int = 0
     baud: int = 0
 
     def load(self, earlier: LinkStats, for_s: float) -> float | None:
-        """Return the share of the busier direction that was used since an earlier moment.
+        """Return the load of the busier direction since `earlier`, `for_s` seconds ago.
 
-        0 to 1 and, where an operating system takes more than the wire can carry at once, above.
-        None where the rate or the time is not known.
+        The load is between 0 and 1; it can exceed 1 while the operating system buffers bytes. It is
+        None if the rate or the time is unknown.
         """
         if self.baud <= 0 or for_s <= 0.0:
             return None
@@ -41,20 +40,20 @@ class LinkStats:
         return max(busier, 0) * BITS_A_BYTE / (self.baud * for_s)
 
 
-# How late a thread wakes for its deadlines: a small histogram, and what it says in words.
+# Scheduling jitter: how late a thread wakes for its deadlines.
 #
-# Deadlines are absolute: a late one does not make the next one late. What is counted is how long
-# after a deadline the thread went on, in classes that grow by about two.
+# Deadlines are absolute, so that a late one does not delay the next. A small histogram counts how
+# long after each deadline the thread continued.
 
 EDGES_S = (
     20e-6, 50e-6, 100e-6, 200e-6, 500e-6, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1.0,
 )  # fmt: skip
-"""Upper ends of the classes; what is later is in one more."""
+"""Upper ends of the histogram's classes; a last class holds everything later."""
 
 
 @dataclass(frozen=True, slots=True)
 class SchedulingJitter:
-    """How late a thread woke, in s: upper ends of the classes that half and 99 % lie in."""
+    """How late a thread woke, in s; median and 99th percentile are upper ends of classes."""
 
     count: int = 0
     median_s: float = 0.0
@@ -76,19 +75,19 @@ NEVER_WOKEN = SchedulingJitter()
 
 @dataclass(slots=True, eq=False)
 class Lateness:
-    """Counts; touched by one thread."""
+    """The histogram of one thread, which alone may change it."""
 
     counts: list[int] = field(default_factory=lambda: [0] * (len(EDGES_S) + 1))
     worst_s: float = 0.0
 
     def add(self, late_s: float) -> None:
-        """Note that a deadline was met so late; what is early is not late."""
+        """Count a deadline that was met `late_s` late; early ones count as punctual."""
         late_s = max(late_s, 0.0)
         self.counts[bisect_left(EDGES_S, late_s)] += 1
         self.worst_s = max(self.worst_s, late_s)
 
     def view(self) -> SchedulingJitter:
-        """Return what has been counted so far."""
+        """Return a summary of the counts so far."""
         total = sum(self.counts)
         if not total:
             return NEVER_WOKEN
@@ -96,7 +95,7 @@ class Lateness:
         return SchedulingJitter(total, half_s, most_s, self.worst_s, tuple(self.counts))
 
     def _within_s(self, share: float, total: int) -> float:
-        """Return within what this share of the deadlines was met; never more than the worst."""
+        """Return the delay within which this share of the deadlines was met."""
         seen = 0
         for count, edge_s in zip(self.counts, EDGES_S, strict=False):
             seen += count
@@ -113,7 +112,7 @@ NOTHING_CARRIED = LinkStats()
 
 
 class State(Enum):
-    """PLCopen's states of an axis group."""
+    """The states of an arm, after PLCopen's states of an axis group."""
 
     DISCONNECTED = "disconnected"
     DISABLED = "disabled"
@@ -125,7 +124,7 @@ class State(Enum):
 
 
 class Trust(Enum):
-    """Whether the position can be believed; orthogonal to the state."""
+    """How far the position can be trusted; independent of the state."""
 
     UNKNOWN = "unknown"
     RESTORED = "restored"
@@ -134,41 +133,73 @@ class Trust(Enum):
 
 
 class Evidence(Enum):
-    """What was seen, in the words that the status shows."""
+    """An observation that changes the trust in the position, in the words of the status."""
 
-    NO_RECORD = "nothing is recorded of this arm's position"
+    NO_RECORD = "no position of this arm has been saved"
     HOMED = "referenced in the reference posture"
     HOMED_BY_SWITCHES = "referenced by the controller's own homing"
     DECLARED = "the posture was declared by the caller"
     CONFIRMED = "the operator confirmed the recorded posture"
-    RECORD_MATCHES = "recorded by an earlier program, and the registers still agree"
-    RECORD_DIFFERS = "the registers differ from the recorded ones: it was moved, or lost its power"
-    LINK_BACK = "the wire was lost and is back, and the registers still agree"
+    RECORD_MATCHES = "saved by the last session, and the registers match"
+    RECORD_DIFFERS = "the registers differ from the saved ones: the arm was moved or lost its power"
+    LINK_BACK = "the link was lost and restored, and the registers match"
     ENDED_IN_MOTION = "the last program ended in mid-motion"
-    RECORD_UNUSABLE = "the recorded position cannot be used"
-    ANSWER_LOST = "a motion was sent and its answer never came"
+    RECORD_UNUSABLE = "the saved position cannot be used"
+    ANSWER_LOST = "a motion was sent, but never answered"
     SILENT = "the controller did not answer, and may have lost its power"
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
-    MOTION_REFUSED = "the controller refused a motion that it should have understood"
-    BROKEN_OFF = "a motion was broken off before its end"
-    HOMING_FAILED = "the controller's homing did not end"
-    OFF_ITS_MARK = "verified at its mark, and found off its position"
-    STOPPED_DEAD = "the motors were stopped dead in motion, and may have lost steps"
-    ALARM = "the controller went into alarm while it moved"
+    MOTION_REFUSED = "the controller refused a valid motion"
+    BROKEN_OFF = "a motion was aborted before its end"
+    HOMING_FAILED = "the controller's homing did not finish"
+    OFF_ITS_MARK = "verified at the reference mark, where the position was off"
+    STOPPED_DEAD = "the motors were stopped without a ramp and may have lost steps"
+    ALARM = "the controller went into alarm during a motion"
     OFF_THE_PATH = "the controller reported a position off the path that was sent"
     SWITCHED_OFF = "the controller switched the motors off, and the arm can sag"
     CURRENT_DROPPED = "the motor current was switched off, and the arm can sag"
-    LOST_IN_MOTION = "the wire was lost while the arm moved"
-    MOVED_BY_OTHERS = "the registers changed with no motion from here: by hand, or by a pendant"
-    RESTARTED = "the controller announced that it was restarted"
+    LOST_IN_MOTION = "the link was lost during a motion"
+    MOVED_BY_OTHERS = "the registers changed without a command: moved by hand or by a pendant"
+    RESTARTED = "the controller reported a restart"
     CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
 
 
+# Position records and recordings store the text of the evidence. Those made by earlier versions
+# have these texts, which still need their codes.
+_TEXTS_OF_EARLIER_VERSIONS: Mapping[str, Evidence] = MappingProxyType(
+    {
+        "nothing is recorded of this arm's position": Evidence.NO_RECORD,
+        "recorded by an earlier program, and the registers still agree": Evidence.RECORD_MATCHES,
+        "the registers differ from the recorded ones: it was moved, or lost its power": (
+            Evidence.RECORD_DIFFERS
+        ),
+        "the wire was lost and is back, and the registers still agree": Evidence.LINK_BACK,
+        "the recorded position cannot be used": Evidence.RECORD_UNUSABLE,
+        "a motion was sent and its answer never came": Evidence.ANSWER_LOST,
+        "the controller refused a motion that it should have understood": Evidence.MOTION_REFUSED,
+        "a motion was broken off before its end": Evidence.BROKEN_OFF,
+        "the controller's homing did not end": Evidence.HOMING_FAILED,
+        "verified at its mark, and found off its position": Evidence.OFF_ITS_MARK,
+        "the motors were stopped dead in motion, and may have lost steps": Evidence.STOPPED_DEAD,
+        "the controller went into alarm while it moved": Evidence.ALARM,
+        "the wire was lost while the arm moved": Evidence.LOST_IN_MOTION,
+        "the registers changed with no motion from here: by hand, or by a pendant": (
+            Evidence.MOVED_BY_OTHERS
+        ),
+        "the controller announced that it was restarted": Evidence.RESTARTED,
+    }
+)
+
+_EVIDENCE_BY_TEXT: Mapping[str, Evidence] = MappingProxyType(
+    {each.value: each for each in Evidence} | dict(_TEXTS_OF_EARLIER_VERSIONS)
+)
+
+
 def code_of_reason(reason: str) -> str:
-    """Return the catalogue's code of a trust's reason, which begins with words of its evidence."""
-    found = (each for each in Evidence if reason.startswith(each.value))
-    evidence = next(found, None)
-    return "" if evidence is None else code_of_name(evidence.name)
+    """Return the catalogue's code for a trust's reason, which begins with its evidence's text."""
+    for text, evidence in _EVIDENCE_BY_TEXT.items():
+        if reason.startswith(text):
+            return code_of_name(evidence.name)
+    return ""
 
 
 class Current(Enum):
@@ -181,21 +212,24 @@ class Current(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """One moment of an arm.
+    """A snapshot of an arm.
 
-    `commanded` is where the arm was last told to be, `acknowledged` where the controller said
-    it has been, `read_back` what the controller's registers last showed: three fields, since
-    they can differ. All are motor steps in the arm's model; None before anything is known.
-    `joints`, `pose` and `gripper_mm` (how far apart the fingers are) follow from `acknowledged`
-    and are None while the trust is unknown; of a device that reports while it moves, they follow
-    from what it reported last. `stop_time_s` and `stop_distance_mm` bound, for the worst case, how
-    long and how far the finger tips go on after a stop is asked for now; `silent_time_s` and
-    `silent_distance_mm` the same if this program dies now, or the cable is pulled. The codes are
-    rows of the catalogue of errors. `torque` says what holds the arm, and what lets it sag.
-    `paused` says that somebody wants the arm to wait, `speed_override` to go slower than asked.
-    `scheduling_jitter` is how late the thread woke that drives the arm; on simulated time it never
-    does. `underruns` counts how often a device that queues stood still while more was to come,
-    `link_stats` what went over the wire.
+    - `commanded`, `acknowledged`, `read_back`: the position last commanded, the one that the
+      controller has confirmed, and the latest reading of its registers. They can differ. All are
+      motor steps in the arm's model, or None if unknown.
+    - `joints`, `pose`, `gripper_mm` (the distance between the fingers): computed from
+      `acknowledged`, or from the latest report of a device that reports while it moves. None while
+      the trust is unknown.
+    - `stop_time_s`, `stop_distance_mm`: worst-case bounds on how long and how far the finger tips
+      would continue after a stop now. `silent_time_s`, `silent_distance_mm`: the same if the
+      program died or the cable was pulled.
+    - `error_code`, `notice_code`: rows of the error catalogue.
+    - `torque`: when the arm is held up, and when it sags.
+    - `paused`, `speed_override`: whether the arm is paused, and the factor that slows it.
+    - `scheduling_jitter`: how late the thread that drives the arm woke; never late in simulated
+      time.
+    - `underruns`: how often the device's queue ran empty in mid-motion.
+    - `link_stats`: the traffic on the wire.
     """
 
     arm: str
@@ -237,22 +271,22 @@ class Status:
 
     @property
     def pause_time_s(self) -> float:
-        """How long the arm goes on when it is paused now: as when nothing more comes at all."""
+        """How long the arm would move after a pause now: as long as if the program died."""
         return self.silent_time_s
 
     @property
     def pause_distance_mm(self) -> float:
-        """How far the tip goes on when the arm is paused now, at most."""
+        """How far the tip would move at most after a pause now."""
         return self.silent_distance_mm
 
     @property
     def trust_code(self) -> str:
-        """The catalogue's code of the reason, where it speaks against the position."""
+        """The catalogue's code for the trust's reason; empty if the reason is no problem."""
         return code_of_reason(self.trust_reason)
 
     @property
     def trust_age(self) -> str:
-        """For how long the position has been trusted, or doubted, in words."""
+        """How long the trust has had its current value, in words."""
         age_s = max(self.time_s - self.trust_since_s, 0.0)
         unit_s, unit = next(
             (size, name)
@@ -263,13 +297,13 @@ class Status:
 
     @property
     def which(self) -> str:
-        """Say in words which arm this is, and whether it is real."""
+        """The arm's name, title and link, and whether it is real."""
         kind = "SIMULATED" if self.simulated else "REAL"
         return f"{self.arm} ({self.title}), {kind}, {self.link}"
 
     def __str__(self) -> str:
         position = f"position {self.trust.value} {self.trust_age}: {self.trust_reason}"
-        lines = [self.which, f"state {self._conduct}, {position}"]
+        lines = [self.which, f"state {self._state_words}, {position}"]
         if self.joints is not None and self.pose is not None:
             lines += [f"joints {self.joints}", f"tip {self.pose}"]
         if self.gripper_mm is not None:
@@ -287,21 +321,21 @@ class Status:
                 f"{self.silent_distance_mm:.0f} mm"
             )
         if self.scheduling_jitter.count:
-            lines.append(f"punctuality: {self.scheduling_jitter}")
+            lines.append(f"scheduling: {self.scheduling_jitter}")
         if self.underruns:
             lines.append(f"underruns: {self.underruns}, the queue ran empty in mid-motion")
         if self.torque is not None:
             lines.append(f"after disable the arm {self.torque.disable}")
             lines.append(f"after estop the arm {self.torque.estop}")
-        lines += [f"{word}: {text}" for word, text in self._remarks() if text]
+        lines += [f"{word}: {text}" for word, text in self._messages() if text]
         return "\n".join(lines)
 
     @property
-    def _conduct(self) -> str:
+    def _state_words(self) -> str:
         slowed = f", slowed to {self.speed_override:.0%}" if self.speed_override < 1.0 else ""
         return self.state.value + ", PAUSED" * self.paused + slowed
 
-    def _remarks(self) -> tuple[tuple[str, str], ...]:
+    def _messages(self) -> tuple[tuple[str, str], ...]:
         return (
             ("notice", coded(self.notice, self.notice_code)),
             ("error", coded(self.error, self.error_code)),
@@ -309,15 +343,15 @@ class Status:
 
 
 def coded(words: str, code: str) -> str:
-    """Put a code before the words it belongs to."""
+    """Return a message with its error code in front, if it has one."""
     return f"[{code}] {words}" if code and words else words
 
 
-# A status as plain data, with units in the names: what `--json` prints and sockets carry.
+# A status as plain data, with units in the names, for `--json` and for the control socket.
 
 
 def pose_numbers(pose: Pose) -> dict[str, float]:
-    """Return a pose in mm and degrees, to the last digit."""
+    """Return a pose in mm and degrees, unrounded."""
     yaw = {} if pose.yaw_deg is None else {"yaw_deg": pose.yaw_deg}
     return {
         "x_mm": pose.x_mm,
@@ -330,12 +364,12 @@ def pose_numbers(pose: Pose) -> dict[str, float]:
 
 
 def joints_numbers(joints: Joints) -> dict[str, float]:
-    """Return joint angles in degrees, to the last digit."""
+    """Return joint angles in degrees, unrounded."""
     return {f"{name}_deg": angle for name, angle in joints.deg.items()}
 
 
 def pose_view(pose: Pose | None) -> dict[str, float] | None:
-    """Return a pose in mm and degrees."""
+    """Return a pose in mm and degrees, rounded for display."""
     if pose is None:
         return None
     return {
@@ -345,14 +379,14 @@ def pose_view(pose: Pose | None) -> dict[str, float] | None:
 
 
 def joints_view(joints: Joints | None) -> dict[str, float] | None:
-    """Return joint angles in degrees."""
+    """Return joint angles in degrees, rounded for display."""
     if joints is None:
         return None
     return {key: round(angle, 4) for key, angle in joints_numbers(joints).items()}
 
 
 def violation_text(violation: LimitViolation) -> str:
-    """Put a joint beyond its limit into a few words."""
+    """Describe a joint that is beyond its limit."""
     value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
     name = violation.joint.replace("_", " ")
     return f"{name} {abs(value - bound):.1f}° beyond its limit of {bound:.1f}°"
@@ -444,9 +478,9 @@ STATUS_FIELDS: Mapping[str, _Row] = MappingProxyType(
         "error_code": (lambda status: status.error_code, _TEXT),
     }
 )
-"""Each key of a status in JSON: what stands there, and its schema."""
+"""Each key of a status in JSON: the function that computes its value, and its schema."""
 
 
 def status_view(status: Status) -> dict[str, Any]:
-    """Return a status."""
+    """Return a status as plain data."""
     return {key: value(status) for key, (value, _) in STATUS_FIELDS.items()}

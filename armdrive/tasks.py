@@ -1,7 +1,7 @@
-"""Work in progress: a generator that yields what it waits for, and what has become of it.
+"""Tasks of the engine, and the requests and replies that they exchange with a controller.
 
-A task's body yields what it waits for, an `Exchange` or a `SleepUntil`, and is resumed with the
-reply or the time.
+A task's body is a generator. It yields an `Exchange` or a `SleepUntil`, and the engine resumes it
+with the reply or the time.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from kinematics.spaces import Motors
 
 @dataclass(frozen=True, slots=True)
 class _PlainRequest:
-    """A request whose name says all of it."""
+    """A request without parameters."""
 
 
-# What the driver asks of a controller that keeps a program of its own, and what it hears.
+# Requests and replies about a program in the device's own memory.
 
 
 class ReadProgram(_PlainRequest):
-    """Ask for the program that the device keeps by itself. Never moves anything."""
+    """Read the program in the device's own memory. Moves nothing."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
 class WriteRow:
-    """Write one row of the device's own program, in the device's words. Moves nothing."""
+    """Write one row of the device's own program, in its machine words. Moves nothing."""
 
     words: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class DeviceProgram:
-    """The device's own program, row by row in its own words, as the device told it."""
+    """The device's own program as it was read: rows of machine words."""
 
     rows: tuple[tuple[int, ...], ...]
 
@@ -47,14 +47,14 @@ class DeviceProgram:
         return f"a program of {len(self.rows)} rows"
 
 
-# What a look at the settings of a device found: its firmware, and what is not as expected.
+# The settings of a device, compared with the arm file.
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A setting of the device that is not what the arm file expects, and the line that mends it.
+    """A device setting that differs from the arm file, and the line that corrects it.
 
-    `must` says that nothing may move before it is mended.
+    If `must` is true, nothing may move until the setting is corrected.
     """
 
     setting: str
@@ -69,7 +69,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class DeviceSettings:
-    """What `ReadSettings` found; no differences where the dialect has no settings to compare."""
+    """The reply to `ReadSettings`; a dialect without settings reports no differences."""
 
     differences: tuple[Difference, ...] = ()
     firmware: str = ""
@@ -78,26 +78,26 @@ class DeviceSettings:
         return "; ".join(map(str, self.differences)) or "the settings are as expected"
 
 
-# What the driver asks of any controller and what it hears back, in motor steps and seconds.
+# Requests to any controller, and its replies, in motor steps and seconds.
 #
-# Requests and replies name no dialect. Registers are the controller's own counts; the driver adds
-# its reference offset (runtime/position.py). A request is answered with exactly one `Reply`,
-# however many messages that takes on the wire; an `Alert` may come at any time, asked or not.
+# Requests and replies are the same for every dialect. Registers are the controller's own counts;
+# the driver adds its reference offset (runtime/position.py). Each request gets exactly one `Reply`,
+# however many messages it takes on the wire; an `Alert` may arrive at any time.
 
-# -- what is asked ------------------------------------------------------------------------------
+# -- requests -----------------------------------------------------------------------------------
 
 
 def never() -> bool:
-    """Tell that nobody lets go, and that nothing is held back."""
+    """Return False: the default for conditions that never become true."""
     return False
 
 
 @dataclass(frozen=True, slots=True)
 class MoveBy:
-    """Move all motors together; the busiest one at `rate_hz` steps a second or slower.
+    """Move all motors together, with the busiest one at no more than `rate_hz` steps a second.
 
-    A device that needs messages before the one that sets motors going gives up, and answers
-    `Halted`, where `let_go()` has become true by then.
+    Some devices need other messages before the one that starts the motors. If `let_go()` becomes
+    true before that one is sent, the motion is dropped and the reply is `Halted`.
     """
 
     steps: Motors
@@ -106,20 +106,22 @@ class MoveBy:
 
     @property
     def duration_s(self) -> float:
-        """How long it takes at that rate, without any ramp."""
+        """The duration at `rate_hz`, without ramps."""
         return self.steps.largest / self.rate_hz if self.steps.largest else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MoveAlong:
-    """Move along segments that the device queues, never more than `ahead_s` of them ahead.
+    """Move along segments that the device queues, at most `ahead_s` in advance.
 
-    `segments` is drawn from only when there is room for one more, so that what a jog does next is
-    decided at the last moment. As soon as `let_go()` is true, what is queued is given up as well.
-    While `held_back()` is true, nothing is drawn, and what was drawn is not sent any more; where it
-    is so until all that was sent is driven, the answer is `Done` and tells what is `unsent`.
-    For a jog, the device's own way of jogging is used where it has one. The answer is `Done` when
-    everything has been driven, `Halted` when some of it was given up.
+    - `segments`: a segment is drawn only when the queue has room for it, so that a jog decides its
+      next step at the last moment.
+    - `let_go`: once it is true, the queue is dropped too.
+    - `held_back`: while it is true, no segment is drawn or sent. If the device runs out of segments
+      meanwhile, the reply is `Done` with the number of `unsent` segments.
+    - `jog`: use the device's own jogging mode if it has one.
+
+    The reply is `Done` after the last segment, or `Halted` if segments were dropped.
     """
 
     segments: Iterator[MoveBy]
@@ -130,39 +132,39 @@ class MoveAlong:
 
 
 class ReadPosition(_PlainRequest):
-    """Ask for the position registers and the inputs. Never moves anything."""
+    """Read the position registers and the inputs. Moves nothing."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
 class SetOutputs:
-    """Write the output bits. Never moves anything."""
+    """Write the output bits. Moves nothing."""
 
     bits: int
 
 
 @dataclass(frozen=True, slots=True)
 class SetGripper:
-    """Bring a gripper that is no stepper to a share of its range: 0 is closed, 1 is open."""
+    """Move a servo gripper to a share of its range: 0 is closed, 1 is open."""
 
     share: float
 
 
 class DropCurrent(_PlainRequest):
-    """Switch the motor current off: the arm can sag. Sent by an explicit `disable` alone."""
+    """Switch the motor current off: the arm can sag. Only an explicit `disable` sends this."""
 
     __slots__ = ()
 
 
 class SwitchOn(_PlainRequest):
-    """Switch the motor current on: the arm is held where it stands. Moves nothing."""
+    """Switch the motor current on, which holds the arm in place. Moves nothing."""
 
     __slots__ = ()
 
 
 class ClearFault(_PlainRequest):
-    """Leave the device's own state of alarm, if it has one. Moves nothing."""
+    """Clear the device's own alarm state, if it has one. Moves nothing."""
 
     __slots__ = ()
 
@@ -182,7 +184,7 @@ class ReadSettings(_PlainRequest):
 
 @dataclass(frozen=True, slots=True)
 class MendSetting:
-    """Write one line that mends a setting. Sent when a person has asked for it."""
+    """Write one line that corrects a setting. Sent only on a person's request."""
 
     line: str
 
@@ -192,7 +194,7 @@ Request = (
     | ClearFault | HomeDevice | ReadSettings | MendSetting | ReadProgram | WriteRow
 )  # fmt: skip
 
-# -- what is answered ---------------------------------------------------------------------------
+# -- replies ------------------------------------------------------------------------------------
 
 SWITCHED_ON = "Check that the arm is switched on and its cable plugged in"
 
@@ -201,9 +203,9 @@ SWITCHED_ON = "Check that the arm is switched on and its cable plugged in"
 class Done:
     """The request was carried out, and the motion has ended.
 
-    `timely` is False where the answer's time is hard to believe: one far too early may belong to
-    another request, one far too late may be that of another motion. The registers are to be
-    looked at then. `unsent` is how many segments were drawn last and held back, 0 or 1.
+    `timely` is False if the reply came at an implausible time: a reply that is far too early or far
+    too late may belong to a different request, so the caller has to read the registers. `unsent`
+    is the number of segments, 0 or 1, that were drawn but held back.
     """
 
     timely: bool = True
@@ -215,10 +217,10 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Halted:
-    """A stop from here ended the motion part of the way.
+    """A stop from the host ended the motion early.
 
-    `kept` is False where the device stopped dead, so that motors may have lost steps. A device may
-    come to rest `beyond` its target, by so many steps of a motor.
+    `kept` is False if the device stopped without a ramp, so that motors may have lost steps.
+    `beyond` is the number of motor steps by which the device overshot its target.
     """
 
     kept: bool = True
@@ -230,7 +232,7 @@ class Halted:
 
 @dataclass(frozen=True, slots=True)
 class Interrupted:
-    """The operator's own stop (a pendant key) ended the motion part of the way."""
+    """A stop at the pendant ended the motion early."""
 
     def __str__(self) -> str:
         return "stopped at the pendant"
@@ -238,10 +240,10 @@ class Interrupted:
 
 @dataclass(frozen=True, slots=True)
 class RequestRejected:
-    """The controller understood nothing, or refused; `reason` says why where that is known.
+    """The controller did not understand the request or refused it, for the `reason` if known.
 
-    `moved` is False where it is certain that nothing of the request was carried out. `silent`
-    where nobody refused anything, but a part of the device fell silent in the middle of it.
+    `moved` is False if certainly no part of the request was carried out. `silent` is True if the
+    device did not refuse, but a part of it stopped answering midway.
     """
 
     reason: str = ""
@@ -254,7 +256,7 @@ class RequestRejected:
 
 @dataclass(frozen=True, slots=True)
 class Timeout:
-    """No answer, and none is waited for any longer. `look_at` is what a person does about it."""
+    """No reply came in time. `look_at` tells a person what to check."""
 
     to: str
     waited_s: float
@@ -266,9 +268,10 @@ class Timeout:
 
 @dataclass(frozen=True, slots=True)
 class Registers:
-    """The controller's position counts, in its own origin, and its input bits.
+    """The controller's position counts, relative to its own origin, and its input bits.
 
-    `held` says whether all motors have current, or none has; None where it does not tell.
+    `held` is True if all motors have current, False if none has, and None if the controller does
+    not report it.
     """
 
     positions: Motors
@@ -282,8 +285,7 @@ class Registers:
         return f"registers {' '.join(map(str, self.positions))}, inputs {self.inputs}{pressed}"
 
 
-NO_KEY = "NONE"
-"""What `Registers.key` says while no key has been pressed."""
+NO_KEY = "NONE"  # the value of `Registers.key` while no pendant key has been pressed
 
 
 Reply = (
@@ -297,25 +299,25 @@ Reply = (
     | DeviceProgram
 )
 
-# -- what nobody asked --------------------------------------------------------------------------
+# -- unsolicited messages -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class ProtocolWarning:
-    """Something on the wire that answers nothing: garbage, a line nobody asked for."""
+    """Data on the wire that answers no request: noise, or an unexpected line."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Where the motors are while they move, as the device reports it."""
+    """The motors' position during a motion, as the device reports it."""
 
     registers: Registers
 
 
 class AlertKind(Enum):
-    """What an unasked message of the device means for the arm."""
+    """The meaning of an alert for the arm."""
 
     RESTARTED = "the controller was reset or lost its power"
     ALARM = "the controller is in alarm"
@@ -326,7 +328,7 @@ class AlertKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Alert:
-    """A message that ends trust or motion, whenever it comes; `text` says what and what to do."""
+    """A message that ends trust or motion; `text` says what happened and what to do."""
 
     kind: AlertKind
     text: str
@@ -339,61 +341,61 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """Wait for the answer to a request."""
+    """Send a request and wait for its reply."""
 
     request: Request
 
 
 @dataclass(frozen=True, slots=True)
 class SleepUntil:
-    """Wait until a time, or until somebody asks for a stop."""
+    """Wait until a time, or until a stop is requested."""
 
     time_s: float
 
 
 TaskBody = Generator[Exchange | SleepUntil, Any, T]
-"""Work in progress; an `Exchange` is answered with a `Reply`, an `SleepUntil` with the time."""
+"""A task's generator; it gets a `Reply` for each `Exchange`, and the time for a `SleepUntil`."""
 
 
 class Task(Generic[T]):
-    """A task that was handed to the engine, and what became of it."""
+    """A task of the engine, and its outcome."""
 
     def __init__(
         self, body: TaskBody[T], *, routine: bool = False, within_s: float = math.inf
     ) -> None:
-        """`routine` marks what the engine does by itself in quiet times.
+        """`routine` marks the engine's own tasks, which run while the arm is idle.
 
-        `within_s` is how long the task may take. The engine ends it then, whatever the wire says.
+        `within_s` is the task's time limit; the engine then ends the task, whatever it waits for.
         """
         self.body = body
         self.routine = routine
         self.within_s = within_s
         self.since_s = math.nan
-        """When its time began to count; the engine sets it."""
+        """When the time limit began to count; set by the engine."""
         self.started = False
         self.over = False
-        """Whether the task has ended."""
+        """Whether the body has ended."""
         self.done = False
-        """Whether the engine has let go of it: whoever waits for it may go on."""
+        """Whether the engine has finished with the task, so that its waiters may continue."""
         self.value: T | None = None
         self.error: BaseException | None = None
 
     @property
     def until_s(self) -> float:
-        """When its time is over; infinity while it has not begun to count."""
+        """When the time limit passes; infinity before it begins to count."""
         return math.inf if math.isnan(self.since_s) else self.since_s + self.within_s
 
     def result(self) -> T:
-        """Return what the task returned, or raise what it raised."""
+        """Return the task's result, or raise its error."""
         if self.error is not None:
             raise self.error
         return self.value  # type: ignore[return-value]
 
     def step(self, outcome: Reply | float | ArmError) -> Exchange | SleepUntil | None:
-        """Resume the task; return what it waits for next, None where it is over.
+        """Resume the task; return what it waits for next, or None once it has ended.
 
-        A loss of the wire is raised, and leaves the task as it is. What else ends the task is
-        for its waiter; what no program handles, as Ctrl-C, is raised as well.
+        `LinkLost` is raised here and leaves the task as it is. Other errors end the task and are
+        raised by `result`; exceptions such as Ctrl-C are raised here as well.
         """
         try:
             if isinstance(outcome, ArmError):
@@ -405,7 +407,7 @@ class Task(Generic[T]):
             self.over, self.value = True, end.value
         except LinkLost:
             raise
-        except Exception as error:  # the task's own end: its waiter hears of it
+        except Exception as error:  # the task has failed; `result` raises the error
             self.over, self.error = True, error
         except BaseException as error:
             self.over, self.error = True, error
@@ -413,21 +415,21 @@ class Task(Generic[T]):
         return None
 
     def fail(self, error: ArmError) -> None:
-        """End a task that has not begun."""
+        """End a task that has not started."""
         self.body.close()
         self.error, self.done = error, True
 
     def give_up(self, error: ArmError) -> None:
-        """End a task that answers the end of its time by waiting for something else."""
+        """End a task that still waits for something after its time limit was raised in it."""
         self.body.close()
         self.over, self.error = True, error
 
     def abandon(self, lost: LinkLost) -> None:
-        """Let the task hear of the loss of the wire where it waits, and end it."""
+        """Raise the loss of the link in the task, where it waits, and end the task."""
         self.error = lost
         try:
             self.body.throw(lost)
-        except Exception as error:  # the task's own words, where it has some
+        except Exception as error:  # the task may raise a more specific error
             self.error = error if isinstance(error, ArmError) else lost
-        else:  # it wants to wait for something: there is nothing left to wait for
+        else:  # the task wants to wait, but without a link there is nothing to wait for
             self.body.close()

@@ -1,5 +1,5 @@
-"""The async twin of an arm: every call of `Arm` and of its gripper, awaited.
+"""The async version of an arm: the calls of `Arm` and of its gripper, as coroutines.
 
-In simulated time the event loop resumes each call after its waits: everything runs on the loop's
-thread, and the same program gives the same result each time. In real time each call has a thread.
+In simulated time everything runs on the event loop's thread, so that a program gives the same
+result each time. In real time each call has a thread.
 """

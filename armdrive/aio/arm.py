@@ -1,7 +1,7 @@
-"""`AsyncArm`: an arm whose calls are awaited, each the twin of a call of `Arm`.
+"""`AsyncArm`: the async version of `Arm`.
 
-calls.py makes the twins. Type checkers read their signatures in arm.pyi, which
-`python tests/armdrive/aio/async_twin.py` writes.
+calls.py generates its methods from those of `Arm`. Type checkers read their signatures in arm.pyi,
+which `python tests/armdrive/aio/async_twin.py` writes.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from armdrive.errors.arguments import checked_calls
 
 @twin_of(Gripper)
 class AsyncGripper(AsyncCalls[Gripper]):
-    """The fingers of an arm: the calls of `Gripper`, awaited."""
+    """The gripper of an arm: the calls of `Gripper`, as coroutines."""
 
 
 @checked_calls(RULES, "connect")
 @twin_of(Arm)
 class AsyncArm(AsyncConnection):
-    """One arm, connected, for a program of coroutines; `sync` is the `Arm` itself.
+    """A connected arm for asyncio programs; `sync` is the underlying `Arm`.
 
-    Each call is described at the call of that name of `Arm`. Whoever cancels an awaited call,
-    `asyncio.timeout` too, stops the arm: the cancelling goes on once it stands. What never waits
-    (`status`, `pause`, `estop`, ...) is not awaited.
+    `Arm` documents each call. Cancelling an awaited call, also with `asyncio.timeout`, stops the
+    arm; `CancelledError` follows once the arm stands. Calls that never wait (`status`, `pause`,
+    `estop`, ...) are not awaited.
     """
 
-    config = property(lambda self: self.sync.config, doc="The arm's file.")
-    simulated = property(lambda self: self.sync.simulated, doc="Whether it is a simulated arm.")
+    config = property(lambda self: self.sync.config, doc="The contents of the arm file.")
+    simulated = property(lambda self: self.sync.simulated, doc="Whether the arm is simulated.")
     twin = property(
-        lambda self: self.sync.twin, doc="The simulated arm behind, with its physical world."
+        lambda self: self.sync.twin, doc="The simulated device, with its physical world."
     )
 
     @property
@@ -46,9 +46,9 @@ class AsyncArm(AsyncConnection):
     @classmethod
     @functools.wraps(Arm.connect.__func__, assigned=())
     def connect(cls, target: str | None = None, **options: Any) -> Connecting[Self]:
-        """Connect as `Arm.connect` does: `await` it, or use it in `async with`.
+        """Connect like `Arm.connect`: `await` the call, or use it in `async with`.
 
-        Simulated arms of one event loop live on one clock, unless `pace` says otherwise. What
-        simulated time an arm needs passes while its calls are awaited, and not in `asyncio.sleep`.
+        Simulated arms of one event loop share a clock, unless `pace` says otherwise. Simulated
+        time passes while an arm's calls are awaited, but not in `asyncio.sleep`.
         """
         return Connecting(cls, target, ConnectOptions(**options))

@@ -43,42 +43,42 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
 class AsyncGripper(AsyncCalls[Gripper]):
-    """The fingers of an arm: the calls of `Gripper`, awaited."""
+    """The gripper of an arm: the calls of `Gripper`, as coroutines."""
 
     @property
     def opening_mm(self) -> float:
-        """How far apart the fingers are: where the motors have them, or what keeps them apart."""
+        """The distance between the fingers, from the motors or the width of a gripped object."""
     @property
     def force_n(self) -> float:
-        """The force of the grasp, from the steps behind the touch; 0 when let go."""
+        """The gripping force, computed from the motor steps after contact; 0 without a grasp."""
     async def open(self, opening_mm: float | None = ..., *, speed: float = ...) -> Moved:
-        """Open to a width in mm, or all the way."""
+        """Open the fingers to a width in mm, or all the way."""
     async def close(self, opening_mm: float = ..., *, speed: float = ...) -> Moved:
-        """Close to a width in mm without feeling for an object; see `grasp`."""
+        """Close the fingers to a width in mm. To detect an object, use `grasp`."""
     async def move(self, opening_mm: float, *, speed: float = ...) -> Moved:
-        """Bring the fingers to an opening in mm."""
+        """Move the fingers to an opening in mm."""
     async def grasp(self, *, force_n: float = ...) -> float:
-        """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing."""
+        """Close the fingers on an object; return its width in mm, or 0.0 if there is none."""
     async def feel(self, *, force_n: float = ...) -> Grasped:
-        """Like `grasp`, and also tell the force."""
+        """Grasp an object like `grasp`, and return the force as well."""
 
 class AsyncArm(AsyncConnection):
-    """One arm, connected, for a program of coroutines; `sync` is the `Arm` itself.
+    """A connected arm for asyncio programs; `sync` is the underlying `Arm`.
 
-    Each call is described at the call of that name of `Arm`. Whoever cancels an awaited call,
-    `asyncio.timeout` too, stops the arm: the cancelling goes on once it stands. What never waits
-    (`status`, `pause`, `estop`, ...) is not awaited.
+    `Arm` documents each call. Cancelling an awaited call, also with `asyncio.timeout`, stops the
+    arm; `CancelledError` follows once the arm stands. Calls that never wait (`status`, `pause`,
+    `estop`, ...) are not awaited.
     """
 
     @property
     def config(self) -> ArmConfig:
-        """The arm's file."""
+        """The contents of the arm file."""
     @property
     def simulated(self) -> bool:
-        """Whether it is a simulated arm."""
+        """Whether the arm is simulated."""
     @property
     def twin(self) -> SimulatedArm | None:
-        """The simulated arm behind, with its physical world."""
+        """The simulated device, with its physical world."""
     @property
     def gripper(self) -> AsyncGripper:
         """The fingers."""
@@ -95,39 +95,39 @@ class AsyncArm(AsyncConnection):
         twin: SimulatedArm | None = ...,
         reconnect: bool | None = ...,
     ) -> Connecting[Self]:
-        """Connect as `Arm.connect` does: `await` it, or use it in `async with`.
+        """Connect like `Arm.connect`: `await` the call, or use it in `async with`.
 
-        Simulated arms of one event loop live on one clock, unless `pace` says otherwise. What
-        simulated time an arm needs passes while its calls are awaited, and not in `asyncio.sleep`.
+        Simulated arms of one event loop share a clock, unless `pace` says otherwise. Simulated
+        time passes while an arm's calls are awaited, but not in `asyncio.sleep`.
         """
     async def reconnect(self) -> None:
-        """Look for the lost wire once, by its USB serial number where it had one. Moves nothing."""
+        """Try once to restore a lost connection; a USB port is found by its serial number."""
     @property
     def closed(self) -> bool:
-        """Whether the connection was given back."""
+        """Whether the connection is closed."""
     @property
     def reconnects(self) -> bool:
-        """Whether a lost wire is looked for without anybody asking, until it is back."""
+        """Whether a lost connection is restored automatically."""
     async def enable(self) -> None:
-        """Switch the motors on where that can be done, and allow motion. Moves nothing."""
+        """Switch the motors on, if the device has a switch for them, and allow motion."""
     async def disable(self) -> None:
         """Switch the motor current off: **the arm can sag**, so `park` first."""
     async def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
     async def home(self, *, operator: Operator | None = ..., told: Told = ...) -> Pose:
-        """Take the reference posture, which an operator has to confirm; return its pose."""
+        """Reference the arm, by its homing switches or by an operator; return its pose."""
     async def confirm_reference(self) -> None:
-        """Say that the arm stands in its reference posture now."""
+        """Declare that the arm now stands in its reference posture."""
     async def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = ...) -> None:
-        """Say that the arm stands in this posture now, by joints or by pose."""
+        """Declare that the arm now stands in this posture, given by its joints or its pose."""
     async def confirm_restored(self) -> None:
-        """Say that the arm stands as its record shows it: planned motion is allowed again."""
+        """Confirm that the arm stands at the restored position; planned motion is allowed again."""
     def reference_request(self) -> PostureRequest:
-        """Return the posture that a reference is taken in."""
+        """Return the posture in which the arm is referenced."""
     async def verify(
         self, *, operator: Operator | None = ..., accept: Accept = ..., speed: float = ...
     ) -> Verified:
-        """Measure how far the registers are from what the reference posture should read."""
+        """Measure how far the position has drifted, at the reference mark."""
     @overload
     async def run(self, move: Motion) -> Moved:
         """Carry out a move and wait for its end: `run(LineMove(pose, speed=0.5))`."""
@@ -139,7 +139,7 @@ class AsyncArm(AsyncConnection):
     async def run(self, move: MoveSequence) -> Moved | Grasped: ...
     @overload
     async def start(self, move: Motion, *, stops: int | None = ...) -> AsyncHandle[Moved]:
-        """Begin a move, and return a `Handle` that waits for its end or cancels it."""
+        """Start a move, and return a `Handle` to wait for its end or to cancel it."""
     @overload
     async def start(self, move: GraspMove, *, stops: int | None = ...) -> AsyncHandle[Grasped]: ...
     @overload
@@ -149,7 +149,7 @@ class AsyncArm(AsyncConnection):
         self, move: MoveSequence, *, stops: int | None = ...
     ) -> AsyncHandle[Moved | Grasped]: ...
     async def preview(self, move: Move) -> Preview:
-        """Return what a move would be, or why it is refused. Sends nothing, moves nothing."""
+        """Return what a move would do, or why it is refused. Sends nothing, moves nothing."""
     @overload
     async def move_j(
         self,
@@ -175,7 +175,7 @@ class AsyncArm(AsyncConnection):
     async def move_to(
         self, goal: Place, *, speed: float = ..., frame: str = ..., wait: Literal[True] = ...
     ) -> Moved:
-        """Move the tip to a pose by a joint motion, to the posture nearest to the present one."""
+        """Move the tip to a pose by a joint motion, to the posture nearest to the current one."""
     @overload
     async def move_to(
         self, goal: Place, *, speed: float = ..., frame: str = ..., wait: Literal[False]
@@ -184,7 +184,7 @@ class AsyncArm(AsyncConnection):
     async def move_l(
         self, goal: Place, *, speed: float = ..., frame: str = ..., wait: Literal[True] = ...
     ) -> Moved:
-        """Move the tip to a pose, or to a named point's, along a straight line."""
+        """Move the tip along a straight line to a pose or a named point."""
     @overload
     async def move_l(
         self, goal: Place, *, speed: float = ..., frame: str = ..., wait: Literal[False]
@@ -199,7 +199,7 @@ class AsyncArm(AsyncConnection):
         frame: str = ...,
         wait: Literal[True] = ...,
     ) -> Moved:
-        """Move the tip along the arc of a circle, through `via`, to a pose."""
+        """Move the tip along a circular arc through `via` to a pose."""
     @overload
     async def move_c(
         self, via: Pose, goal: Pose, *, speed: float = ..., frame: str = ..., wait: Literal[False]
@@ -213,7 +213,7 @@ class AsyncArm(AsyncConnection):
         frame: str = ...,
         wait: Literal[True] = ...,
     ) -> Moved:
-        """Move through several parts as one: `LinePart`, `ArcPart`, `PosePart`, `JointPart`."""
+        """Move along a path of several parts: `LinePart`, `ArcPart`, `PosePart`, `JointPart`."""
     @overload
     async def move_path(
         self,
@@ -224,14 +224,14 @@ class AsyncArm(AsyncConnection):
         wait: Literal[False],
     ) -> AsyncHandle[Moved]: ...
     async def move_gripper(self, opening_mm: float, speed: float = ...) -> Moved:
-        """Bring the fingers to an opening in mm; `arm.gripper` knows more of them."""
+        """Move the fingers to an opening in mm; `arm.gripper` has more gripper calls."""
     async def park(self, *, speed: float = ...) -> Moved:
-        """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
+        """Move to the arm file's park posture, by default 30 mm above the reference mark."""
     async def move_motors(self, *steps: int, speed: float = ..., stops: int | None = ...) -> Moved:
-        """Move each motor by whole steps from where it is, all together: for the bench."""
+        """Move all motors together, each by whole steps: for tests at the bench."""
     @property
     def points(self) -> Points:
-        """The named points of this arm, a mapping over its file: `arm.points["pick"]`."""
+        """The arm's named points, a mapping that is stored in a file: `arm.points["pick"]`."""
     async def jog_j(
         self,
         amounts: Angles | None = ...,
@@ -254,37 +254,37 @@ class AsyncArm(AsyncConnection):
     ) -> Jogged:
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`."""
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds and no longer unless called again; never waits."""
+        """Jog for `for_s` seconds, unless another `hold` extends the jog; returns at once."""
     def nudge(self, jog: Jog, *, speed: float) -> None:
-        """Jog by one increment; at most one more waits behind the one under way. Never waits."""
+        """Jog by one increment and return at once."""
     def release(self) -> None:
-        """End a held jog: what is queued is given up; a burst under way is the last."""
+        """End a held jog: the current burst is the last, and queued segments are dropped."""
     async def stop(self) -> None:
-        """Stop, and wait until the arm stands. Legal in every state, from any thread."""
+        """Stop, and wait until the arm stands. Allowed in every state and from any thread."""
     def estop(self) -> None:
-        """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing."""
+        """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop."""
     def request_stop(self, *, hard: bool = ...) -> None:
-        """Ask for a stop and return at once: the one call that a signal handler may make."""
+        """Request a stop and return at once. A signal handler may call nothing but this."""
     @property
     def stops(self) -> int:
-        """How often a stop was asked for: what was decided on before the latest is not begun."""
+        """The number of stops requested so far; see `start`."""
     async def sleep(self, time_s: float) -> None:
-        """Let time pass on the arm's own clock."""
+        """Wait on the arm's own clock."""
     def pause(self) -> None:
-        """Have the arm stand behind its next burst or segment, until `resume` or a stop."""
+        """Pause the arm after its current burst or segment, until `resume` or a stop."""
     def resume(self) -> None:
-        """Let a paused arm go on. Nothing goes on that an error, a stop or a lost wire ended."""
+        """Resume a paused arm. A motion ended by an error, a stop or a lost link stays ended."""
     @property
     def paused(self) -> bool:
-        """Whether somebody wants the arm to wait: `status.paused`, cheap to ask for."""
+        """Whether the arm is paused: the same as `status.paused`, but cheap to read."""
     @property
     def speed_override(self) -> float:
-        """The share of the speed asked for that the arm goes with, from 0.01 to 1."""
+        """The factor, from 0.01 to 1, by which the arm slows every requested speed."""
     @speed_override.setter
     def speed_override(self, speed_override: float) -> None: ...
     @property
     def status(self) -> Status:
-        """A frozen picture of this moment."""
+        """A frozen snapshot of the arm."""
     @property
     def joints(self) -> Joints:
         """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
@@ -292,38 +292,38 @@ class AsyncArm(AsyncConnection):
     def pose(self) -> Pose:
         """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
     def pose_in(self, frame: str) -> Pose:
-        """The acknowledged pose as the base or a frame of the arm file sees it."""
+        """Return the acknowledged pose in the base frame or in a frame of the arm file."""
     @property
     def frames(self) -> tuple[str, ...]:
-        """The frames that goals and jogs can be meant in: base, tool, and the arm file's."""
+        """The frames available to goals and jogs: base, tool, and those of the arm file."""
     @property
     def model(self) -> ArmModel:
         """The arm's model: geometry, limits, transmission, reference posture."""
     @property
     def speeds(self) -> SpeedLimits:
-        """The limits that time is computed from; a device may tell its own once it is connected."""
+        """The speed limits used for planning; a connected device may report its own limits."""
     @property
     def abilities(self) -> Abilities:
-        """What the arm's controller can do."""
+        """The capabilities of the arm's controller."""
     async def read_inputs(self) -> int:
         """Read the input bits now."""
     async def wait_inputs(
         self, *, high: Lines = ..., low: Lines = ..., within_s: float | None = ...
     ) -> int:
-        """Wait until inputs, counted from 1, are high and low; return the input bits."""
+        """Wait until the given inputs, counted from 1, are high or low; return the input bits."""
     async def set_output(self, number: int, on: bool = ...) -> None:
         """Switch one output, counted from 1; the others stay. Moves nothing."""
     async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
     async def read_pendant_program(self) -> PendantProgram:
-        """Read the program in the arm's own memory; takes some seconds, and moves nothing."""
+        """Read the program in the arm's own memory; takes a few seconds and moves nothing."""
     async def write_pendant_program(
         self, program: PendantProgram, *, leave_others: bool = ..., told: RowReport = ...
     ) -> int:
-        """Write a program into the arm's memory, and read it back; moves nothing."""
+        """Write a program into the arm's memory and read it back; moves nothing."""
     async def mend_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:
-        """Write the lines that bring the device's settings to what the arm file says."""
+        """Write the lines that set the device as the arm file expects. Moves nothing."""
     async def save_recording(self, path: Path | str | None = ...) -> Path:
-        """Write what the flight recorder holds, and return the file."""
+        """Save the contents of the flight recorder, and return the path of the file."""
     def log(self, *, back: int | None = ...) -> LogReader:
-        """Return a reader of what passes on the wire and in the driver, in words."""
+        """Return a reader of the log: the traffic on the wire and the driver's events, in words."""

@@ -1,4 +1,4 @@
-"""What the async twins are made of: how their calls are awaited, and how an arm is connected."""
+"""The parts of the async classes: the generated methods, and the connection of an arm."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Carry(Protocol):
     """Runs a call of an arm for the event loop."""
 
     def __call__(self, call: Coroutine[Any, Any, R], /) -> Coroutine[Any, Any, R]:
-        """Return what is to be awaited."""
+        """Return a coroutine that the event loop can run."""
         ...
 
 
 @checked_calls(BASIC)
 class AsyncHandle(Generic[T_co]):
-    """A motion under way, from an awaited call with `wait=False`."""
+    """A running motion, returned by an awaited call with `wait=False`."""
 
     def __init__(self, sync: Handle[T_co], carry: Carry) -> None:
         self.sync = sync
@@ -42,14 +42,14 @@ class AsyncHandle(Generic[T_co]):
 
     @property
     def done(self) -> bool:
-        """Whether the motion has ended, well or not."""
+        """Whether the motion has ended, successfully or not."""
         return self.sync.done
 
     async def wait(self, timeout_s: float | None = None) -> T_co:
-        """Wait for the end and return what was done, or raise what went wrong.
+        """Wait for the end of the motion; return its result or raise its error.
 
-        Raises `WaitTimeout` after `timeout_s` of the arm's own time; the motion goes on. Who
-        cancels this wait stops the arm.
+        Raises `WaitTimeout` after `timeout_s` of the arm's own time; the motion continues.
+        Cancelling this wait stops the arm.
         """
         return await self._carry(coroutine_of(self.sync.wait)(timeout_s))
 
@@ -59,7 +59,7 @@ class AsyncHandle(Generic[T_co]):
 
 
 class AsyncCalls(Generic[S]):
-    """The async twin of an arm or of a part of it. `sync` is what it is the twin of."""
+    """The async version of an arm or of its gripper; `sync` is the original object."""
 
     def __init__(self, sync: S, arm: Arm) -> None:
         self.sync = sync
@@ -70,7 +70,7 @@ class AsyncCalls(Generic[S]):
         return await loop_context().carry(call, self._arm)
 
 
-# The twin of each call follows from how the call is written.
+# The async version of each call follows from the way the call is written.
 
 AT_ONCE = frozenset(
     (
@@ -78,17 +78,17 @@ AT_ONCE = frozenset(
         "request_stop", "resume",
     )
 )  # fmt: skip
-"""Calls that never wait: their twins are not awaited."""
+"""Calls that never wait: their async versions are not awaited."""
 
 LONG = frozenset(("preview", "save_recording", "start"))
-"""Calls that never wait for an arm, but compute or write for long: their twins are awaited."""
+"""Calls that do not wait for an arm, but compute or write for a while, and so are awaited too."""
 
 
 def twin_of(kind: type) -> Callable[[C], C]:
-    """Give a class the twin of each public call and property of another that it has not itself.
+    """Add the async version of each public call and property of `kind` that a class lacks.
 
-    A call that waits for the arm is awaited. Raises `LookupError` for a call of which nothing here
-    tells whether it is.
+    A call that waits for the arm is awaited. Raises `LookupError` for a call that is neither
+    blocking nor listed in AT_ONCE or LONG.
     """
 
     def decorate(twin: C) -> C:
@@ -125,7 +125,7 @@ def _twin_call(method: Callable[..., Any]) -> Callable[..., Any]:
 
     if method.__name__ not in LONG and waiting_part(method) is None:
         raise LookupError(
-            f"{method.__name__}: make it `blocking`, or say in AT_ONCE or LONG how long it takes"
+            f"{method.__name__}: make the call `blocking`, or list it in AT_ONCE or LONG"
         )
     function = coroutine_of(method)
 
@@ -137,14 +137,14 @@ def _twin_call(method: Callable[..., Any]) -> Callable[..., Any]:
     return awaited
 
 
-# How an arm is connected, and closed.
+# Connecting and closing an arm.
 
 
 class AsyncConnection(AsyncCalls[Arm]):
     """A connected arm, which `async with` enables and closes."""
 
     def __init__(self, sync: Arm) -> None:
-        """Take a connected arm."""
+        """Wrap a connected arm."""
         super().__init__(sync, sync)
 
     async def __aenter__(self) -> Self:
@@ -160,7 +160,7 @@ class AsyncConnection(AsyncCalls[Arm]):
         await self.close()
 
     async def close(self) -> None:
-        """Stop, remember the position, and give the port back, whoever cancels that meanwhile."""
+        """Stop, save the position, and release the port, even if the task is cancelled."""
         await loop_context().close(self.sync)
 
 
@@ -168,12 +168,12 @@ A = TypeVar("A", bound=AsyncConnection)
 
 
 class Connecting(Generic[A]):
-    """A connection that is being made: awaited it is the arm, in `async with` it is closed too."""
+    """A pending connection: `await` it for the arm, or use it in `async with` to close it too."""
 
     def __init__(
         self, made: Callable[[Arm], A], target: str | None, options: ConnectOptions
     ) -> None:
-        """`made` makes the twin of the arm that was connected."""
+        """`made` wraps the connected arm in its async version."""
         self._made = made
         self._target = target
         self._options = options
@@ -208,7 +208,7 @@ class Connecting(Generic[A]):
 
 
 def _in_simulated_time(target: str | None, pace: PaceChoice) -> bool:
-    """Return whether a connection needs no thread: it opens no port, and nothing really waits."""
+    """Return whether a connection needs no thread, because it opens no port and never blocks."""
     if isinstance(pace, str | float | int):
         return pace == "simulated"
     return simulation_forced() or anybody() or target is None or target.startswith(SIM)

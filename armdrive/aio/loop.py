@@ -1,4 +1,4 @@
-"""Runs calls of arms for an event loop: in simulated time on the loop itself, else in threads."""
+"""Run calls of arms for an event loop: simulated time on the loop itself, real time in threads."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from armdrive.runtime.clock import (
 
 R = TypeVar("R")
 
-# A call that a task awaits. In simulated time the loop resumes it after each of its waits. In real
-# time it has a thread, because it opens ports, reads files and waits for the lock of a busy engine.
+# A call that a task awaits. In simulated time the loop resumes the call after each of its waits. In
+# real time the call gets a thread, because it opens ports, reads files and waits for locks.
 
 
 class LoopCall(Generic[R]):
-    """One call under way. `ended` is done once it has returned or raised."""
+    """A running call. `ended` is done once the call has returned or raised."""
 
     def __init__(self, call: Coroutine[Any, Any, R], context: LoopContext) -> None:
         self.ended: asyncio.Future[None] = context.loop.create_future()
@@ -39,13 +39,13 @@ class LoopCall(Generic[R]):
         self._cancelled = False
 
     def result(self) -> R:
-        """Return what the call has returned, or raise what it raised."""
+        """Return the call's result, or raise its error."""
         if self.error is not None:
             raise self.error
         return self._value  # type: ignore[return-value]
 
     def cancel(self) -> None:
-        """Have `CancelledError` raised in the call at its present wait, or at its next one."""
+        """Raise `CancelledError` in the call, at its current wait or its next one."""
         self._cancelled = True
 
     def _settle(self) -> None:
@@ -58,7 +58,7 @@ class ThreadCall(LoopCall[R]):
 
     def begin(self) -> None:
         """Start the thread."""
-        # a daemon: a program that is left in a hurry does not wait for the calls that it abandons
+        # a daemon thread, so that a program can exit without waiting for abandoned calls
         threading.Thread(
             target=self._variables.run, args=(self._run,), name="armdrive call", daemon=True
         ).start()
@@ -66,9 +66,9 @@ class ThreadCall(LoopCall[R]):
     def _run(self) -> None:
         try:
             self._value = run_blocking(self._call, self._wait)
-        except BaseException as error:  # it is raised where the call is awaited
+        except BaseException as error:  # `result` raises it in the task that awaits the call
             self.error = error
-        with contextlib.suppress(RuntimeError):  # the loop has been closed: no task awaits the call
+        with contextlib.suppress(RuntimeError):  # the loop is closed, so no task awaits the call
             self._context.loop.call_soon_threadsafe(self._settle)
 
     def _wait(self, wait: Wait) -> bool:
@@ -85,9 +85,9 @@ class SimulatedCall(LoopCall[R]):
     def __init__(self, call: Coroutine[Any, Any, R], context: LoopContext) -> None:
         super().__init__(call, context)
         self.clock: SimulatedClock | None = None
-        """The clock that it waits on; None before its first wait and after its end."""
+        """The clock on which the call waits; None before its first wait and after its end."""
         self.waits_until_s = math.inf
-        """The end of its present wait, on that clock."""
+        """The deadline of the current wait, on that clock."""
         self._done: Callable[[], bool] = bool
         self._over: Callable[[], bool] = bool
 
@@ -96,14 +96,14 @@ class SimulatedCall(LoopCall[R]):
         self._run(None)
 
     def ready(self) -> bool:
-        """Return whether its present wait is over."""
+        """Return whether the current wait is over."""
         clock = self.clock
         return clock is not None and (
             self._cancelled or self._over() or clock.now_s >= self.waits_until_s
         )
 
     def resume(self, error: Exception | None = None) -> None:
-        """Run the call on after its wait, with an error if one ended the wait."""
+        """Continue the call after its wait, raising `error` inside it if one ended the wait."""
         self._run(self._done() if error is None else error)
 
     def _run(self, outcome: bool | BaseException | None) -> None:
@@ -121,10 +121,10 @@ class SimulatedCall(LoopCall[R]):
                 self._value = end.value
                 break
             except BaseException as error:
-                if has_ended(self._call):  # it is raised where the call is awaited
+                if has_ended(self._call):  # `result` raises it in the task that awaits the call
                     self.error = error
                     break
-                outcome = error  # Ctrl-C between two steps
+                outcome = error  # Ctrl-C between two steps: raised inside the call
         self.clock = None
         self._settle()
 
@@ -136,22 +136,20 @@ class SimulatedCall(LoopCall[R]):
         self._context.driver(pace.clock).admit(self)
 
 
-# Drives one simulated clock for an event loop, turn by turn, while calls wait on it.
+# Advancing a simulated clock, turn by turn, while calls wait on it.
 #
-# Between two turns the loop does whatever else it has to do. It is a chain of callbacks and no
-# task, so that nobody can cancel it while arms have yet to be stopped.
+# Between two turns the loop runs other tasks. The turns are callbacks rather than a task, so that
+# cancelling every task cannot stop the clock before the arms have stopped.
 
+# Turns of the loop, after a call has continued, before time advances. They let every task that
+# awaits the call, also through `gather` or nested tasks, start its next call at the same moment.
 SETTLING = 10
-"""After a call has gone on, the loop goes round so often before time does: whoever awaited it, also
-through `gather` and tasks within tasks, asks for its next call at the same simulated moment."""
 
-
-STEPS = 4
-"""Steps of the clock in one turn. Fewer make the loop a cost; more keep its other tasks waiting."""
+STEPS = 4  # clock steps per turn: fewer cost more overhead, more delay the loop's other tasks
 
 
 class ClockDriver:
-    """One clock, and the calls that wait on it in the order in which they came."""
+    """A simulated clock, and the calls that wait on it, in order of arrival."""
 
     def __init__(self, clock: SimulatedClock, loop: asyncio.AbstractEventLoop) -> None:
         self._clock = clock
@@ -162,7 +160,7 @@ class ClockDriver:
         self._due = False
 
     def admit(self, call: SimulatedCall[Any]) -> None:
-        """Have a call wait, behind those that wait already."""
+        """Add a call to the end of the waiting list."""
         self._waiting = [*(each for each in self._waiting if each is not call), call]
         self._progress = ClockProgress(self._clock)
         self._go_on()
@@ -181,7 +179,7 @@ class ClockDriver:
                 self._settling = SETTLING
             else:
                 self._advance()
-        except Exception as error:  # the calls that wait raise it, as they do without a loop
+        except Exception as error:  # raised inside every waiting call, as without an event loop
             for call in tuple(self._waiting):
                 call.resume(error)
         finally:
@@ -189,7 +187,7 @@ class ClockDriver:
             self._go_on()
 
     def _resumed(self) -> bool:
-        """Resume the calls whose waits are over, one by one; return whether there was any."""
+        """Resume the calls whose waits are over, one by one; return whether there were any."""
         any_ready = False
         for call in tuple(self._waiting):
             if call.ready():
@@ -198,7 +196,7 @@ class ClockDriver:
         return any_ready
 
     def _advance(self) -> None:
-        """Have every arm do what is due, and let time pass, until a wait is over."""
+        """Run each arm's due work and advance the time, until a wait is over."""
         with SignalsBetweenSteps() as signals:
             for _ in range(STEPS):
                 with self._clock.lock:
@@ -217,12 +215,12 @@ class ClockDriver:
 
 UNCERTAIN = "the arm did not confirm that it stands; look at it"
 
+# the loop's attribute for its `LoopContext`; stored there, the context ends with the loop
 CONTEXT = "_armdrive_context"
-"""The attribute of an event loop that holds its `LoopContext`, which so ends with the loop."""
 
 
 class LoopContext:
-    """What the arms of one event loop share: a simulated clock, and what drives each clock."""
+    """The state that the arms of one event loop share: a simulated clock, and clock drivers."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
@@ -230,19 +228,20 @@ class LoopContext:
         self._drivers: dict[SimulatedClock, ClockDriver] = {}
 
     def driver(self, clock: SimulatedClock) -> ClockDriver:
-        """Return what drives a clock for this loop."""
+        """Return the driver of a clock for this loop."""
         return self._drivers.setdefault(clock, ClockDriver(clock, self.loop))
 
     async def carry(self, call: Coroutine[Any, Any, R], arm: Arm) -> R:
         """Run a call of an arm.
 
-        If the task is cancelled, the arm is stopped and comes to rest before that goes on.
+        If the task is cancelled, stop the arm and wait until it stands before raising
+        `CancelledError`.
         """
         under_way = self._begun(call, simulated=in_simulated_time(arm))
         try:
             await ended(under_way)
         except asyncio.CancelledError as cancelled:
-            arm.request_stop()  # before anything that takes time
+            arm.request_stop()  # first, because the rest takes time
             under_way.cancel()
             await ended(under_way, whatever_comes=True)
             if not await self._stands(arm):
@@ -251,7 +250,7 @@ class LoopContext:
         return under_way.result()
 
     async def carry_to_its_end(self, call: Coroutine[Any, Any, R], *, simulated: bool) -> R:
-        """Run a call that a cancelled task finishes as well, before the cancelling goes on."""
+        """Run a call to its end, even if the task is cancelled; then raise `CancelledError`."""
         under_way = self._begun(call, simulated=simulated)
         cancelled = await ended(under_way, whatever_comes=True)
         if cancelled is not None:
@@ -259,7 +258,7 @@ class LoopContext:
         return under_way.result()
 
     async def connect(self, call: Coroutine[Any, Any, Arm], *, simulated: bool) -> Arm:
-        """Run a call that connects; if the task is cancelled, nothing stays connected."""
+        """Run a call that connects an arm; if the task is cancelled, close the arm again."""
         under_way = self._begun(call, simulated=simulated)
         try:
             await ended(under_way)
@@ -272,11 +271,11 @@ class LoopContext:
         return under_way.result()
 
     async def close(self, arm: Arm) -> None:
-        """Close an arm, whoever cancels that meanwhile."""
+        """Close an arm, even if the task is cancelled."""
         await self.carry_to_its_end(coroutine_of(arm.close)(), simulated=in_simulated_time(arm))
 
     async def _stands(self, arm: Arm) -> bool:
-        """Stop an arm once more, and return whether it was seen to stand."""
+        """Stop an arm again, and return whether it confirmed that it stands."""
         if arm.closed:
             return True
         under_way = self._begun(arm.runner.stand_still(), simulated=in_simulated_time(arm))
@@ -292,7 +291,10 @@ class LoopContext:
 async def ended(
     call: LoopCall[R], *, whatever_comes: bool = False
 ) -> asyncio.CancelledError | None:
-    """Wait for the end of a call; with `whatever_comes`, return the cancelling that came."""
+    """Wait for the end of a call.
+
+    With `whatever_comes`, a cancellation does not interrupt the wait and is returned instead.
+    """
     cancelled = None
     while not call.ended.done():
         try:
@@ -305,7 +307,7 @@ async def ended(
 
 
 def in_simulated_time(arm: Arm) -> bool:
-    """Return whether an arm lives in simulated time, which the loop drives."""
+    """Return whether an arm runs in simulated time, which the loop advances."""
     return not isinstance(arm.pace, RealPace)
 
 

@@ -1,6 +1,6 @@
-"""`Arm`: all that a program calls. Each call hands its work to the collaborator that does it.
+"""`Arm`: the calls of a program. Each call delegates to the collaborator that does the work.
 
-All calls may be made from any thread; `stop`, `estop` and `status` while another call waits.
+Every call is safe from any thread; `stop`, `estop` and `status` also work while another call waits.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ from kinematics.paths.parts import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
-if TYPE_CHECKING:  # what few arms and programs need
+if TYPE_CHECKING:  # few arms and programs need these
     from armdrive.registry.pendant import PendantProgram
     from armdrive.sim.simulated_arm import SimulatedArm
     from armdrive.trace.log import LogReader
@@ -76,13 +76,13 @@ if TYPE_CHECKING:  # what few arms and programs need
 @traced
 @checked_calls(RULES)
 class Arm:
-    """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
+    """A connected arm. Create it with `Arm.connect` and use it in a `with` statement."""
 
     program: Callable[[], dict[str, Any]] | None = None
-    """Tells other programs what program the arm is at work on, as plain data; None of none."""
+    """Describes the running program to other processes, as plain data; None if none is running."""
 
     def __init__(self, parts: Parts) -> None:
-        """Take the parts of a connected arm; `Arm.connect` makes them."""
+        """Assemble an arm from the parts that `Arm.connect` makes."""
         self.config = parts.config
         self.core = parts.core
         self.engine = parts.engine
@@ -121,14 +121,14 @@ class Arm:
         twin: SimulatedArm | None = None,
         reconnect: bool | None = None,
     ) -> Arm:
-        """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
+        """Connect to an arm: `target` is an arm file's name, a port with `dialect=`, or `sim:NAME`.
 
-        Without any it is the simulated TeachMover, and in a script under `armdrive run` the arm
-        that the command names.
-        Options: `dialect`, `baud`, `pace` ("simulated", "real", a factor of real time, or a
-        `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`,
-        `reconnect` (look for a lost wire until it is back; by default as the arm file says). With
-        `ARMDRIVE_FORCE_SIM=1` in the environment every arm is its simulated twin. Raises
+        Without a target, connect to the simulated TeachMover or, in a script under `armdrive run`,
+        to the arm that the command names.
+        Options: `dialect`, `baud`, `pace` ("simulated", "real", a multiple of real time, or a
+        `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`, and
+        `reconnect` (keep trying to restore a lost connection; the default is in the arm file). If
+        the environment has `ARMDRIVE_FORCE_SIM=1`, every arm is simulated. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
         """
         options = ConnectOptions(
@@ -158,42 +158,45 @@ class Arm:
 
     @blocking
     async def close(self) -> None:
-        """Stop, remember the position, and give the port back. Closing twice is no error."""
+        """Stop, save the position, and release the port. Closing twice is no error."""
         await self.connection.close()
 
     @blocking
     async def reconnect(self) -> None:
-        """Look for the lost wire once, by its USB serial number where it had one. Moves nothing.
+        """Try once to restore a lost connection; a USB port is found by its serial number.
 
-        Ends in error-stop (`reset` leaves it), or disabled where the arm was disabled before.
-        What was under way or waiting when the wire was lost is not taken up again. Raises
-        `PortUnavailable` while the wire is not there, `LinkLost` or `DeviceFault` where the arm
-        does not answer over it, and `WrongState` while nothing is lost.
+        Moves nothing. Afterwards the arm is in error-stop, which `reset` leaves, or disabled if it
+        was disabled before. Motions that were running or waiting when the connection was lost do
+        not continue. Raises `PortUnavailable` if the port is still missing, `LinkLost` or
+        `DeviceFault` if the arm does not answer, and `WrongState` if no connection is lost.
         """
         await self.connection.reconnect()
 
     @property
     def closed(self) -> bool:
-        """Whether the connection was given back."""
+        """Whether the connection is closed."""
         return self.connection.closed
 
     @property
     def reconnects(self) -> bool:
-        """Whether a lost wire is looked for without anybody asking, until it is back."""
+        """Whether a lost connection is restored automatically."""
         return self.connection.reconnects
 
     # -- switching on and off -------------------------------------------------------------------
 
     @blocking
     async def enable(self) -> None:
-        """Switch the motors on where that can be done, and allow motion. Moves nothing."""
+        """Switch the motors on, if the device has a switch for them, and allow motion.
+
+        Moves nothing.
+        """
         await self.runner.perform(reference_tasks.enable(self.wire))
 
     @blocking
     async def disable(self) -> None:
         """Switch the motor current off: **the arm can sag**, so `park` first.
 
-        The position is suspect from then on. On a TeachMover this is `@RESET`.
+        Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
         after(self.core.state, Event.DISABLE)
         await self.runner.perform(reference_tasks.disable(self.wire))
@@ -202,7 +205,7 @@ class Arm:
     async def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing.
 
-        In standby, or while the motors are off, it unlocks a device that was locked before.
+        In standby, or while the motors are off, `reset` unlocks a locked device.
         """
         after(self.core.state, Event.RESET)
         await self.runner.stop()
@@ -212,47 +215,47 @@ class Arm:
 
     @blocking
     async def home(self, *, operator: Operator | None = None, told: Told = unreported) -> Pose:
-        """Take the reference posture, which an operator has to confirm; return its pose.
+        """Reference the arm, by its homing switches or by an operator; return its pose.
 
-        An arm whose file has a `[homing]` section, on a device that homes by its own switches,
-        **moves**: the device seeks its switches. Any other needs somebody who looks: `operator`
-        is called with a `PostureRequest`, may jog the arm, and returns True when it stands there.
-        Without one, `OperatorNeeded`. A simulated arm has a simulated operator. `told` is called by
-        the engine's thread with the names of each group of motors that has found its switches; it
-        must not wait for anything.
+        If the arm file has a `[homing]` section and the device can home by itself, the arm
+        **moves**: the device seeks its switches. Any other arm needs an operator: `operator` is
+        called with a `PostureRequest`, may jog the arm, and returns True once the arm stands in
+        the reference posture. Raises `OperatorNeeded` without an operator; a simulated arm has a
+        simulated one. The engine's thread calls `told` with the motor names of each group that has
+        found its switches; `told` must not block.
         """
         return await self.referencing.home(operator or self.operator, told)
 
     @blocking
     async def confirm_reference(self) -> None:
-        """Say that the arm stands in its reference posture now."""
+        """Declare that the arm now stands in its reference posture."""
         await self.referencing.confirm_reference()
 
     @blocking
     async def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = 0.0) -> None:
-        """Say that the arm stands in this posture now, by joints or by pose."""
+        """Declare that the arm now stands in this posture, given by its joints or its pose."""
         await self.referencing.declare_posture(posture, opening_mm)
 
     @blocking
     async def confirm_restored(self) -> None:
-        """Say that the arm stands as its record shows it: planned motion is allowed again."""
+        """Confirm that the arm stands at the restored position; planned motion is allowed again."""
         await self.referencing.confirm_restored()
 
     def reference_request(self) -> PostureRequest:
-        """Return the posture that a reference is taken in."""
+        """Return the posture in which the arm is referenced."""
         return self.referencing.request()
 
     @blocking
     async def verify(
         self, *, operator: Operator | None = None, accept: Accept = False, speed: float = 0.5
     ) -> Verified:
-        """Measure how far the registers are from what the reference posture should read.
+        """Measure how far the position has drifted, at the reference mark.
 
-        **Moves** above the reference mark, planned, and then as the operator jogs: he is called
-        with a `MarkRequest`, brings the finger tips onto the mark and returns True. With `accept`,
-        or where it returns True for what was found, the posture becomes the new reference; else a
-        position that is off is suspect from then on. Raises `NotReferenced` where there is no
-        position to verify, and `OperatorNeeded` where nobody looks or confirms.
+        The arm **moves** to a point above the mark. Then `operator` is called with a `MarkRequest`,
+        jogs the finger tips onto the mark, and returns True. If `accept` is True, or a function
+        that returns True for the result, the posture becomes the new reference; otherwise a
+        position with drift becomes suspect. Raises `NotReferenced` if there is no position to
+        verify, and `OperatorNeeded` without an operator or without a confirmation.
         """
         by = operator or self.operator
         return await self.referencing.verify(by, accept, speed, self.logbook)
@@ -271,9 +274,9 @@ class Arm:
     async def run(self, move: Move) -> Moved | Grasped | Jogged:
         """Carry out a move and wait for its end: `run(LineMove(pose, speed=0.5))`.
 
-        The move is resolved from where the arm stands, planned and audited as a whole before the
-        first byte: `OutOfBounds` names the joint or guard, and nothing has moved. Every call below
-        that begins with `move_` or `jog_` is short for a move.
+        The whole move is planned from the current position and checked before the first byte is
+        sent. If it would leave the limits, `OutOfBounds` names the joint or guard, and nothing
+        moves. The calls below that begin with `move_` or `jog_` are shortcuts for moves.
         """
         return await finished(self.moving.start(move))
 
@@ -286,18 +289,18 @@ class Arm:
     @overload
     def start(self, move: MoveSequence, *, stops: int | None = None) -> Handle[Moved | Grasped]: ...
     def start(self, move: Move, *, stops: int | None = None) -> Handle[Moved | Grasped | Jogged]:
-        """Begin a move, and return a `Handle` that waits for its end or cancels it.
+        """Start a move, and return a `Handle` to wait for its end or to cancel it.
 
-        With `stops`, the count of stops when the move was decided on, one that came since then
-        keeps it from beginning: raises `Stopped`.
+        `stops` is the value of `arm.stops` when the program decided on the move. If a stop has been
+        requested since then, the move does not start and `Stopped` is raised.
         """
         return self.moving.start(move, stops)
 
     def preview(self, move: Move) -> Preview:
-        """Return what a move would be, or why it is refused. Sends nothing, moves nothing.
+        """Return what a move would do, or why it is refused. Sends nothing, moves nothing.
 
-        A refusal is part of the answer: its typed error, and where the arm could go instead.
-        Raises `BadRequest` for a joint, a frame or a point that the arm does not have.
+        For a refused move, the result contains the error and the nearest alternative.
+        Raises `BadRequest` for an unknown joint, frame or point.
         """
         return self.moving.preview(move)
 
@@ -333,8 +336,8 @@ class Arm:
     ) -> Moved | Handle[Moved]:
         """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
 
-        Joints that a model file names otherwise are given in a mapping, `{"turret_deg": 30}`.
-        Straight in joint space. With `wait=False` a `Handle` is returned at once.
+        The path is straight in joint space. If a model file gives joints other names, use a
+        mapping: `{"turret_deg": 30}`. With `wait=False`, return a `Handle` at once.
         """
         return await self.moving.go(JointMove(by_name(angles_deg, joints_deg), speed), wait)
 
@@ -355,12 +358,12 @@ class Arm:
     async def move_to(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
-        """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
+        """Move the tip to a pose by a joint motion, to the posture nearest to the current one.
 
-        Or to a named point, `move_to("pick")`: to its joints; the fingers stay as they are.
-        The pose is one of `frame`: the base, a frame of the arm file, or the tool, in which it is
-        a change from where the tool is.
-        Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
+        For a named point, `move_to("pick")`, the arm moves to the point's joint angles; the gripper
+        does not move. `frame` is the pose's frame: "base", a frame of the arm file, or "tool", in
+        which the pose is a change from the current pose of the tool.
+        Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest allowed pose.
         """
         return await self.moving.go(move_to_place(goal, line=False, speed=speed, frame=frame), wait)
 
@@ -381,14 +384,14 @@ class Arm:
     async def move_l(
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE_FRAME, wait: bool = True
     ) -> Moved | Handle[Moved]:
-        """Move the tip to a pose, or to a named point's, along a straight line.
+        """Move the tip along a straight line to a pose or a named point.
 
-        Straight in x, y, z, pitch and roll. Of a point, `note` says so where the line ends in
-        another posture than it was taught in.
-        `frame` is as of `move_to`: `move_l(Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0),
-        frame="tool")` draws the hand 30 mm back.
-        The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
-        motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
+        The line is straight in x, y, z, pitch and roll. If it ends in a different posture from the
+        one in which the point was taught, `note` of the result says so.
+        `frame` works as in `move_to`: `move_l(Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0),
+        frame="tool")` draws the hand back by 30 mm.
+        The tip deviates from the line by at most `motion.line_tolerance_mm` of the arm file plus
+        one motor step. Raises `kinematics.PathBroken` if the line leaves the arm's reach.
         """
         return await self.moving.go(move_to_place(goal, line=True, speed=speed, frame=frame), wait)
 
@@ -422,10 +425,11 @@ class Arm:
         frame: str = BASE_FRAME,
         wait: bool = True,
     ) -> Moved | Handle[Moved]:
-        """Move the tip along the arc of a circle, through `via`, to a pose.
+        """Move the tip along a circular arc through `via` to a pose.
 
-        Of `via` only x, y and z count; the hand turns evenly to the goal's pitch and roll. Raises
-        `kinematics.NoArc` for points on one line, and `PathBroken` where the arc leaves the reach.
+        Only x, y and z of `via` matter; the hand turns evenly to the goal's pitch and roll. Raises
+        `kinematics.NoArc` if the points lie on a line, and `PathBroken` if the arc leaves the
+        arm's reach.
         """
         return await self.moving.go(ArcMove(via, goal, speed, frame), wait)
 
@@ -456,32 +460,31 @@ class Arm:
         frame: str = BASE_FRAME,
         wait: bool = True,
     ) -> Moved | Handle[Moved]:
-        """Move through several parts as one: `LinePart`, `ArcPart`, `PosePart`, `JointPart`.
+        """Move along a path of several parts: `LinePart`, `ArcPart`, `PosePart`, `JointPart`.
 
-        A part with `blend_mm` is left for the next one so far before its end, without stopping;
-        without, the arm stops there. The whole way is audited first, in one posture of the arm.
-        `note` of the result tells of blends that had to be smaller.
+        The arm stops at the end of each part, unless the part has a `blend_mm`: at that distance
+        from its end, the arm turns into the next part without stopping. The whole path is checked
+        first and keeps one posture. `note` of the result names blends that had to be smaller.
         """
         return await self.moving.go(PathMove(tuple(parts), speed, frame), wait)
 
     @blocking
     async def move_gripper(self, opening_mm: float, speed: float = 1.0) -> Moved:
-        """Bring the fingers to an opening in mm; `arm.gripper` knows more of them."""
+        """Move the fingers to an opening in mm; `arm.gripper` has more gripper calls."""
         return await finished(self.moving.start(GripperMove(opening_mm, speed)))
 
     @blocking
     async def park(self, *, speed: float = 1.0) -> Moved:
-        """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
+        """Move to the arm file's park posture, by default 30 mm above the reference mark."""
         return await finished(self.moving.start(ParkMove(speed)))
 
     @blocking
     async def move_motors(
         self, *steps: int, speed: float = 0.25, stops: int | None = None
     ) -> Moved:
-        """Move each motor by whole steps from where it is, all together: for the bench.
+        """Move all motors together, each by whole steps: for tests at the bench.
 
-        Knows neither limits nor guards and needs no reference. With `stops`, the count of stops
-        when it was asked for, one that came since then keeps it from beginning: raises `Stopped`.
+        Needs no reference, and ignores limits and guards. `stops` works as in `start`.
         """
         return await self.moving.move_motors(steps, speed, stops)
 
@@ -492,7 +495,7 @@ class Arm:
 
     @property
     def points(self) -> Points:
-        """The named points of this arm, a mapping over its file: `arm.points["pick"]`."""
+        """The arm's named points, a mapping that is stored in a file: `arm.points["pick"]`."""
         return self.places.points
 
     # -- jogging --------------------------------------------------------------------------------
@@ -509,10 +512,10 @@ class Arm:
     ) -> Jogged:
         """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
 
-        With `duration_s` the axes are directions from -1 to 1, `shoulder=1`, that share the
-        speed. Limits are met by stopping at them; `note` of the result says so. Allowed without
-        a reference, then slow and without limits. Joints that a model file names otherwise are
-        given in a mapping, `{"turret_deg": 2}`.
+        With `duration_s`, the axes are directions from -1 to 1, `shoulder=1`, that share the
+        speed. A jog stops at a limit, and `note` of the result says so. An arm without a reference
+        can jog too, slowly and without limits. If a model file gives joints other names, use a
+        mapping: `{"turret_deg": 2}`.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
         return await self._jogging.jog(Jog(Space.JOINT, named), speed, duration_s)
@@ -530,97 +533,97 @@ class Arm:
     ) -> Jogged:
         """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`.
 
-        x, y and z are those of the `frame`: "base", "tool", which goes with the hand, or a frame
-        of the arm file. `jog_l(frame="tool", z=1, duration_s=1)` goes where the hand points.
+        x, y and z are axes of `frame`: "base", "tool", which moves with the hand, or a frame of
+        the arm file. `jog_l(frame="tool", z=1, duration_s=1)` moves in the hand's direction.
         """
         named = jog_axes(by_name(amounts, axes), in_steps=duration_s is None)
         return await self._jogging.jog(Jog(Space.CARTESIAN, named, frame), speed, duration_s)
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for `for_s` seconds and no longer unless called again; never waits.
+        """Jog for `for_s` seconds, unless another `hold` extends the jog; returns at once.
 
-        A refusal is the `notice` of the status.
+        If the jog is refused, the status's `notice` says why.
         """
         self._jogging.hold(jog, speed, for_s)
 
     def nudge(self, jog: Jog, *, speed: float) -> None:
-        """Jog by one increment; at most one more waits behind the one under way. Never waits.
+        """Jog by one increment and return at once.
 
-        One that has not begun within a second is dropped.
+        At most one increment waits for the current one, and is dropped after a second.
         """
         self._jogging.nudge(jog, speed)
 
     def release(self) -> None:
-        """End a held jog: what is queued is given up; a burst under way is the last."""
+        """End a held jog: the current burst is the last, and queued segments are dropped."""
         self._jogging.release()
 
     # -- stopping, waiting and slowing down -----------------------------------------------------
 
     @blocking
     async def stop(self) -> None:
-        """Stop, and wait until the arm stands. Legal in every state, from any thread.
+        """Stop, and wait until the arm stands. Allowed in every state and from any thread.
 
-        What a device cannot abort runs to its end; `status.stop_time_s` bounds it.
+        A motion that the device cannot abort runs to its end, within `status.stop_time_s`.
         """
         await self.runner.stop()
 
     def estop(self) -> None:
-        """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing.
+        """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.
 
-        A device that can stop dead does so, whatever that does to its position.
+        A device that can stop without a ramp does so, even if it loses its position.
         """
-        self.request_stop(hard=True)  # before the lock: the engine may be holding it
+        self.request_stop(hard=True)  # before taking the lock, because the engine may hold it
         with self.pace.lock:
             self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
             self.request_stop(hard=True)
 
     def request_stop(self, *, hard: bool = False) -> None:
-        """Ask for a stop and return at once: the one call that a signal handler may make."""
+        """Request a stop and return at once. A signal handler may call nothing but this."""
         self.runner.request_stop(hard=hard)
 
     @property
     def stops(self) -> int:
-        """How often a stop was asked for: what was decided on before the latest is not begun."""
+        """The number of stops requested so far; see `start`."""
         return self.runner.stops
 
     @blocking
     async def sleep(self, time_s: float) -> None:
-        """Let time pass on the arm's own clock.
+        """Wait on the arm's own clock.
 
-        Raises `Stopped` where this program or its computer was suspended meanwhile: who waited
-        for something to pass is not to move an arm when nobody expects it any more.
+        Raises `Stopped` if the program or its computer was suspended during the wait: an arm that
+        moved on after such a gap would surprise the people around it.
         """
         absences = self.runner.absences()
         await Wait(self.pace, never, max(finite("time_s", time_s), 0.0))
         self.runner.require_present(absences)
 
     def pause(self) -> None:
-        """Have the arm stand behind its next burst or segment, until `resume` or a stop.
+        """Pause the arm after its current burst or segment, until `resume` or a stop.
 
-        The motion under way goes on with the same plan when it is resumed, unless the arm was
-        moved meanwhile; motions that are asked for later wait as well. After 8 h they are given up
-        with `WrongState`, and the arm stays paused; on simulated time, a call gives up after 600 s
-        where only its own program could resume. Jogs are given up at once, and refused. The
-        controller's own homing and a servo's way are not paused, only stopped.
+        `resume` continues the current motion with the same plan, unless the arm has been moved;
+        later motions wait too. After 8 h they end with `WrongState`, and the arm stays paused. In
+        simulated time, a call ends after 600 s if only its own program could resume. A running jog
+        ends at once, and new jogs are refused. `pause` cannot interrupt a controller's own homing
+        or a servo's motion; only a stop can.
         """
         self.core.speed_override.pause()
         self.pace.wake()
 
     def resume(self) -> None:
-        """Let a paused arm go on. Nothing goes on that an error, a stop or a lost wire ended."""
+        """Resume a paused arm. A motion ended by an error, a stop or a lost link stays ended."""
         self.core.speed_override.end_pause()
         self.pace.wake()
 
     @property
     def paused(self) -> bool:
-        """Whether somebody wants the arm to wait: `status.paused`, cheap to ask for."""
+        """Whether the arm is paused: the same as `status.paused`, but cheap to read."""
         return self.core.speed_override.paused
 
     @property
     def speed_override(self) -> float:
-        """The share of the speed asked for that the arm goes with, from 0.01 to 1.
+        """The factor, from 0.01 to 1, by which the arm slows every requested speed.
 
-        A change holds for what is sent next: bursts, segments and jogs. Raises `BadRequest`.
+        A change takes effect with the next burst, segment or jog. Raises `BadRequest`.
         """
         return self.core.speed_override.override
 
@@ -628,11 +631,11 @@ class Arm:
     def speed_override(self, speed_override: float) -> None:
         self.core.speed_override.set_override(speed_override)
 
-    # -- what is known --------------------------------------------------------------------------
+    # -- status and model -----------------------------------------------------------------------
 
     @property
     def status(self) -> Status:
-        """A frozen picture of this moment."""
+        """A frozen snapshot of the arm."""
         return self._parts.status
 
     @property
@@ -646,12 +649,12 @@ class Arm:
         return self._parts.pose
 
     def pose_in(self, frame: str) -> Pose:
-        """The acknowledged pose as the base or a frame of the arm file sees it."""
+        """Return the acknowledged pose in the base frame or in a frame of the arm file."""
         return pose_in_frame(self.config, self.pose, frame)
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """The frames that goals and jogs can be meant in: base, tool, and the arm file's."""
+        """The frames available to goals and jogs: base, tool, and those of the arm file."""
         return frame_names(self.config)
 
     @property
@@ -661,12 +664,12 @@ class Arm:
 
     @property
     def speeds(self) -> SpeedLimits:
-        """The limits that time is computed from; a device may tell its own once it is connected."""
+        """The speed limits used for planning; a connected device may report its own limits."""
         return self._parts.speeds
 
     @property
     def abilities(self) -> Abilities:
-        """What the arm's controller can do."""
+        """The capabilities of the arm's controller."""
         return self.core.controller.abilities
 
     # -- inputs, outputs and the controller's memory --------------------------------------------
@@ -680,13 +683,14 @@ class Arm:
     async def wait_inputs(
         self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
     ) -> int:
-        """Wait until inputs, counted from 1, are high and low; return the input bits.
+        """Wait until the given inputs, counted from 1, are high or low; return the input bits.
 
-        `wait_inputs(high=3, low=(1, 2), within_s=10)`, on the arm's own clock. Other calls may go
-        on meanwhile: a standing arm is looked at 20 times a second, one in motion as often as its
-        controller tells. Raises `InputTimeout` at the deadline, `Stopped` where the arm is stopped
-        or this program was suspended, what broke where its wire is lost, `WrongState` for an arm
-        that nobody looks at, and `Refused` for one that has no inputs.
+        `wait_inputs(high=3, low=(1, 2), within_s=10)` waits on the arm's own clock, and other calls
+        may run meanwhile. While the arm stands, its inputs are read 20 times a second; while it
+        moves, as often as the controller reports them. Raises `InputTimeout` at the deadline,
+        `Stopped` if the arm is stopped or the program was suspended, `LinkLost` if the connection
+        is lost, `WrongState` if the arm is disabled or in error-stop, and `Refused` if it has no
+        inputs.
         """
         return await self._lines.wait_inputs(high=high, low=low, within_s=within_s)
 
@@ -694,8 +698,8 @@ class Arm:
     async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; the others stay. Moves nothing.
 
-        Outputs that this connection has not written yet are taken to be off, as they are when the
-        controller is switched on: no such controller tells how they are.
+        Controllers do not report their outputs. Outputs that this connection has not written are
+        assumed to be off, as they are after the controller is switched on.
         """
         await self._lines.set_output(number, on)
 
@@ -706,11 +710,11 @@ class Arm:
 
     @blocking
     async def read_pendant_program(self) -> PendantProgram:
-        """Read the program in the arm's own memory; takes some seconds, and moves nothing.
+        """Read the program in the arm's own memory; takes a few seconds and moves nothing.
 
-        It is read until two readings agree. Where the position is trusted, the program says as
-        well what its rows mean (`origin`). Raises `Refused` for an arm that keeps no program, and
-        `DeviceFault`.
+        The memory is read until two readings agree. If the position is trusted, the program's
+        `origin` ties its rows to the current reference. Raises `Refused` if the arm stores no
+        program, and `DeviceFault`.
         """
         return await PendantMemory(self._parts).read()
 
@@ -722,23 +726,22 @@ class Arm:
         leave_others: bool = False,
         told: RowReport = device_tasks.unreported,
     ) -> int:
-        """Write a program into the arm's memory, and read it back; moves nothing.
+        """Write a program into the arm's memory and read it back; moves nothing.
 
-        Returns how many rows were not there already; `told` is called by the engine's thread with
-        the number of each as it is in the arm, and must not wait for anything. Raises `Refused`
-        where the program's rows were read under another reference, so that they mean other places
-        now (`moved_to` shifts them), or where rows of other numbers would stay, unless
-        `leave_others`. An end before the end raises `ProgramHalfWritten`, which names the rows
-        that are in the arm.
+        Returns the number of rows that had to be written. The engine's thread calls `told` with
+        each row's number once the row is in the arm; `told` must not block. Raises `Refused` if
+        the program was read under a different reference, so that its rows now mean other places
+        (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
+        `leave_others`. If writing ends early, `ProgramHalfWritten` names the rows in the arm.
         """
         memory = PendantMemory(self._parts)
         return await memory.write(program, leave_others=leave_others, told=told)
 
     @blocking
     async def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
-        """Write the lines that bring the device's settings to what the arm file says.
+        """Write the lines that set the device as the arm file expects. Moves nothing.
 
-        Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
+        Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
         body = device_tasks.mend_settings(self.wire, tuple(chosen))
@@ -747,57 +750,57 @@ class Arm:
     # -- the flight recorder --------------------------------------------------------------------
 
     def save_recording(self, path: Path | str | None = None) -> Path:
-        """Write what the flight recorder holds, and return the file.
+        """Save the contents of the flight recorder, and return the path of the file.
 
-        Without a path it goes into the folder of recordings. Raises `StateFileError` where it
-        cannot be written, and `WrongState` where nothing is recorded.
+        Without a path, the file goes into the folder of recordings. Raises `StateFileError` if it
+        cannot be written, and `WrongState` if nothing is recorded.
         """
         return Recording(self._parts, self.tracer).save(path)
 
     def log(self, *, back: int | None = None) -> LogReader:
-        """Return a reader of what passes on the wire and in the driver, in words.
+        """Return a reader of the log: the traffic on the wire and the driver's events, in words.
 
-        It begins with the latest `back` entries (2000 where none is named), and each `read()` goes
-        on from where the last one ended. Raises `WrongState` where nothing is recorded.
+        The reader starts with the latest `back` entries (2000 by default), and each `read()`
+        continues where the last one ended. Raises `WrongState` if nothing is recorded.
         """
         return Recording(self._parts, self.tracer).reader(back)
 
 
-# Who connects in the place of a program's own connections: a rehearsal, a run, a test.
+# Rehearsals, runs and tests replace a program's connections with their own.
 #
-# What stands in is of the whole process on purpose: a thread that the program starts is no way
-# around it, since in a rehearsal its connection would move the real arm.
+# A replacement applies to the whole process on purpose: if a thread of a rehearsed program could
+# connect by itself, it would move the real arm.
 
 Standin = Callable[[str | None, ConnectOptions], Arm | None]
-"""Gets what `Arm.connect` was called with; returns an arm, or None to let it go on as it says.
+"""Takes the target and options of `Arm.connect`; returns an arm, or None to connect as usual.
 
-The target is None where the program named none.
+The target is None if the program names none.
 """
 
-_PRESENT: list[Standin] = []
+_STANDINS: list[Standin] = []
 
 
 @contextlib.contextmanager
 def standing_in(standin: Standin) -> Iterator[None]:
-    """Have every connection of this process made by somebody else meanwhile; the latest counts."""
-    _PRESENT.append(standin)
+    """Make every connection of this process through `standin`; the innermost one counts."""
+    _STANDINS.append(standin)
     try:
         yield
     finally:
-        _PRESENT.remove(standin)
+        _STANDINS.remove(standin)
 
 
 def stood_in(target: str | None, options: ConnectOptions) -> Arm | None:
-    """Return the arm that somebody gives instead; None where nobody stands in."""
-    return _PRESENT[-1](target, options) if _PRESENT else None
+    """Return the arm that replaces a connection; None to connect as usual."""
+    return _STANDINS[-1](target, options) if _STANDINS else None
 
 
 async def connected(target: str | None, options: ConnectOptions) -> Arm:
-    """Connect, unless somebody gives an arm instead."""
+    """Connect to an arm, or return its replacement."""
     instead = stood_in(target, options)
     return Arm(await coroutine_of(connect)(target, options)) if instead is None else instead
 
 
 def anybody() -> bool:
-    """Tell whether somebody stands in at present."""
-    return bool(_PRESENT)
+    """Return whether connections of this process are being replaced."""
+    return bool(_STANDINS)

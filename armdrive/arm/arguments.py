@@ -1,4 +1,4 @@
-"""What the arguments of the public calls of an arm must be, by their annotations."""
+"""The checks of the arguments of an arm's public calls, by annotation."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ LINES = "high=3, or high=(1, 2)"
 
 
 def _angles(name: str, value: object) -> object:
-    """Take amounts by name, as the keywords of the call say them."""
+    """Accept a mapping of amounts by name, like the call's keywords."""
     if isinstance(value, Mapping) and all(isinstance(word, str) for word in value):
         return {word: number(word, amount) for word, amount in value.items()}
     raise wrong(name, value, "values by their names", f"{ANGLES}, or as keywords: shoulder_deg=40")
 
 
 def _lines(name: str, value: object) -> object:
-    """Take the number of an input or an output, or several."""
+    """Accept the number of an input or output, or several numbers."""
     return _SEVERAL_LINES(name, value) if hasattr(value, "__iter__") else whole(name, value)
 
 
 def _pace(name: str, value: object) -> object:
-    """Take a word, a number, a clock or an arm's pace; which words there are, the pace says."""
+    """Accept a word, a number, a clock or an arm's pace; the pace itself checks the word."""
     known = value is None or isinstance(value, str | SimulatedClock | SimulatedPace)
     return value if known else number(name, value)
 
@@ -93,6 +93,8 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "target: str": made_of(str, "the name of an arm or a port", f'"sim:{DEFAULT}"'),
     }
 )
-"""What a value must be, by the annotation of its parameter. A simulated arm and
-a pendant's program are known by their parts: a real arm loads no simulation, and few arms keep a
-program."""
+"""The check for each parameter annotation.
+
+Simulated arms and pendant programs are recognized by their attributes, because importing their
+classes would load the simulation for a real arm and the pendant code for every arm.
+"""

@@ -1,4 +1,4 @@
-"""A connected arm: what is known of it, its wire, its recording, its motions, and its end."""
+"""A connected arm's connection, recording and motion handles."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 class Connection:
-    """The open link of an arm: looked for when its wire is lost, and given back once."""
+    """The open connection of an arm: restored when it is lost, and closed once."""
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
@@ -32,32 +32,32 @@ class Connection:
 
     @property
     def reconnects(self) -> bool:
-        """Whether a lost wire is looked for without anybody asking, until it is back."""
+        """Whether a lost connection is restored automatically."""
         return self._parts.reconnector is not None and self._parts.reconnector.automatic
 
     async def reconnect(self) -> None:
-        """Look for the lost wire once. Raises as `Arm.reconnect` says."""
+        """Try once to restore a lost connection; see `Arm.reconnect`."""
         parts, reconnector = self._parts, self._parts.reconnector
         with parts.pace.lock:
             if parts.engine.broken is None:
-                raise WrongState("the wire is there: nothing has to be reconnected")
+                raise WrongState("the arm is connected: there is nothing to reconnect")
             if reconnector is None or self.closed:
-                raise WrongState("this connection was closed for good: connect anew")
+                raise WrongState("this connection was closed for good: create a new one")
             before = reconnector.ask(parts.pace.now_s())
         parts.pace.wake()
         if not await Wait(parts.pace, lambda: reconnector.tries > before, PATIENCE_S):
-            raise NoAnswer("it is not known whether the wire is back: reconnect again")
+            raise NoAnswer("the result of reconnecting is not known yet: reconnect again")
         if parts.core.state is State.DISCONNECTED and reconnector.trouble is not None:
             raise reconnector.trouble
 
     async def close(self) -> None:
-        """Stop, remember the position, and give the port back. Closing twice is no error."""
+        """Stop, save the position, and release the port. Closing twice is no error."""
         parts = self._parts
         try:
             if parts.core.state is not State.DISCONNECTED:
                 await parts.runner.stop()
                 with parts.pace.lock:
-                    if parts.engine.broken is None:  # else the mark of motion has to stay
+                    if parts.engine.broken is None:  # after a lost link the motion mark must stay
                         parts.core.mark_still()
         finally:
             with parts.pace.lock:
@@ -69,7 +69,7 @@ class Connection:
             self._release()
 
     def on_close(self, call: Callable[[], None]) -> None:
-        """Have something done once when the arm is closed."""
+        """Have `call` run once when the arm is closed."""
         self._on_close.append(call)
 
     def _release(self) -> None:
@@ -80,7 +80,7 @@ class Connection:
 
 
 class Recording:
-    """What an arm's flight recorder holds: written to a file, or read in words."""
+    """The contents of an arm's flight recorder: saved to a file, or read in words."""
 
     def __init__(self, parts: Parts, tracer: Tracer) -> None:
         self._pace = parts.pace
@@ -88,14 +88,15 @@ class Recording:
         self._tracer = tracer
 
     def save(self, path: Path | str | None) -> Path:
-        """Write all that is held now, and return the file."""
+        """Save the recorder's current contents, and return the path of the file."""
         with self._pace.lock:
             write = self._tracer.snapshot("asked for")
         return write(None if path is None else Path(path))
 
     def reader(self, back: int | None) -> LogReader:
-        """Return a reader in words that begins with the latest entries."""
-        from armdrive.trace.log import BACK, LogReader  # few programs read it, and all start up
+        """Return a reader that describes entries in words, starting with the latest `back`."""
+        # imported here to keep start-up fast: few programs read the log
+        from armdrive.trace.log import BACK, LogReader
 
         began_s = self._tracer.began_s
         return LogReader(self._since, self._dialect, began_s, back=BACK if back is None else back)
@@ -105,14 +106,14 @@ class Recording:
             return self._tracer.since(number, most, back)
 
 
-# A motion under way: what a call with `wait=False` returns.
+# The handle of a running motion, which a call with `wait=False` returns.
 
 T_co = TypeVar("T_co", covariant=True)
 
 
 @checked_calls(BASIC)
 class Handle(Generic[T_co]):
-    """A motion under way, from a call with `wait=False`."""
+    """A running motion, returned by a call with `wait=False`."""
 
     def __init__(self, runner: TaskRunner, task: Task[T_co], timeout_s: float) -> None:
         self._runner = runner
@@ -121,15 +122,16 @@ class Handle(Generic[T_co]):
 
     @property
     def done(self) -> bool:
-        """Whether the motion has ended, well or not."""
+        """Whether the motion has ended, successfully or not."""
         return self._task.done
 
     @blocking
     async def wait(self, timeout_s: float | None = None) -> T_co:
-        """Wait for the end and return what was done, or raise what went wrong.
+        """Wait for the end of the motion; return its result or raise its error.
 
-        Raises `WaitTimeout` after `timeout_s`; the motion goes on. Without a timeout the wait
-        still ends: its deadline is computed from the motion, and passing it stops the arm.
+        Raises `WaitTimeout` after `timeout_s`; the motion continues. Without `timeout_s`, the
+        motion has a deadline that is computed from its duration; when it passes, the arm is
+        stopped.
         """
         if timeout_s is None:
             return await self._runner.finish(self._task, self._timeout_s)

@@ -1,4 +1,4 @@
-"""What an arm's controller has besides motors: inputs, outputs, and a program of its own."""
+"""What an arm's controller has besides motors: inputs, outputs, and a program in its memory."""
 
 from __future__ import annotations
 
@@ -30,21 +30,20 @@ Lines = int | Iterable[int]
 
 
 def output_bits(lines: Lines) -> int:
-    """Return the bits of outputs. Raises `BadRequest` for numbers that no output has."""
+    """Return the bits of outputs. Raises `BadRequest` for a number out of range."""
     return _bits(lines, "outputs", OUTPUTS)
 
 
 def input_bits(core: Core, lines: Lines) -> int:
     """Return the bits of an arm's inputs.
 
-    Raises `BadRequest` for numbers that it has not, and `Refused` where it has no inputs: whoever
-    waited for one would wait for ever.
+    Raises `BadRequest` for a number out of range, and `Refused` if the arm has no inputs, because
+    waiting for one would never end.
     """
     most = core.controller.abilities.inputs
     if not most:
         raise Refused(
-            f"the controller of the {core.config.title} tells no inputs: nothing can be read there "
-            "or waited for"
+            f"the controller of the {core.config.title} has no inputs to read or to wait for"
         )
     return _bits(lines, f"the inputs of the {core.config.title}", most)
 
@@ -59,14 +58,13 @@ def _bits(lines: Lines, what: str, most: int) -> int:
     return bits
 
 
-# Inputs and outputs of the arm's controller, one by one: read, waited for, switched.
+# Inputs and outputs of the arm's controller: reading, waiting and switching.
 
+# limit of a wait without a deadline in simulated time, where Ctrl-C could not end it
 SIMULATED_S = 3600.0
-"""A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.
-"""
 
-_ASLEEP = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
-"""The states in which nobody looks at an arm."""
+_NOT_POLLED = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
+"""The states in which an arm's inputs are not read."""
 
 
 class InputsOutputs:
@@ -95,21 +93,23 @@ class InputsOutputs:
     async def wait_inputs(
         self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
     ) -> int:
-        """Wait until inputs are high and low, and return them; see `Arm.wait_inputs`."""
+        """Wait until inputs are high or low, and return all bits; see `Arm.wait_inputs`."""
         want, shun = input_bits(self._core, high), input_bits(self._core, low)
         patience_s = self._patience_s(within_s)
         if want & shun or not want | shun:
-            raise BadRequest("name inputs that shall be high or low, none as both: high=1, low=2")
+            raise BadRequest(
+                "name at least one input as high or low, and none as both: high=1, low=2"
+            )
         core, stops = self._core, self._parts.runner.stops
         with self._parts.pace.lock:
-            if core.state in _ASLEEP:
+            if core.state in _NOT_POLLED:
                 after(core.state, Event.MOVE)
             core.readings.awaiting += 1
             seen = core.readings.sensed
             absences = self._parts.engine.suspend_count
 
         def ended() -> bool:
-            if self._parts.runner.stops != stops or core.state in _ASLEEP:
+            if self._parts.runner.stops != stops or core.state in _NOT_POLLED:
                 return True
             bits = core.readings.inputs or 0
             return core.readings.sensed != seen and bits & want == want and not bits & shun
@@ -124,18 +124,18 @@ class InputsOutputs:
         self._parts.runner.require_present(absences)
         if not met:
             raise InputTimeout(
-                f"after {patience_s:g} s {_words(want, shun)} is not so: the inputs read "
-                f"{core.readings.inputs or 0:08b}, the last digit is input 1"
+                f"waited {patience_s:g} s for {_words(want, shun)}: the inputs still read "
+                f"{core.readings.inputs or 0:08b} (the last digit is input 1)"
             )
         return core.readings.inputs or 0
 
     def _require_looking(self, engine: Engine, stops: int) -> None:
-        """Raise what keeps anybody from seeing the inputs."""
+        """Raise the reason why the inputs are no longer read, if there is one."""
         if engine.broken is not None:
             raise engine.broken
         if self._parts.runner.stops != stops:
-            raise Stopped("a stop was asked for while the program waited for inputs")
-        if self._core.state in _ASLEEP:
+            raise Stopped("a stop was requested while the program waited for inputs")
+        if self._core.state in _NOT_POLLED:
             after(self._core.state, Event.MOVE)
 
     def _patience_s(self, within_s: float | None) -> float:
@@ -153,10 +153,10 @@ def _words(want: int, shun: int) -> str:
     )
 
 
-# The program that an arm keeps in a memory of its own, for its pendant: read, and written.
+# The pendant's program in an arm's own memory: reading and writing.
 
+# at 110 baud a program takes many minutes; every single request has its own, shorter deadline
 PATIENCE_S = 3600.0
-"""Every request in it has a deadline from its bytes: at 110 baud they add up to many minutes."""
 
 
 class PendantMemory:
@@ -189,13 +189,13 @@ class PendantMemory:
         return await self._parts.runner.perform(body, PATIENCE_S)
 
     def _memory(self) -> PendantTools[PendantProgram]:
-        """Return how its memory is read; raises `Refused` for an arm that has none."""
+        """Return the dialect's pendant tools. Raises `Refused` if the arm has no such memory."""
         memory = pendant_of(self._parts.config)
         after(self._parts.core.state, Event.MOVE)
         return memory
 
     def _origin(self) -> tuple[int, ...] | None:
-        """Return what the registers have to be added to now; None where nobody knows it."""
+        """Return the offset from registers to motor positions; None if it is not trusted."""
         if self._parts.core.belief.trust in (Trust.REFERENCED, Trust.RESTORED):
             return tuple(self._parts.core.position.offset)
         return None

@@ -1,4 +1,4 @@
-"""The gripper of an arm, as a program sees it."""
+"""The gripper calls of an arm."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from armdrive.trace.calls import Tracer, traced
 
 
 class TracedArm(Protocol):
-    """The arm that the fingers belong to: its calls are traced, and theirs with them."""
+    """The gripper's arm, whose tracer also records the gripper's calls."""
 
     tracer: Tracer
 
@@ -25,13 +25,13 @@ class TracedArm(Protocol):
     @overload
     def start(self, move: GraspMove) -> Handle[Grasped]: ...
     def start(self, move: Motion | GraspMove) -> Handle[Moved] | Handle[Grasped]:
-        """Begin a move."""
+        """Start a move."""
 
 
 @traced
 @checked_calls(BASIC)
 class Gripper:
-    """The fingers of an arm."""
+    """The gripper of an arm."""
 
     def __init__(self, arm: TracedArm, parts: Parts) -> None:
         self._arm = arm
@@ -39,7 +39,7 @@ class Gripper:
 
     @property
     def opening_mm(self) -> float:
-        """How far apart the fingers are: where the motors have them, or what keeps them apart.
+        """The distance between the fingers, from the motors or the width of a gripped object.
 
         Raises `NotReferenced` while the position is unknown, and `Refused` for a servo that has
         not been commanded yet.
@@ -47,39 +47,39 @@ class Gripper:
         core = self._parts.core
         require_gripper(core)
         if not core.transmission.has_gripper and core.fingers.share is None:
-            raise Refused("nobody knows how the gripper stands: open or close it first")
+            raise Refused("the gripper's opening is unknown: open or close the gripper first")
         return self._parts.known(self._parts.status.gripper_mm)
 
     @property
     def force_n(self) -> float:
-        """The force of the grasp, from the steps behind the touch; 0 when let go."""
+        """The gripping force, computed from the motor steps after contact; 0 without a grasp."""
         core = self._parts.core
         return core.fingers.force_n(core.position.coordinates.opening_mm)
 
     @blocking
     async def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
-        """Open to a width in mm, or all the way."""
+        """Open the fingers to a width in mm, or all the way."""
         return await finished(self._arm.start(GripperMove(opening_mm, speed)))
 
     @blocking
     async def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
-        """Close to a width in mm without feeling for an object; see `grasp`."""
+        """Close the fingers to a width in mm. To detect an object, use `grasp`."""
         return await coroutine_of(self.move)(opening_mm, speed=speed)
 
     @blocking
     async def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
-        """Bring the fingers to an opening in mm."""
+        """Move the fingers to an opening in mm."""
         return await finished(self._arm.start(GripperMove(opening_mm, speed)))
 
     @blocking
     async def grasp(self, *, force_n: float = 8.9) -> float:
-        """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.
+        """Close the fingers on an object; return its width in mm, or 0.0 if there is none.
 
-        `force_n` (about 2 lb by default) is pressed after the grip switch has tripped.
+        The force, about 2 lb by default, is applied after the grip switch has tripped.
         """
         return (await coroutine_of(self.feel)(force_n=force_n)).width_mm
 
     @blocking
     async def feel(self, *, force_n: float = 8.9) -> Grasped:
-        """Like `grasp`, and also tell the force."""
+        """Grasp an object like `grasp`, and return the force as well."""
         return await finished(self._arm.start(GraspMove(force_n)))

@@ -1,4 +1,4 @@
-"""Jogging: increments and holds, for programs (which wait) and for the desk (which never does)."""
+"""Jogging: increments and held jogs, for programs, which wait, and for the desk, which does not."""
 
 from __future__ import annotations
 
@@ -12,15 +12,12 @@ from armdrive.status import State
 from armdrive.tasks import Task
 from kinematics.errors import finite
 
-LONGEST_HOLD_S = 1.0
-"""A held jog is renewed at least this often, or it ends."""
-
-LONGEST_WAIT_S = 1.0
-"""An increment that could not begin within this time is one that nobody expects any more."""
+LONGEST_HOLD_S = 1.0  # a held jog that is not renewed within this time ends
+LONGEST_WAIT_S = 1.0  # an increment that starts later than this would surprise the operator
 
 
 class Jogging:
-    """The jogs of one arm: one session at a time takes up what is asked of it."""
+    """The jogs of one arm. One jog session at a time carries out all requests."""
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
@@ -28,17 +25,17 @@ class Jogging:
         self._session: Task[Jogged] | None = None
 
     async def jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
-        """Jog by an increment, or for a time, and wait for the end."""
+        """Jog by an increment or for a time, and wait for the end."""
         if duration_s is None:
             return await finished(self.start(JogMove(jog, speed)))
         return await self.jog_for(jog, speed, duration_s)
 
     def start(self, move: JogMove) -> Handle[Jogged]:
-        """Begin an increment. Raises `WrongState` while another one waits."""
+        """Start an increment. Raises `WrongState` while another one waits."""
         with self._parts.pace.lock:
             if self._core.nudges:
                 self._require(move.jog)
-                raise WrongState("an increment is waiting already: wait for its end")
+                raise WrongState("another increment is already waiting: wait for its end")
             task = self._begin(IncrementalJog(move.jog, move.speed))
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
@@ -54,7 +51,7 @@ class Jogging:
         return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
 
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
-        """Jog for a time and no longer unless called again; never waits."""
+        """Jog for a time, unless another call extends the jog; returns at once."""
         pace = self._parts.pace
         with pace.lock:
             until_s = pace.now_s() + min(for_s, LONGEST_HOLD_S)
@@ -62,7 +59,7 @@ class Jogging:
         pace.wake()
 
     def nudge(self, jog: Jog, speed: float) -> None:
-        """Jog by one increment, unless one is waiting already; never waits."""
+        """Jog by one increment, unless another one is already waiting; returns at once."""
         pace = self._parts.pace
         with pace.lock:
             nudge = IncrementalJog(jog, speed_fraction(speed), pace.now_s() + LONGEST_WAIT_S)
@@ -76,7 +73,7 @@ class Jogging:
         self._parts.pace.wake()
 
     def _require(self, jog: Jog, *, joins: bool = False) -> None:
-        """Raise where no jog may begin now; one that `joins` goes on with what is under way."""
+        """Raise if no jog may start now; with `joins`, a jog may extend the running session."""
         core = self._core
         check_jog(core, jog)
         alive = joins and self._session is not None and not self._session.done
@@ -84,7 +81,7 @@ class Jogging:
             after(core.state, Event.MOVE)
 
     def _begin(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> Task[Jogged]:
-        """Have a session take up a jog. Raises where it may not begin."""
+        """Hand a jog to a session. Raises if the jog may not start."""
         core = self._core
         self._require(asked.jog, joins=joins)
         task = self._join_session()
@@ -96,14 +93,14 @@ class Jogging:
         return task
 
     def _go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
-        """Have a session take up a jog; where that is refused, say so in the notice."""
+        """Hand a jog to a session, and report a refusal in the status's notice."""
         try:
             self._begin(asked, joins=True)
         except Refused as refusal:
             self._core.diagnostics.notify(str(refusal), refusal)
 
     def _join_session(self) -> Task[Jogged]:
-        """Return the jogging under way, which takes up what was just asked, or begin one."""
+        """Return the running jog session, or start one."""
         if self._session is None or self._session.done:
             body = jog_session(self._parts.wire, self._parts.speeds)
             self._session = self._parts.runner.submit(body, alone=True)

@@ -1,4 +1,4 @@
-"""Planned motion: resolved from where the arm stands, audited as a whole, handed to the engine."""
+"""Planned motion: resolved from the current position, checked as a whole, run by the engine."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ Place = Pose | Point | str
 
 
 class Places:
-    """The places of one arm that have a name."""
+    """The named points of one arm."""
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
@@ -69,7 +69,7 @@ class Places:
         self.points = points_of(parts.config.name, self._arm, self._here)
 
     def _here(self) -> Point:
-        """Return where the arm stands, on whole steps; raises `NotReferenced`."""
+        """Return the current position, on whole steps. Raises `NotReferenced`."""
         status = self._parts.status
         self._parts.core.require_reference()
         now = datetime.now().replace(microsecond=0)
@@ -81,7 +81,7 @@ class Places:
 
 
 def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Motion:
-    """Return the move to a place: by a joint motion, or along a straight line."""
+    """Return the move to a place, by a joint motion or along a straight line."""
     if not isinstance(place, Point):
         return LineMove(place, speed, frame) if line else PoseMove(place, speed, frame)
     if frame != BASE_FRAME:
@@ -89,15 +89,15 @@ def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Moti
     return LineMove(place.joints, speed) if line else JointMove(place.joints, speed)
 
 
-# A planned move on the wire: its steps one after another, each as it was audited.
+# Carrying out a planned move, step by step.
 
 
 def carry_out(
     wire: MotionContext, speeds: SpeedLimits, planned: PlannedMove
 ) -> TaskBody[Moved | Grasped]:
-    """Carry out a planned move. A stop ends all of it: no step begins behind one.
+    """Carry out a planned move. A stop ends the whole move, including the steps still to come.
 
-    Returns what a grasp at its end has found, else where the arm is and what all steps cost.
+    Returns the result of a final grasp; for any other move, the sum of all steps.
     """
     moved: list[Moved] = []
     for step in planned.steps:
@@ -120,7 +120,7 @@ def _step(wire: MotionContext, speeds: SpeedLimits, step: PlannedStep) -> TaskBo
 
 
 def _together(moved: Sequence[Moved]) -> Moved:
-    """Return what several moves did as one: where the last one ended, and what they cost."""
+    """Return the combined result of several moves: the last position, and their total cost."""
     last = moved[-1]
     if len(moved) == 1:
         return last
@@ -135,13 +135,10 @@ def _together(moved: Sequence[Moved]) -> Moved:
     )
 
 
-# Planned motion: resolved from where the arm stands, audited as a whole, handed to the engine.
+# The deadline of a motion is PATIENCE times its planned duration, and PATIENCE_S for the rest.
 
 PATIENCE = 4.0
-"""A motion that takes this many times longer than planned, and then some, is given up."""
-
-GRASP_PATIENCE_S = 120.0
-"""A grasp that takes longer is given up."""
+GRASP_PATIENCE_S = 120.0  # added for a grasp, whose duration is not known in advance
 
 
 class Moving:
@@ -162,9 +159,9 @@ class Moving:
     @overload
     def start(self, move: MoveSequence, stops: int | None = None) -> Handle[Moved | Grasped]: ...
     def start(self, move: Move, stops: int | None = None) -> Handle[Any]:
-        """Resolve and plan a move and hand it to the engine, unless a stop comes meanwhile.
+        """Resolve and plan a move and hand it to the engine, unless a stop is requested meanwhile.
 
-        With `stops`, the count of stops when the move was decided on, a stop since then counts.
+        `stops` is the stop count from which on a stop matters, by default the current one.
         """
         if isinstance(move, JogMove):
             return self._jogging.start(move)
@@ -174,7 +171,7 @@ class Moving:
             self._require(move)
             made = prepare(move, self.ground())
             if runner.stops != asked:
-                raise Stopped("a stop was asked for before the motion began")
+                raise Stopped("a stop was requested before the motion started")
             body = carry_out(self._parts.wire, self._parts.speeds, made)
             task = runner.submit(body, alone=True)
         longest_s = made.duration_s * PATIENCE + PATIENCE_S
@@ -183,17 +180,17 @@ class Moving:
         return Handle(runner, task, longest_s)
 
     async def go(self, move: Motion, wait: bool) -> Moved | Handle[Moved]:
-        """Begin a move, and wait for its end where that is wanted."""
+        """Start a move, and wait for its end if `wait` is true."""
         handle = self.start(move)
         return await finished(handle) if wait else handle
 
     def resolved(self, move: Move) -> Move:
-        """Return a move as it means the same from anywhere; see `resolve.resolved`."""
+        """Return the absolute form of a move; see `resolve.resolved`."""
         with self._parts.pace.lock:
             return resolved(move, self.ground())
 
     def preview(self, move: Move) -> Preview:
-        """Return what a move would be, or why it is refused."""
+        """Return what a move would do, or why it is refused."""
         with self._parts.pace.lock:
             ground, controller = self.ground(), self._core.controller
             hindrance = self._hindrance(move)
@@ -203,7 +200,7 @@ class Moving:
         )
 
     async def move_motors(self, steps: Sequence[int], speed: float, stops: int | None) -> Moved:
-        """Move each motor by whole steps from where it is; see `Arm.move_motors`."""
+        """Move each motor by whole steps; see `Arm.move_motors`."""
         core, runner = self._core, self._parts.runner
         motors, needed = Motors(tuple(steps)), core.controller.abilities.motors
         if len(motors) != needed:
@@ -213,15 +210,15 @@ class Moving:
             if core.state is not State.HOMING:
                 after(core.state, Event.MOVE)
             if stops is not None and runner.stops != stops:
-                raise Stopped("a stop was asked for before the motors began to turn")
+                raise Stopped("a stop was requested before the motors started")
             body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
         return await runner.finish(task, PATIENCE_S * 10)
 
-    # -- what a move needs --------------------------------------------------------------------
+    # -- requirements of a move ---------------------------------------------------------------
 
     def ground(self, here: ArmCoordinates | None = None) -> Ground:
-        """Return what moves are resolved against, with the arm where it stands or elsewhere."""
+        """Return the context in which moves are resolved, for the arm at `here` or as it stands."""
         core = self._core
         return Ground(
             self._parts.config,
@@ -232,7 +229,7 @@ class Moving:
         )
 
     def _require(self, move: Move) -> None:
-        """Raise `Refused` where no such move may begin now, whatever its way."""
+        """Raise `Refused` if a move of this kind may not start now, whatever its goal."""
         core = self._core
         if is_cartesian(move):
             core.require_geometry()
@@ -253,7 +250,7 @@ class Moving:
                 check_opening(self._core, move.opening_mm)
 
     def _commanded(self, move: SingleMove) -> bool:
-        """Tell whether a move only commands fingers that no motor steps: it needs no reference."""
+        """Return whether a move only commands a gripper servo, which needs no reference."""
         return isinstance(move, GripperMove) and not self._core.transmission.has_gripper
 
     def _hindrance(self, move: Move) -> Refused | None:

@@ -1,4 +1,4 @@
-"""How the arm is told where it is, and how far it has drifted from there."""
+"""Referencing an arm, and verifying how far its position has drifted."""
 
 from __future__ import annotations
 
@@ -37,24 +37,23 @@ Told = Callable[[tuple[str, ...]], None]
 
 
 def unreported(_: tuple[str, ...]) -> None:
-    """Nobody wants to hear which motors have been homed."""
+    """Ignore which motors have been homed."""
 
 
 Accept = bool | Callable[[Verified], bool]
 
-AGAIN = (
+SAME_DRIFT = (
     "as much as the last time: slack or wrong numbers in the arm file rather than lost steps, "
     "which differ from time to time"
 )
 
-HOMING_PATIENCE_S = 300.0
-"""A homing that takes longer is stopped."""
+HOMING_PATIENCE_S = 300.0  # a homing that takes longer is stopped
 
 
 class Referencing:
-    """The reference of one arm: taken, declared, confirmed and verified.
+    """The reference of one arm: homing, declaring, confirming and verifying it.
 
-    `arm` is the arm as an operator meets it.
+    `arm` is the restricted view of the arm that an operator gets.
     """
 
     def __init__(self, arm: JoggedArm, parts: Parts, moving: Moving) -> None:
@@ -65,24 +64,24 @@ class Referencing:
         self._config = parts.config
 
     def require(self) -> None:
-        """Raise `NotReferenced`, with the way to a reference, unless planned motion may go on."""
+        """Raise `NotReferenced`, which explains how to get a reference, unless the arm may move."""
         self._core.require_reference()
 
     @property
     def unconfirmed(self) -> bool:
-        """Whether planned motion waits for somebody to confirm where an earlier program left it."""
+        """Whether planned motion has to wait until an operator confirms the restored position."""
         return self._parts.status.trust is Trust.RESTORED and not self._core.allow_restored
 
     # -- homing ---------------------------------------------------------------------------------
 
     async def home(self, operator: Operator | None, told: Told) -> Pose:
-        """Take the reference posture, by switches or by an operator; see `Arm.home`."""
+        """Reference the arm, by switches or by an operator; see `Arm.home`."""
         if self._config.homing is not None and self.homes_by_switches:
             return await self._home_by_switches(self._config.homing, told)
         request = self.request()
         if operator is None:
             raise OperatorNeeded(
-                "this arm has no switches, so somebody has to look at it: call `home()` with an "
+                "this arm has no homing switches, so a person has to look: call `home()` with an "
                 "operator, or bring it to a known posture and call `declare_posture()`. "
                 f"{request}"
             )
@@ -98,12 +97,12 @@ class Referencing:
 
     @property
     def homes_by_switches(self) -> bool:
-        """Whether `home` moves the arm: its file says where its controller's own homing ends."""
+        """Whether `home` moves the arm: its file describes the controller's own homing."""
         return self._config.homing is not None and self._core.controller.abilities.own_homing
 
     @property
     def homing_groups(self) -> tuple[tuple[str, ...], ...]:
-        """The names of the motors that home by switches, in their order; empty: the device's."""
+        """The motor names of each homing group, in order; empty if the device decides."""
         names = [motor.name for motor in self._core.transmission.motors]
         groups = () if self._config.homing is None else self._config.homing.groups
         return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
@@ -119,17 +118,17 @@ class Referencing:
         return self._parts.pose
 
     def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:
-        """Raise unless the operator confirms the posture and nobody has stopped meanwhile."""
+        """Raise unless the operator confirms the posture; a stop meanwhile raises `Stopped`."""
         confirmed = operator(request)
         if self._core.state is not State.HOMING:
-            raise Stopped("homing was stopped: nothing was referenced")
+            raise Stopped("homing was stopped: the reference has not changed")
         if not confirmed:
             raise OperatorNeeded(
-                f"the posture was not confirmed: nothing was referenced. {request}"
+                f"the posture was not confirmed: the reference has not changed. {request}"
             )
 
     async def _leave_homing(self) -> None:
-        """Stop what the operator may have left in motion, and go back to where homing began."""
+        """Stop any motion that the operator left running, and return to the previous state."""
         try:
             await self._parts.runner.stand_still()
         finally:
@@ -139,13 +138,13 @@ class Referencing:
     # -- declaring ------------------------------------------------------------------------------
 
     async def confirm_reference(self) -> None:
-        """Say that the arm stands in its reference posture now."""
+        """Declare that the arm now stands in its reference posture."""
         request = self.request()
         after(self._core.state, Event.MOVE)
         await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
 
     async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
-        """Say that the arm stands in this posture now, by joints or by pose."""
+        """Declare that the arm now stands in this posture, given by its joints or its pose."""
         geometry = self._config.model.arm
         joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
         geometry.check(joints)
@@ -153,17 +152,17 @@ class Referencing:
         await self._confirm_posture(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 
     async def confirm_restored(self) -> None:
-        """Say that the arm stands as its record shows it: planned motion is allowed again."""
+        """Confirm that the arm stands at the restored position; planned motion is allowed again."""
         trust = self._parts.status.trust
         if trust is not Trust.RESTORED:
             raise Refused(
-                "there is no restored position to confirm, the position is "
+                "there is no restored position to confirm; the position is "
                 f"{trust.value}: call `home()`"
             )
         await self._parts.runner.perform(referencing.confirm_record(self._parts.wire))
 
     def request(self) -> PostureRequest:
-        """Return the posture that a reference is taken in."""
+        """Return the posture in which the arm is referenced."""
         reference = self._config.model.reference
         if reference is None:
             way = (
@@ -171,7 +170,7 @@ class Referencing:
                 if self.homes_by_switches
                 else "write [reference] into its arm file, or call `declare_posture()`"
             )
-            raise Refused(f"no reference posture is known of the {self._config.title}: {way}")
+            raise Refused(f"no reference posture is known for the {self._config.title}: {way}")
         joints = self._config.model.arm.ik(reference.pose)
         return PostureRequest(self._arm, reference.pose, joints, reference.opening_mm)
 
@@ -186,15 +185,15 @@ class Referencing:
     async def verify(
         self, operator: Operator | None, accept: Accept, speed: float, logbook: Path | None
     ) -> Verified:
-        """Measure how far the registers are from the reference; see `Arm.verify`.
+        """Measure how far the position has drifted; see `Arm.verify`.
 
-        What was found is written into the `logbook`, which also tells what was found before.
+        The result is added to the `logbook`, and compared with the previous one there.
         """
         mark = self.request()
         request = MarkRequest(mark.arm, mark.pose, mark.joints, mark.opening_mm)
         if operator is None:
             raise OperatorNeeded(
-                "somebody has to bring the finger tips onto the mark: call `verify()` with an "
+                "a person has to bring the finger tips onto the mark: call `verify()` with an "
                 "operator"
             )
         reference = self._core.belief.reason
@@ -218,14 +217,15 @@ class Referencing:
         truth = ArmCoordinates(request.joints, request.opening_mm).motors(transmission)
         drift = drift_between(self._config.model, position, truth)
         verdict = judge(drift, reference)
-        note = AGAIN if verdict is Verdict.DRIFT and self._came_before(drift, logbook) else ""
+        repeated = verdict is Verdict.DRIFT and self._same_as_last(drift, logbook)
+        note = SAME_DRIFT if repeated else ""
         found = Verified(verdict, drift, accepted=False, found=drift.words(transmission), note=note)
         if not drift.steps.largest or not _taken(found, accept):
             return found
         return replace(found, accepted=True)
 
-    def _came_before(self, drift: Drift, logbook: Path | None) -> bool:
-        """Tell whether the last verification found the same, and was taken for the reference."""
+    def _same_as_last(self, drift: Drift, logbook: Path | None) -> bool:
+        """Return whether the last verification found the same drift and was accepted."""
         if logbook is None:
             return False
         last = last_entry(logbook, self._config.calibration) or {}
@@ -242,19 +242,19 @@ class Referencing:
             )
 
     def _written(self, verified: Verified, reference: str, logbook: Path | None) -> Verified:
-        """Write it down; a disk that does not take it is a note, since the arm is measured."""
+        """Write a result into the logbook. If that fails, the result is valid and gets a note."""
         if logbook is None:
             return verified
         try:
             write_down(logbook, verified_view(verified), self._config.calibration, reference)
         except OSError as error:
-            note = f"{verified.note}; it could not be written down: {error}".removeprefix("; ")
+            note = f"{verified.note}; the logbook could not be written: {error}".removeprefix("; ")
             return replace(verified, note=note)
         return verified
 
 
 def _taken(found: Verified, accept: Accept) -> bool:
-    """Tell whether the posture becomes the reference; nobody is asked about what is right."""
+    """Return whether the posture becomes the reference; `accept` is not asked about rounding."""
     if callable(accept):
         return found.verdict is not Verdict.ROUNDING and accept(found)
     return accept

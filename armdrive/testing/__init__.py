@@ -1,12 +1,12 @@
-"""Testing a program of arms without any: `ArmWorld` here, and its pytest fixtures in `plugin`.
+"""Test a program without real arms: `ArmWorld`, and pytest fixtures in `plugin`.
 
-Names are imported when they are first used: pytest loads this package wherever armdrive is
-installed, also for tests that have nothing to do with arms.
+Names are imported on first use, because pytest loads this package wherever armdrive is installed,
+even for tests that have nothing to do with arms.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # as typing's
+TYPE_CHECKING = False  # like typing.TYPE_CHECKING
 if TYPE_CHECKING:
     from typing import Any
 
@@ -16,7 +16,7 @@ __all__ = ["ArmWorld"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first asked for."""
+    """Import a public name on its first use."""
     if name != "ArmWorld":
         raise AttributeError(f"module 'armdrive.testing' has no attribute {name!r}")
     from armdrive.testing.arm_world import ArmWorld

@@ -1,7 +1,8 @@
-"""`ArmWorld`: a table with blocks and simulated arms, to which every connection of a program leads.
+"""`ArmWorld`: a table with blocks and simulated arms, for tests of programs.
 
-Its truth is physical: what stands where, what the fingers really hold, and what was knocked over,
-whatever the program and its controllers believe. All arms live on its one simulated clock.
+Every connection of the tested program leads to these arms. The world is physical: it says where
+blocks are, what the fingers really hold, and what was knocked over, whatever the program and its
+controllers assume. All arms share one simulated clock.
 """
 
 from __future__ import annotations
@@ -28,36 +29,35 @@ from armdrive.storage.files import always
 from armdrive.storage.record import Record
 from kinematics.spaces import Joints, Pose
 
-ONLY = "arm"
-"""The name of the arm of a world in which nobody has placed any by name."""
+ONLY = "arm"  # the name of the default arm, in a world to which no arm was added
 
 
 class ReopenedArm:
-    """What one arm's driver remembers between two connections, for as long as the world lasts."""
+    """Keeps an arm's position record between two connections, in memory."""
 
     def __init__(self) -> None:
         self._record: Record | None = None
 
     def load(self) -> Record | None:
-        """Return what was saved last."""
+        """Return the latest record."""
         return self._record
 
     def refuse(self) -> None:
-        """Take no notice: there is no file to be kept aside."""
+        """Do nothing: there is no unusable file to rename."""
 
     def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
-        """Keep a record."""
+        """Store a record."""
         if wanted():
             self._record = record
 
     def remove(self) -> None:
-        """Forget it."""
+        """Delete the record."""
         self._record = None
 
 
 @dataclass(slots=True)
 class Placed:
-    """One simulated arm at the table, and who holds it."""
+    """A simulated arm at the table, with its record and its latest connection."""
 
     config: ArmConfig
     twin: SimulatedArm
@@ -66,12 +66,12 @@ class Placed:
 
     @property
     def taken(self) -> bool:
-        """Whether a connection to it is open."""
+        """Whether a connection to the arm is open."""
         return self.arm is not None and not self.arm.closed
 
 
 def _known(target: str | None, dialect: str | None, baud: int | None) -> Target | None:
-    """Return what a program asks for; None for a name that only its own computer knows."""
+    """Return the program's target; None for an arm file that this computer does not have."""
     if target is None:
         return None
     try:
@@ -83,24 +83,24 @@ def _known(target: str | None, dialect: str | None, baud: int | None) -> Target 
 
 
 def _alike(asked: ArmConfig, here: ArmConfig) -> bool:
-    """Tell whether an arm is what a program takes it for."""
+    """Return whether two arms have the same dialect and calibration."""
     same_dialect = asked.connection.dialect == here.connection.dialect
     return same_dialect and asked.calibration == here.calibration
 
 
 class ArmWorld:
-    """A world for tests; within `with world:` every `connect` of this process leads into it.
+    """A world for tests. Inside `with world:`, every `connect` of this process leads to its arms.
 
-    `arm_world.put("A", 250, 0)` places a block, in mm on the table, where the first arm's base is
-    the origin. `pose`, `joints`, `opening_mm`, `held`, `faults` are those of the first arm; of
-    others, those of `arms["right"]`. An arm that nobody has placed is made when it is needed.
+    `arm_world.put("A", 250, 0)` places a block on the table; positions are in mm from the first
+    arm's base. `pose`, `joints`, `opening_mm`, `held` and `faults` describe the first arm;
+    `arms["right"]` gives access to another one. If no arm was added, one is created when needed.
     """
 
     def __init__(self, target: str | None = None) -> None:
-        """`target` is what the arm is that nobody places by name: as `Arm.connect` takes it.
+        """`target` describes the default arm, as in `Arm.connect`.
 
-        Without it, what the program asks for, and the simulated TeachMover where the program's own
-        name is not known on this computer.
+        Without it, the default arm is the one that the program connects to, or the simulated
+        TeachMover if this computer has no arm file of that name.
         """
         self.clock = SimulatedClock()
         self._table = Table()
@@ -123,7 +123,7 @@ class ArmWorld:
             if placed.arm is not None and placed.taken:
                 placed.arm.close()
 
-    # -- what there is ------------------------------------------------------------------------
+    # -- arms and blocks ----------------------------------------------------------------------
 
     def add(
         self,
@@ -135,13 +135,14 @@ class ArmWorld:
         turned_deg: float = 0.0,
         **options: Any,
     ) -> SimulatedArm:
-        """Place an arm at the table under the name by which the program connects to it.
+        """Place an arm at the table; `name` is the target with which the program connects.
 
-        `target` says what it is, `"sim:grbl"` or an arm file; the base stands at (x, y), turned
-        about the vertical. Options are those of the simulated controller. Raises `BadRequest`.
+        `target` is a simulated arm such as `"sim:grbl"`, or an arm file. The base stands at (x, y)
+        and is turned about the vertical axis. `options` go to the simulated controller. Raises
+        `BadRequest`.
         """
         if name in self._placed:
-            raise BadRequest(f"an arm called {name!r} stands at the table already")
+            raise BadRequest(f"an arm called {name!r} already stands at the table")
         config = find(target or self._target or DEFAULT_TARGET).config
         stand = Stand(self._table, x_mm, y_mm, math.radians(turned_deg))
         return self._place(name, config, stand, **options).twin
@@ -152,7 +153,7 @@ class ArmWorld:
 
     @property
     def arms(self) -> Mapping[str, SimulatedArm]:
-        """The simulated arms by their names; `.world` of each is its physical truth."""
+        """The simulated arms by name; `.world` of each is its physical state."""
         return MappingProxyType({name: each.twin for name, each in self._placed.items()})
 
     def put(
@@ -165,21 +166,21 @@ class ArmWorld:
         width_mm: float = 25.0,
         height_mm: float = 25.0,
     ) -> TableBlock:
-        """Set a block down, by the centre of its bottom; return where it came to rest."""
+        """Put a block down, with its bottom's centre at x, y, z; return the block at rest."""
         return self._table.put(TableBlock(name, x_mm, y_mm, z_mm, width_mm, height_mm))
 
     def take(self, name: str) -> TableBlock | None:
-        """Take a block away; None where there is none of that name."""
+        """Remove and return a block; None if there is no block of that name."""
         return self._table.take(name)
 
     @property
     def blocks(self) -> Mapping[str, TableBlock]:
-        """Every block by its name, where it really is on the table."""
+        """The blocks by name, at their real positions."""
         return MappingProxyType(self._table.blocks)
 
     @property
     def incidents(self) -> tuple[Incident, ...]:
-        """What went wrong, of all arms, in the order in which it happened."""
+        """The incidents of all arms, such as a block knocked over, in order of time."""
         found = [each for twin in self.arms.values() for each in twin.world.incidents]
         return tuple(sorted(found, key=lambda each: each.time_s))
 
@@ -187,48 +188,48 @@ class ArmWorld:
 
     @property
     def twin(self) -> SimulatedArm:
-        """The first arm: its controller, its wire and its world."""
+        """The first simulated arm: its controller, its wire and its world."""
         return self._first().twin
 
     def _first(self) -> Placed:
-        """Return the first arm, made now where nobody has placed any."""
+        """Return the first arm; create it if there is none."""
         if not self._placed:
             self.add(ONLY)
         return next(iter(self._placed.values()))
 
     @property
     def pose(self) -> Pose:
-        """Where the tip really is, in its base's frame."""
+        """The tip's real pose, in the frame of the arm's base."""
         return self.twin.world.pose
 
     @property
     def joints(self) -> Joints:
-        """How the joints really stand."""
+        """The real joint angles."""
         return self.twin.world.joints
 
     @property
     def opening_mm(self) -> float:
-        """How far apart the fingers really are."""
+        """The real distance between the fingers."""
         return self.twin.world.opening_mm
 
     @property
     def held(self) -> str | None:
-        """The block that the fingers really hold."""
+        """The name of the block that the fingers really hold."""
         return self.twin.world.scene.held
 
     @property
     def faults(self) -> Faults:
-        """What goes wrong with the arm and its wire: `arm_world.faults.add("drop", 0.01)`."""
+        """The injected faults of the arm and its wire: `arm_world.faults.add("drop", 0.01)`."""
         return self.twin.faults
 
     def set_input(self, number: int, on: bool = True) -> None:
-        """Switch an input of its controller, counted from 1. Raises `BadRequest`."""
+        """Switch an input of the controller, counted from 1. Raises `BadRequest`."""
         if isinstance(number, bool) or not isinstance(number, int):
             raise BadRequest(f"inputs are counted from 1, not {number!r}")
         self.twin.device.set_input(number - 1, on)
 
     def after(self, by_s: float, action: Callable[[], object]) -> None:
-        """Have something happen so much later: `arm_world.after(5, lambda: world.take("A"))`."""
+        """Run `action` after a delay: `arm_world.after(5, lambda: world.take("A"))`."""
         device = self.twin.device
 
         def act() -> None:
@@ -248,7 +249,7 @@ class ArmWorld:
         operator: Operator | None = None,
         reconnect: bool | None = None,
     ) -> Arm:
-        """Connect as a program does whose `Arm.connect` leads here."""
+        """Connect to an arm of this world, like `Arm.connect` in the tested program."""
         options = ConnectOptions(
             dialect=dialect,
             baud=baud,
@@ -262,8 +263,8 @@ class ArmWorld:
         placed = self._meant(target, options)
         if placed.taken:
             raise ArmInUse(
-                f"the arm that {target or 'this program'} means is held by another connection of "
-                "this test: close that one, or place a second arm: arm_world.add(NAME)"
+                f"the arm for {target or 'this program'} is in use by another connection of this "
+                "test: close that connection, or place a second arm with arm_world.add(NAME)"
             )
         placed.twin.link.reopen()
         placed.arm = Arm(
@@ -280,7 +281,7 @@ class ArmWorld:
         return placed.arm
 
     def _meant(self, target: str | None, options: ConnectOptions) -> Placed:
-        """Return the arm that a program's connection leads to. Raises `BadRequest`."""
+        """Return the arm for a program's connection. Raises `BadRequest`."""
         if target in self._placed:
             return self._placed[target or ""]
         if self._placed and ONLY not in self._placed:

@@ -1,7 +1,7 @@
 """The pytest plugin: fixtures `arm_world` and `sim_arm`, and the mark and options that choose arms.
 
-pytest loads it wherever armdrive is installed, so it imports nothing of an arm before a test asks
-for one.
+pytest loads the plugin wherever armdrive is installed, so the plugin imports the driver only when a
+test uses an arm.
 """
 
 from __future__ import annotations
@@ -19,27 +19,26 @@ if TYPE_CHECKING:
     from armdrive.testing.arm_world import ArmWorld
 
 MARK = "armdrive"
-KEYS = ("dialect", "file")
-"""What a mark may say: one of them."""
+KEYS = ("dialect", "file")  # the mark's keywords, of which a test gives one
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Let the command line say what arm the tests have that do not say it themselves."""
+    """Add command-line options that choose the arm of tests without a mark."""
     group = parser.getgroup("armdrive", "simulated robot arms")
     group.addoption(
         "--armdrive-dialect",
         metavar="NAME",
-        help="which simulated arm tests have that do not say it: teachmover, grbl, ...",
+        help="the simulated arm of tests without a mark: teachmover, grbl, ...",
     )
     group.addoption(
         "--armdrive-file",
         metavar="FILE",
-        help="the arm file of the arm that those tests have; relative to the root of the tests",
+        help="the arm file for tests without a mark, relative to pytest's root directory",
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the mark known."""
+    """Register the mark."""
     config.addinivalue_line(
         "markers", f'{MARK}(dialect="grbl" | file="arms/bench.toml"): the simulated arm of a test'
     )
@@ -51,7 +50,7 @@ def arm_world(
 ) -> Iterator[ArmWorld]:
     """A table for blocks, and a simulated arm to which every `Arm.connect` of the test leads.
 
-    No real port can be opened meanwhile, and what armdrive remembers goes into `tmp_path`.
+    The test cannot open a real port, and armdrive stores its files in `tmp_path`.
     """
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "armdrive"))
@@ -61,14 +60,14 @@ def arm_world(
 
 @pytest.fixture
 def sim_arm(arm_world: ArmWorld) -> Iterator[Arm]:
-    """An arm in the `arm_world`: connected, enabled and referenced."""
+    """A connected, enabled and referenced arm in the `arm_world`."""
     with arm_world.connect() as arm:
         arm.home()
         yield arm
 
 
 def _target(request: pytest.FixtureRequest) -> str | None:
-    """Return what the test's arm is; None where nothing says it."""
+    """Return the target of the test's arm; None if neither the mark nor an option chooses one."""
     mark = request.node.get_closest_marker(MARK)
     if mark is not None:
         _check(mark)

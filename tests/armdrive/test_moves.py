@@ -192,7 +192,7 @@ def test_a_change_that_is_resolved_is_made_once_however_often_it_is_run():
 def test_what_is_no_place_of_this_arm_is_said(ground):
     with pytest.raises(BadRequest, match="a goal for this arm needs the joints base, shoulder"):
         resolve(JointMove(Joints((1.0,), ("turret",))), ground)
-    with pytest.raises(BadRequest, match="a point says its joints"):
+    with pytest.raises(BadRequest, match="a saved point is a set of joint angles"):
         resolve(LineMove("pick", frame="tool"), ground)
 
 
@@ -254,7 +254,7 @@ def test_a_sequence_may_end_with_a_grasp_and_with_nothing_behind_it():
     assert isinstance(found, Grasped)
     with pytest.raises(BadRequest, match="last move"):
         MoveSequence((GraspMove(), PoseMove(ABOVE)))
-    with pytest.raises(BadRequest, match="a jog is no part"):
+    with pytest.raises(BadRequest, match="cannot contain a jog"):
         MoveSequence((JogMove(Jog.joint(base=2)),))
     with pytest.raises(BadRequest, match="at least one move"):
         MoveSequence(())
@@ -264,7 +264,7 @@ def test_a_stop_that_came_since_a_move_was_decided_on_keeps_it_from_beginning():
     arm = ready_arm()
     decided, sent = arm.stops, len(arm.twin.link.sent)
     arm.stop()
-    with pytest.raises(ArmError, match="before the motion began"):
+    with pytest.raises(ArmError, match="before the motion started"):
         arm.start(JointMove({"base_deg": 30.0}), stops=decided)
     assert arm.twin.link.named(b"@STEP") == []
     assert len(arm.twin.link.sent) >= sent

@@ -17,7 +17,7 @@ def connect_moves_nothing(bench: Bench) -> None:
     arm = bench.connect()
     wanted = State.DISABLED if bench.abilities.current is Switching.BOTH else State.STANDBY
     check(arm.status.state is wanted, f"connected to {arm.status.state}, not {wanted}")
-    check(arm.status.trust is Trust.UNKNOWN, "an arm of which nothing is recorded is trusted")
+    check(arm.status.trust is Trust.UNKNOWN, "an arm without a saved position is trusted")
     bench.sleep(1.5)
     check(bench.look().motors == before.motors, "connecting or idling moved the arm")
     bench.switch_on(arm)

@@ -120,7 +120,7 @@ class FakeArm:
     def come_back(self, **more):
         """Have the link back, as an arm does that stood when it was lost."""
         error = "the wire was lost and is back, now COM7: look at the arm, then call `reset()`"
-        reason = "the wire was lost and is back, and the registers still agree"
+        reason = "the link was lost and restored, and the registers match"
         back = {
             "state": State.ERROR_STOP,
             "error": error,
@@ -167,7 +167,7 @@ def unknown_position():
     """Fields of a status before anything is known of the position."""
     return {
         "trust": Trust.UNKNOWN,
-        "trust_reason": "nothing is recorded of this arm's position",
+        "trust_reason": "no position of this arm has been saved",
         "joints": None,
         "pose": None,
         "gripper_mm": None,

@@ -78,7 +78,7 @@ class PlannerArm(FakeArm):
     def start(self, move, *, stops=None):
         self.asked_for.append(move)
         if stops is not None and stops != self.stops:
-            raise Stopped("a stop was asked for before the motion began")
+            raise Stopped("a stop was requested before the motion started")
         return Going(self, prepare(move, self._ground()).plan.end.joints)
 
     def sleep(self, time_s):

@@ -71,7 +71,7 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         assert "ERROR  [E409]" in session.text("banner")
         said = session.text("remarks")
         assert "nothing was moved" in said
-        assert "restored: the wire was lost and is back, and the registers still agree" in said
+        assert "restored: the link was lost and restored, and the registers match" in said
         assert "R resets, then C compares it" in said
         assert not session.desk.armed
         await session.press("q", after_s=5.0)

@@ -85,5 +85,5 @@ def test_what_type_checkers_read_are_the_twins():
 
 def test_a_call_that_neither_waits_nor_begins_a_motion_has_to_be_in_a_table(monkeypatch):
     monkeypatch.setattr("armdrive.aio.calls.AT_ONCE", AT_ONCE - {"pause"})
-    with pytest.raises(LookupError, match="pause: make it `blocking`"):
+    with pytest.raises(LookupError, match="pause: make the call `blocking`"):
         twin_of(Arm)(type("Twin", (), {}))

@@ -252,7 +252,7 @@ def test_what_waits_never_survives_a_fault(connected, fault):
 
 def test_by_hand_a_wire_is_looked_for_once(connected):
     arm = connected()
-    with pytest.raises(WrongState, match="nothing has to be reconnected"):
+    with pytest.raises(WrongState, match="nothing to reconnect"):
         arm.reconnect()
     unplug(arm)
     arm.sleep(30.0)

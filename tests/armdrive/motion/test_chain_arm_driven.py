@@ -167,7 +167,7 @@ def test_an_arm_without_a_gripper_motor_says_so(six):
         lambda: six.gripper.opening_mm,
         lambda: six.jog_j(gripper_mm=3),
     ):
-        with pytest.raises(Refused, match="no motor for a gripper"):
+        with pytest.raises(Refused, match="no gripper motor"):
             call()
 
 

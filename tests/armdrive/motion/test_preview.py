@@ -122,7 +122,7 @@ def test_an_allowed_posture_that_is_further_off_says_so_and_can_be_taken_by_its_
     preview = arm.preview(PoseMove(GOAL))
     second = [way for way in preview.ways if way.allowed and not way.taken]
     assert second
-    assert "further" in second[0].against
+    assert "farther" in second[0].against
     line = arm.preview(LineMove(GOAL))
     assert any("straight line keeps" in way.against for way in line.ways if not way.taken)
     named = {f"{name}_deg": angle for name, angle in second[0].joints.deg.items()}

@@ -252,7 +252,7 @@ def test_a_log_that_cannot_be_written_is_a_note(tmp_path):
     (tmp_path / "in the way").write_text("")
     arm.logbook = tmp_path / "in the way" / "log"
     found = arm.verify(accept=True)
-    assert "could not be written down" in found.note
+    assert "the logbook could not be written" in found.note
     assert found.accepted
 
 

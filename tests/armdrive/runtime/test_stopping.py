@@ -262,7 +262,7 @@ def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how):
         request.arm.sleep(1.0)
         return True
 
-    with pytest.raises(Stopped, match="nothing was referenced"):
+    with pytest.raises(Stopped, match="the reference has not changed"):
         arm.home(operator=operator)
     assert arm.status.state is (State.ERROR_STOP if how == "estop" else State.STANDBY)
     assert arm.status.trust is Trust.UNKNOWN

@@ -120,7 +120,7 @@ def test_a_motion_that_is_answered_by_no_leaves_a_suspect_position():
     arm = ready_arm()
     arm.move_j(base_deg=1.0)
     arm.twin.link.to.append(Rule(b"@STEP", instead(b"@STXP 1,2\r")))
-    with pytest.raises(DeviceFault, match="refused a motion"):
+    with pytest.raises(DeviceFault, match="refused a valid motion"):
         arm.move_j(base_deg=2.0)
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.trust_reason == Evidence.MOTION_REFUSED.value

@@ -33,4 +33,4 @@ def test_the_program_of_the_page_prints_the_motion(capsys):
     printed = capsys.readouterr().out
     assert "call: move_motors(37, 0, 0, 0, 0, 0)" in printed
     assert "step at speed" in printed
-    assert "unknown: nothing is recorded" not in printed
+    assert "unknown: no position of this arm" not in printed

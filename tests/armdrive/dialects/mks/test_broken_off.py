@@ -14,7 +14,7 @@ from armdrive.tasks import RequestRejected
 @pytest.mark.parametrize(
     ("reply", "evidence", "words"),
     [
-        (RequestRejected(), Evidence.MOTION_REFUSED, "a byte may have been garbled"),
+        (RequestRejected(), Evidence.MOTION_REFUSED, "a byte may have been corrupted"),
         (RequestRejected("the door is open"), Evidence.BROKEN_OFF, "aborted: the door is open"),
         (
             RequestRejected("drive 2 is mute", silent=True),
@@ -34,5 +34,5 @@ def test_a_mode_that_changes_while_a_burst_is_stored_is_the_reason_that_is_kept(
     with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:
         arm.move_j(base_deg=40, shoulder_deg=60, elbow_deg=-50)
     assert "garbled" not in str(failed.value)
-    assert "should have understood" not in arm.status.trust_reason
+    assert "refused a valid motion" not in arm.status.trust_reason
     assert arm.twin.world.motors == arm.status.acknowledged

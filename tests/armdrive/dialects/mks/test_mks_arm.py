@@ -198,7 +198,7 @@ def test_one_drive_that_fails_in_motion_stops_all_and_is_named(fault):
     with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:
         arm.move_j(base_deg=30, shoulder_deg=60, elbow_deg=-60)
     assert "garbled" not in str(failed.value)
-    assert "should have understood" not in arm.status.trust_reason
+    assert "refused a valid motion" not in arm.status.trust_reason
     stood = arm.twin.world.motors
     arm.sleep(1.0)
     assert arm.twin.world.motors == stood

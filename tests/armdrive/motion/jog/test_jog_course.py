@@ -269,7 +269,7 @@ def test_a_frame_of_the_arm_file_turns_the_line():
 def test_nobody_jogs_in_a_frame_that_is_not_known():
     with pytest.raises(BadRequest, match="no frame is called 'bench'"):
         Driven().leg(Jog.cartesian(frame="bench", x=1.0))
-    with pytest.raises(BadRequest, match="joints turn in no frame"):
+    with pytest.raises(BadRequest, match="a joint jog has no frame"):
         Jog(Jog.joint(base=1.0).space, (("base", 1.0),), "tool")
 
 

@@ -68,7 +68,7 @@ def test_an_increment_that_had_to_wait_too_long_is_dropped():
 def test_a_program_cannot_queue_increments_either():
     arm = ready_arm()
     arm.nudge(Jog.joint(base=2.0), speed=1.0)
-    with pytest.raises(WrongState, match="waiting already"):
+    with pytest.raises(WrongState, match="already waiting"):
         arm.jog_j(base_deg=5.0)
     arm.sleep(1.0)
     assert arm.joints.deg["base"] == pytest.approx(2.0, abs=0.03)

@@ -155,7 +155,7 @@ def test_a_stop_while_a_motion_is_planned_lets_it_not_begin(arm):
         require()
 
     arm.core.require_reference = slow
-    with pytest.raises(Stopped, match="before the motion began"):
+    with pytest.raises(Stopped, match="before the motion started"):
         arm.move_j(base_deg=30)
     arm.core.require_reference = require
     assert arm.status.acknowledged == before
