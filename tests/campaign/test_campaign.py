@@ -87,7 +87,7 @@ def test_a_speed_override_that_is_ignored_is_found_out(monkeypatch):
 
 def test_a_jog_that_is_clipped_and_does_not_say_so_is_found_out(monkeypatch):
     only(monkeypatch, "jog by an increment")
-    monkeypatch.setattr(jogging, "tell", lambda *_: None)
+    monkeypatch.setattr(jogging, "show_end", lambda *_: None)
     assert "ended well, but" in found_by_the_campaign(first=1)
 
 

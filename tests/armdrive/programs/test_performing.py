@@ -54,7 +54,7 @@ def test_it_goes_to_poses_and_joints_by_either_way(arm, does):
 
 def test_joints_that_are_not_the_arms_are_refused(arm, does):
     before = arm.joints
-    with pytest.raises(BadRequest, match="a place of this arm says base, shoulder"):
+    with pytest.raises(BadRequest, match="a goal for this arm needs the joints base, shoulder"):
         does(go({"base": 0.0, "knee": 3.0}))
     assert arm.joints == before
 
