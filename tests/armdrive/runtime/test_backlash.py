@@ -211,7 +211,7 @@ def test_a_record_without_backlash_is_written_as_ever_and_with_it_comes_back():
 
 
 def test_a_record_that_doubts_motors_it_says_nothing_of_is_refused():
-    with pytest.raises(StateFileError, match="doubts"):
+    with pytest.raises(StateFileError, match="names motors that"):
         from_text(to_text(replace(RECORD, taken=(1, 2), unsure=(2,))))
 
 

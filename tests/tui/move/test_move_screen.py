@@ -208,7 +208,7 @@ async def test_a_stop_on_the_way_to_the_arm_ends_the_motion():
         await session.typed("250")
         await session.confirm()
         assert seen == []
-        assert "a stop was asked for" in session.text("remarks")
+        assert "a stop was requested" in session.text("remarks")
 
 
 async def test_what_is_seen_is_what_moves_or_nothing_does():
