@@ -1,8 +1,8 @@
 """The wire tap: the traffic of an arm, streamed to other programs while one program holds it.
 
 Each message is `{"wire": [[time_s, direction, bytes in hexadecimal], ...], "missed": number of
-skipped entries, "now_s": the arm's clock}`, or `{}` if there was no traffic. The direction is the
-entry's kind, `"sent"` or its counterpart for received bytes.
+skipped entries, "now_s": the arm's clock}`, or `{}` if there was no traffic. The direction is
+`"sent"` for bytes to the arm and `"heard"` for bytes from it.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ KEYS = [(name, key) for name, kind in SECTIONS.items() for key in fields(kind)]
 
 def test_the_page_is_as_the_schema_is():
     kept = arm_file_keys.PAGE.read_text(encoding="utf-8")
-    assert kept == arm_file_keys.page(), "write it again: python docs/arm_file_keys.py"
+    assert kept == arm_file_keys.page(), "write it again: python docs/generated.py"
 
 
 @pytest.mark.parametrize(("section", "key"), KEYS, ids=lambda it: getattr(it, "name", it))
