@@ -63,13 +63,14 @@ class InputFilter:
         """Called after a suspension, with its length; what was typed since is dropped."""
         self.on_starved: Callable[[float], object] = _ignore
         """Called when the program was kept from its work: keys may be late."""
-        self.on_dropped: Callable[[], object] = _ignore_drop
-        """Called when a key was dropped because it came too late to count."""
+        self.on_dropped: Callable[[float], object] = _ignore
+        """Called when a key came too late to count, with the length of the last suspension."""
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._key: events.Key | None = None
         self._suspension = SuspensionDetector()
         self._stale = StaleInput()
+        self._absent_s = 0.0
         self._urgent_keys = UrgentKeys()
 
     def was_read(self, message: Message) -> None:
@@ -90,6 +91,7 @@ class InputFilter:
         absent_s, reported = self._suspension.look(now_s, self.busy_s())
         if reported or absent_s > self.suspended_s:
             self._stale.begin(now_s)
+            self._absent_s = absent_s
             self.on_resumed(absent_s)
         elif absent_s > self.starved_s:
             self.on_starved(absent_s)
@@ -118,7 +120,7 @@ class InputFilter:
             return True
         stale = self._stale.is_stale(came_s)
         if stale and key.key not in self.urgent:
-            self.on_dropped()
+            self.on_dropped(self._absent_s)
         return stale
 
     def drops_mouse(self, event: events.MouseEvent) -> bool:
@@ -129,10 +131,6 @@ class InputFilter:
 
 def _ignore(time_s: float) -> None:
     """Do nothing about an absence."""
-
-
-def _ignore_drop() -> None:
-    """Do nothing about a key that was dropped."""
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on

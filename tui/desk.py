@@ -174,7 +174,7 @@ class Desk(KeyApp):
             on_ending_signals(self._end_by_signal)
         self.set_keymap(self.keys.keymap())
         self.looks.put_on(self.looks.name)
-        self.set_interval(POLL_S, self.poll)
+        self.polling = self.set_interval(POLL_S, self.poll)
         self.call_after_refresh(self.input.begin)
         if self.pad is not None:
             self.pad.start()
@@ -183,9 +183,9 @@ class Desk(KeyApp):
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
 
-    def _say_dropped(self) -> None:
+    def _say_dropped(self, time_s: float) -> None:
         """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.message = "a key was dropped, since this program had stood still: press it again"
+        self.say(f"a key was dropped: this program had stood still for {time_s:.1f} s; press again")
 
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))

@@ -24,6 +24,7 @@ class Session:
         self.pilot = await self._running.__aenter__()
         await self.pilot.pause()  # paints, and the desk looks at the arm after that
         await self.pilot.pause()
+        self.desk.polling.pause()  # from here on the desk looks when the test lets it
         return self
 
     async def __aexit__(self, *error):
