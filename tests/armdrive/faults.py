@@ -15,6 +15,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import LinkLost
 from armdrive.registry.simulate import simulate
+from armdrive.transports.link import Link
 from kinematics import Joints
 
 CR = b"\r"
@@ -68,7 +69,7 @@ class Rule:
         return True
 
 
-class FaultyLink:
+class FaultyLink(Link):
     """A link with rules for what goes `to` the arm and what comes `back`."""
 
     def __init__(self, inner):

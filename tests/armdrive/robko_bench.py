@@ -12,6 +12,7 @@ from armdrive.registry.simulate import simulate
 from armdrive.sim.device import SimDevice
 from armdrive.sim.robko01.device import SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
+from armdrive.transports.link import Link
 from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request
 from kinematics import Joints
 
@@ -83,7 +84,7 @@ class FrameRule:
         return True
 
 
-class FrameLink:
+class FrameLink(Link):
     """A link with rules for the frames that go `to` the arm and come `back`; it spies on them."""
 
     def __init__(self, inner):

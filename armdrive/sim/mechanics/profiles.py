@@ -195,6 +195,8 @@ class _ProfileAxis:
         self._moment = _Moment(count, count)
         self._times: list[float] = []
         self._steps: list[_Moment] = []
+        self._laid_s = -math.inf
+        """Until when the steps of the present order have been worked out."""
 
     # -- what can be seen ---------------------------------------------------------------------
 
@@ -278,6 +280,7 @@ class _ProfileAxis:
     def _order(self, moment: _Moment, now_s: float) -> None:
         self._moment, self._since_s = moment, now_s
         self._times, self._steps = [], []
+        self._laid_s = -math.inf
 
     def _steps_to_stop(self, moment: _Moment) -> int:
         return int(moment.speed_hz**2 / (2.0 * self._acceleration))
@@ -309,7 +312,10 @@ class _ProfileAxis:
         )
 
     def _lay(self, until_s: float) -> None:
-        """Work out each step, as far as anybody has looked."""
+        """Work out each step until a moment; until an order changes them, steps are kept."""
+        if until_s <= self._laid_s:
+            return
+        self._laid_s = until_s
         moment = self._steps[-1] if self._steps else self._moment
         while (step_s := self._chance(moment)) <= until_s + _ROUNDING and math.isfinite(step_s):
             way = 1 if moment.forward else -1
@@ -348,6 +354,8 @@ class UncoordinatedRack:
         self._top_hz = top_hz
         self._under_way = False
         self._ordered_s = -math.inf
+        self._done_s: float | None = None
+        """When the last axis stands, once that is worked out; every order begins it again."""
 
     @property
     def moving(self) -> bool:
@@ -359,7 +367,9 @@ class UncoordinatedRack:
         """When the last axis stands; infinity while none moves, or one runs without an end."""
         if not self._under_way:
             return math.inf
-        return max([self._ordered_s, *(axis.done_s for axis in self._axes)])
+        if self._done_s is None:
+            self._done_s = max([self._ordered_s, *(axis.done_s for axis in self._axes)])
+        return self._done_s
 
     def mask(self, now_s: float) -> int:
         """Return a bit for each axis that still moves, the first axis lowest."""
@@ -395,6 +405,7 @@ class UncoordinatedRack:
         """Slow down every axis that is on the way to a goal; what runs by speed runs on."""
         for axis in self._axes:
             axis.ramp_down(now_s)
+        self._done_s = None
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a moment."""
@@ -438,4 +449,4 @@ class UncoordinatedRack:
     def _begin(self, now_s: float, *, by_speed: bool) -> None:
         for axis in self._axes:
             axis.obey(now_s, by_speed=by_speed)
-        self._under_way, self._ordered_s = True, now_s
+        self._under_way, self._ordered_s, self._done_s = True, now_s, None
