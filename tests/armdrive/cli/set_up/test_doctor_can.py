@@ -187,19 +187,17 @@ def served(tmp_path, monkeypatch):
 @needs_pty
 def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
     for _ in looks("not all drives ever answered in time"):  # they are another process
-        called = call(
-            "doctor", "--can", served.port.removeprefix("can:"), "--ids", "1-7", "--json"
-        )
+        called = call("doctor", "--can", served.port.removeprefix("can:"), "--json")
         if called.code == 0 and len(called.json["drives"]) == 6:
             break
     assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
     assert called.json["bus"]["state"] == "active"
     write_arm_file("bench", ARM.format(port=served.port))
     served.tell("fault drive-mode 3 2")
-    said = call("doctor", "--arm", "bench", "--ids", "1-6", code=1).out
+    said = call("doctor", "--arm", "bench", code=1).out
     assert "drive 3: mode 2 (PULSE_FOC)" in said
     assert "`armdrive doctor --arm bench --mend`" in said
-    said = call("doctor", "--arm", "bench", "--ids", "1-6", "--mend", "--yes", code=0).out
+    said = call("doctor", "--arm", "bench", "--mend", "--yes", code=0).out
     assert "settings were written" in said
     assert "every drive of the arm file answers" in said
 
