@@ -47,6 +47,25 @@ def test_it_is_held_where_it_is_as_soon_as_it_is_heard_again(request_):
     comes_free(rig)
 
 
+@pytest.mark.parametrize("blocked_s", [0.005, 0.03, 0.1, 0.7])
+@pytest.mark.parametrize("rate_hz", [20_000.0, 1000.0], ids=["fast", "slow"])
+def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time(
+    blocked_s, rate_hz
+):
+    """Its error is smaller than the one at which drives fault, so only its standing shows it."""
+    rig, released = Rig().ready(), []
+    jog = (MoveBy(steps(1000, -500), rate_hz) for _ in range(40))
+    rig.begin(MoveAlong(jog, 0.3, let_go=lambda: bool(released)))
+    rig.run(0.3)
+    rig.twin.world.stalled.add(0)
+    rig.run(blocked_s)
+    released.append(True)
+    rig.run(rig.controller.stopping(0.3).silent_s)
+    assert rig.reply() == Halted()
+    assert not rig.alerts()
+    comes_free(rig)
+
+
 def test_nothing_is_told_that_would_turn_a_drive_that_is_not_heard_back():
     """What it was heard at last is behind a shaft that has gone on."""
     rig = Rig().ready()
