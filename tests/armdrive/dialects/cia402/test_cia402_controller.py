@@ -121,6 +121,23 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
         assert node.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
 
 
+@pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009])
+def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(delay_s):
+    rig = Rig().ready()
+    rig.dead = True
+    rig.run(0.5)
+    rig.dead = False
+    rig.begin(SwitchOn())
+    rig.run(delay_s)
+    rig.device.jog(steps(25))
+    stood, reply = rig.positions, None
+    while reply is None:
+        reply = rig.reply()
+        rig.run(0.002)
+        assert rig.positions == stood
+    assert reply == Done()
+
+
 def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
     rig = Rig().ready()
     assert rig.do(DropCurrent()) == Done()
