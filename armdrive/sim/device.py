@@ -117,12 +117,11 @@ class DriveControls(Protocol):
         """Have a drive not say that a motion is done, or say it again."""
 
 
-@runtime_checkable
-class DrivesOnBus(Protocol):
-    """A board that sends and receives packed frames."""
+class DrivesOnBus:
+    """The interface of a board that sends and receives packed frames."""
 
-    def drives(self) -> DriveControls:
-        """Return what can be done to its drives."""
+    drives: DriveControls
+    """What can be done to its drives."""
 
 
 class DriveErrors(Protocol):

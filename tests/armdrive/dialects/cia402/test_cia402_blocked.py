@@ -19,7 +19,7 @@ def blocked(*, mute: bool) -> Rig:
     rig.run(0.3)
     rig.twin.world.stalled.add(0)
     rig.run(BLOCKED_S)
-    rig.device.board.drives().mute(0, mute)
+    rig.device.board.drives.mute(0, mute)
     rig.stop()
     reply = rig.finish()
     assert isinstance(reply, RequestRejected if mute else Halted)
@@ -42,7 +42,7 @@ def test_it_is_held_where_it_is_when_it_is_heard():
 def test_it_is_held_where_it_is_as_soon_as_it_is_heard_again(request_):
     rig = blocked(mute=True)
     assert rig.node(1).motor.point.end != rig.node(1).motor.shaft
-    rig.device.board.drives().mute(0, False)
+    rig.device.board.drives.mute(0, False)
     assert rig.do(request_) == Done()
     comes_free(rig)
 
@@ -71,7 +71,7 @@ def test_nothing_is_told_that_would_turn_a_drive_that_is_not_heard_back():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE), 0.3))
     rig.run(0.3)
-    rig.device.board.drives().mute(0, True)
+    rig.device.board.drives.mute(0, True)
     rig.stop()
     reply, farthest = None, rig.positions[0]
     while reply is None:
