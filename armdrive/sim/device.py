@@ -120,12 +120,11 @@ class DriveControls(Protocol):
         """Suppress a drive's message that a motion is done, or allow it again."""
 
 
-@runtime_checkable
-class DrivesOnBus(Protocol):
-    """A board that sends and receives packed frames."""
+class DrivesOnBus:
+    """The interface of a board that sends and receives packed frames."""
 
-    def drives(self) -> DriveControls:
-        """Return the controls for its drives."""
+    drives: DriveControls
+    """The controls for its drives."""
 
 
 class DriveErrors(Protocol):

@@ -245,7 +245,7 @@ def bus_off(bench: FaultBench, _: FaultRequest) -> Begin:
             raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
         line.leave_bus()
 
-    return lasting(leave, lambda: line.leave_bus(off=False), lambda: bool(line.bus_off))
+    return lasting(leave, lambda: line.leave_bus(off=False), lambda: line.controller.bus_off)
 
 
 def alone(bench: FaultBench, _: FaultRequest) -> Begin:
@@ -335,7 +335,7 @@ def _drives(bench: FaultBench) -> DriveControls:
     board = bench.device.board
     if not isinstance(board, DrivesOnBus):
         raise lacks(board, "drives on a bus")
-    return board.drives()
+    return board.drives
 
 
 # --- The table: name, arguments, what goes wrong -------------------------------------------------

@@ -156,7 +156,7 @@ def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     if any(not 1 <= each <= len(names) for each in numbers):
         raise BadRequest(f"drives are numbered 1 to {len(names)}, not {' '.join(words)}")
     for number_of, _ in enumerate(names, 1):
-        board.drives().plug(number_of - 1, number_of in numbers)
+        board.drives.plug(number_of - 1, number_of in numbers)
     there = ", ".join(names[each - 1] for each in sorted({*numbers})) or "none"
     return ConsoleAnswer(f"on the bus: {there}")
 

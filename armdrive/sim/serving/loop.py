@@ -14,13 +14,12 @@ from types import FrameType
 from typing import TextIO
 
 from armdrive.errors.printable import printable_lines
-from armdrive.sim.bus.line import BITRATE
+from armdrive.sim.bus.line import BITRATE, BusLine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import FaultRequest
 from armdrive.sim.serving.console import Console
 from armdrive.sim.serving.servers import (
     Adapter,
-    AdapterBus,
     PtyServer,
     Server,
     SlcanServer,
@@ -162,7 +161,8 @@ class _ServeLoop:
 def _line_to(device: SimDevice, server: Server) -> PacedDevice:
     """Return the line that carries the bytes: a paced serial line, or the bus behind an adapter."""
     if isinstance(server, SlcanServer):
-        return AdapterBus(device, server.adapter)
+        adapter = server.adapter
+        return BusLine(device, adapter.bus_bitrate, adapter.faults)
     return PacedDevice(device, device.board.baud if server.paced else None)
 
 

@@ -18,8 +18,6 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
-from armdrive.sim.bus.line import BusLine
-from armdrive.sim.wire import WireDevice
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.slcan import BELL, CR, ON_BUS, SlcanLines, frame_of, line_of
 
@@ -560,20 +558,3 @@ class TwoAdapters(SlcanServer):
         """Pull both adapters out."""
         super().close()
         self.second.close()
-
-
-class AdapterBus(BusLine):
-    """A bus whose host is a simulated adapter, which can go bus-off and recover."""
-
-    def __init__(self, device: WireDevice, adapter: Adapter) -> None:
-        self.adapter = adapter
-        super().__init__(device, adapter.bus_bitrate)
-
-    @property
-    def bus_off(self) -> bool:
-        """Whether the adapter is bus-off; its host recovers it by opening it again."""
-        return self.adapter.faults.bus_off
-
-    @bus_off.setter
-    def bus_off(self, off: bool) -> None:
-        self.adapter.faults.bus_off = off
