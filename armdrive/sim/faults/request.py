@@ -154,7 +154,11 @@ def lasting(
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """One row; `needs` is what a board must be able to do, `lasts_s` the usual duration."""
+    """One row; `needs` is what a board must be able to do, `lasts_s` the usual duration.
+
+    A fault that `replaces` ends the one of its kind that the same motor has already, so that its
+    own end restores what was there before both.
+    """
 
     name: str
     arguments: str
@@ -162,6 +166,7 @@ class FaultKind:
     prepare: Prepare
     needs: type | None = None
     lasts_s: float | None = None
+    replaces: bool = False
 
     @property
     def usage(self) -> str:
