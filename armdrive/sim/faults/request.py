@@ -153,7 +153,11 @@ def lasting(
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """One row; `needs` is the ability required of the board, `lasts_s` the usual duration."""
+    """One row; `needs` is the ability required of the board, `lasts_s` the usual duration.
+
+    A fault that `replaces` ends an earlier one of its kind on the same motor, so that its own end
+    restores the state before both.
+    """
 
     name: str
     arguments: str
@@ -161,6 +165,7 @@ class FaultKind:
     prepare: Prepare
     needs: type | None = None
     lasts_s: float | None = None
+    replaces: bool = False
 
     @property
     def usage(self) -> str:

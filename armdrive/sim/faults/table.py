@@ -379,12 +379,14 @@ _ON_BUS = tuple(
             "MOTOR MODE",
             "a drive has another mode",
             _changing(lambda drives, at, mode: drives.set_mode(at, mode)),
+            replaces=True,
         ),
         FaultKind(
             "drive-id",
             "MOTOR ID",
             "a drive has another id",
             _changing(lambda drives, at, node: drives.set_id(at, node)),
+            replaces=True,
         ),
         FaultKind(
             "no-done",
@@ -498,10 +500,14 @@ class Faults:
 
     def ask(self, request: FaultRequest) -> None:
         """Add a fault parsed from words. Raises `BadRequest` at once if it is invalid."""
-        begin = self.checked(request)
-        lasts_s = fault_kind(request.name).lasts_s if request.for_s is None else request.for_s
+        begin, kind = self.checked(request), fault_kind(request.name)
+        lasts_s = kind.lasts_s if request.for_s is None else request.for_s
 
         def start() -> None:
+            what = (request.name, request.words[:1])
+            for each in [*self._active] if kind.replaces else ():
+                if (each.request.name, each.request.words[:1]) == what:
+                    self._end(each)
             running = begin()
             if running is None:
                 return
