@@ -20,6 +20,7 @@ from armdrive.errors import ArmInUse, BadRequest
 from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
+from armdrive.text.reading import read_text
 from kinematics.errors import suggestion
 from kinematics.textbook.study import Subject, named_subject, subject_names, subject_of_chain
 from tui.gamepad.evdev import check_gamepads
@@ -31,6 +32,8 @@ from tui.theory.model import run_model
 def jog(options: argparse.Namespace) -> Outcome:
     """Open the desk."""
     keys = load_keys(options.keys)  # a wrong file is refused before anything is opened
+    if options.program is not None:
+        read_text(options.program, "the program", BadRequest)
     if options.show_keys:
         return Result({"keys": as_rows(keys)}, as_text(keys))
     if options.web:
@@ -41,7 +44,8 @@ def jog(options: argparse.Namespace) -> Outcome:
         require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
     if options.gamepad is not None:
         check_gamepads()
-    end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
+    first = "setup" if options.setup else "program" if options.program is not None else ""
+    end = _desk(options, keys, first, _hint(options, keys))
     while end.opens is not None:  # the set-up screen wrote an arm file
         options = _on_file(options, end.opens)
         hint = f"this is {options.arm}: nothing moved; reference it, then check its motors"
@@ -66,6 +70,7 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
             hint=hint,
             reopens=not options.served,
             gamepad=options.gamepad,
+            program=None if options.program is None else options.program.absolute(),
         )
         last = arm.status
     if last.error and last.state is State.DISCONNECTED and not end.code:
