@@ -130,7 +130,7 @@ def find_subject(word: str) -> Subject:
     """
     if is_model_file(word):
         model = read_model(word)
-        return subject_of_chain(model.name, model.title, model.source, model.chain)
+        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
     names = subject_names()
     if word not in names:
         raise BadRequest(

@@ -54,7 +54,9 @@ def _explain(parser: argparse.ArgumentParser) -> None:
     SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own link table (a
     .toml file). `efficiency` counts the operations of each way to compute a system. `accuracy`
     shows how motor steps and errors of the model displace the tip. Joint values are in degrees and
-    mm, in the order of the joints; a goal is in the system's own coordinates.
+    mm, in the order of the joints; a goal is in the system's own coordinates. --axes finds frames
+    and link table from the joint axes, in thirteen drawn steps; a .toml file may give axes instead
+    of links (`[[axes]]`).
 
     Examples:
       armdrive explain --list
@@ -63,6 +65,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
       armdrive explain puma --symbolic
       armdrive explain accuracy teachmover 0 40 -60 -70 0
       armdrive explain alpha2 --urdf
+      armdrive explain --axes alpha2 --convention craig
 
     """
     parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name or a .toml file")
@@ -84,6 +87,17 @@ def _explain(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--latex", action="store_true", help="the same in LaTeX")
     parser.add_argument("--urdf", action="store_true", help="print the arm as URDF")
+    parser.add_argument(
+        "--axes",
+        action="store_true",
+        help="find frames and link table from the joint axes, step by step",
+    )
+    parser.add_argument(
+        "--convention",
+        choices=["standard", "craig"],
+        help="with --axes: frames at the far joint of a link (standard), or at the near one "
+        "(craig); by default the arm's own",
+    )
     add_json_option(parser)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields, replace
 from typing import Any
 
+from armdrive.cli.learn.explain_axes import explain_axes
 from armdrive.cli.learn.models import (
     given_goal,
     given_joints,
@@ -23,6 +24,8 @@ from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Outcome, Result, say_lines
 from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
+from kinematics.chains.assignment import assign_frames, zero_position
+from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach, UnknownSystem
@@ -75,6 +78,10 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _accuracy(options.joints)
     if options.urdf:
         return _urdf(options.system)
+    if options.axes:
+        if options.joints or options.goal:
+            raise BadRequest("--axes is about the zero position; leave joints and goal out")
+        return _axes(options.system, options.convention)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
         if joints or options.goal:
@@ -92,6 +99,21 @@ def _urdf(word: str) -> int:
     name = word if not is_model_file(word) else ""
     say_lines(urdf_of_chain(chain, name=name).rstrip())
     return 0
+
+
+def _axes(word: str, convention: str | None) -> Result:
+    """Explain how frames and link table follow from the axes of a system or a model file."""
+    if is_model_file(word):
+        model = read_model(word)
+        title, source, chain, zero = model.title, model.source, model.chain, model.zero
+    else:
+        named = _system(word)
+        title, source, chain, zero = _title(word, named), named.source, named.chain(), None
+    zero = zero or zero_position(chain)
+    kind = chain.convention if convention is None else Convention(convention)
+    return explain_axes(
+        assign_frames(zero.axes, zero.tool, kind, chain.name), _heading(title, source)
+    )
 
 
 def _example(
