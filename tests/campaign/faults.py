@@ -166,7 +166,7 @@ def _power_cut(stage: Stage) -> str:
 def _jump(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
     suspend(stage, by_s)
-    return f"the program stood still for {by_s} s"
+    return f"the program was suspended for {by_s} s"
 
 
 def _disk_full(stage: Stage) -> str:
