@@ -27,7 +27,7 @@ def branch_table(joint_names: Sequence[str], rows: Sequence[BranchRow]) -> Itera
         max(len(name), len("-180.0°"), *map(len, values)) + 2
         for name, values in zip(names, columns, strict=True)
     ]
-    first = max(len(row.name) for row in rows)
+    first = max(len(row.name) for row in rows) + 2
     yield f"  {'':<{first}}{''.join(f'{n:>{w}}' for n, w in zip(names, widths, strict=True))}"
     for row in rows:
         values = "".join(f"{v:>{w}}" for v, w in zip(row.values, widths, strict=True))
