@@ -241,7 +241,7 @@ PICTURES: Mapping[str, Callable[[], Coroutine[Any, Any, str]]] = MappingProxyTyp
         "program": program,
         "watch": watch,
         "model": partial(model, "puma", "q", "q", "w"),
-        "axes": partial(model, "alpha2", "A", *["N"] * 31),
+        "axes": partial(model, "alpha2-lecture", "A", *["N"] * 31),
         "first-run": first_run,
         "help": partial(desk, "question_mark"),
         "palette": partial(desk, "ctrl+p", *_typed("ref")),

@@ -10,6 +10,7 @@ from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
+from armdrive.cli.learn.models import find_system
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.presenter import Outcome, Result, say
 from armdrive.cli.screens import agreed, require_screen
@@ -21,8 +22,8 @@ from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
 from armdrive.text.reading import read_text
-from kinematics.errors import suggestion
-from kinematics.textbook.study import Subject, named_subject, subject_names, subject_of_chain
+from kinematics.textbook.study import Subject, named_subject, subject_of_chain
+from kinematics.textbook.systems import MODEL_NAMES, system
 from tui.gamepad.evdev import check_gamepads
 from tui.keys.keyboard import Keyboard, as_rows, as_text
 from tui.keys.remap import load_keys
@@ -131,17 +132,11 @@ def find_subject(word: str) -> Subject:
     if is_model_file(word):
         model = read_model(word)
         return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
-    names = subject_names()
-    if word not in names:
-        raise BadRequest(
-            f"no model is named {word!r}{suggestion(word, names)} "
-            f"(there are {', '.join(names)}, and .toml files with a link table)"
-        )
-    return named_subject(word)
+    return named_subject(find_system(word).name)
 
 
 def _models() -> Result:
-    titles = {name: named_subject(name).title for name in subject_names()}
+    titles = {name: system(name).title for name in MODEL_NAMES}
     width = max(map(len, titles)) + 2
     return Result(
         {"models": [{"name": name, "title": title} for name, title in titles.items()]},
