@@ -67,9 +67,9 @@ def _noise(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
     if side == HOST and share >= SPOILS and isinstance(stage.twin.board, DrivesOnBus):
+        stage.unheard_until_s = stage.now_s + for_s
         if stage.watch.promised:
             stage.promise_silence("the line spoilt a stop")
-        stage.unheard_until_s = stage.now_s + for_s
         stage.watch.unled = half_heard(stage, for_s)
     words = f"{kind} {share} {side} --for {for_s}"
     return ask(stage, words, strays=side == HOST and _unchecked(stage))
@@ -166,7 +166,7 @@ def _power_cut(stage: Stage) -> str:
 def _jump(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
     suspend(stage, by_s)
-    return f"the program stood still for {by_s} s"
+    return f"the program was suspended for {by_s} s"
 
 
 def _disk_full(stage: Stage) -> str:

@@ -242,6 +242,8 @@ class Watch:
         self._earlier_speed, self._earlier_until_s = 0.0, -math.inf
         """The speed of the command before, and until when what it has sent may run on."""
         self._bounds: list[Bound] = []
+        self._stood = world.motors
+        """Where the motors were when they last turned as they may."""
         self._last_what = "nothing"
         self._before: tuple[set[int], set[int], bool, float, tuple[float, float, float]] | None = (
             None
@@ -394,6 +396,7 @@ class Watch:
         """Weigh a motion of the physical arm, for which these motors have turned, from a tip."""
         if self.world.sagging or self.world.by_person:
             self.speeds.forget()
+            self._stood = self.world.motors
         if self.world.sagging:
             self.sags |= set(motors)
             self.sagged |= set(motors)
@@ -409,10 +412,12 @@ class Watch:
             return
         if self.sags and not self.world.energised:
             return  # what still holds does so against what does not
-        if time_s > self._until_s:
+        if time_s > self._until_s and not self._trembles():
             late_s = time_s - self._until_s
             self._break(f"it moved without a command, {late_s:.2f} s after: {self._last_what}")
         self._keep_bounds(time_s)
+        if time_s <= min((self._until_s, *map(self._ends_s, self._bounds))):
+            self._stood = self.world.motors
         share = 1.0 if self._command is None else self._command.speed
         if time_s <= self._earlier_until_s < math.inf:
             share = max(share, self._earlier_speed)
@@ -476,10 +481,23 @@ class Watch:
     def _blocked(self) -> set[str]:
         return {name for name in self.world._blocked if name not in ("gripper", "table")}
 
+    def _trembles(self) -> bool:
+        """Tell whether drives only hold: none is farther from where it stood than it may rest.
+
+        Two that are coupled, and are sent to where their shafts stand against a stop, give way to
+        each other by some counts: their orders are frames that come one after the other.
+        """
+        pairs = zip(self.world.motors, self._stood, strict=True)
+        return self.world.measured and all(abs(a - b) <= self.on_the_step for a, b in pairs)
+
+    def _ends_s(self, bound: Bound) -> float:
+        """Return by when the arm is to stand."""
+        return bound.since_s + bound.time_s + self.late_s + NOISE_S
+
     def _keep_bounds(self, time_s: float) -> None:
         for bound in self._bounds:
-            after_s = time_s - bound.since_s
-            if after_s > bound.time_s + self.late_s + NOISE_S:
+            if time_s > self._ends_s(bound) and not self._trembles():
+                after_s = time_s - bound.since_s
                 self._break(f"{bound.what}: it moved {after_s:.2f} s later, not {bound.time_s:.2f}")
             way_mm = math.dist(self.world.tip, bound.tip)
             if way_mm > bound.distance_mm + self._step_mm:
