@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
@@ -23,7 +24,7 @@ from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import TRIES, MksWire, Obstacle, Script, WireScript
+from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -57,15 +58,14 @@ class MksMotion:
         self.underruns = 0
         """How often drives stood still although more of their motion was to come."""
 
-    def prepare(self, *, held: bool) -> Obstacle:
-        """Prepare a motion; return why it cannot begin, if it cannot."""
+    def prepare(self, *, held: bool) -> WireScript[None]:
+        """Prepare a motion. Raises `Obstructed` if it cannot begin."""
         wire = self._wire
         if not held:
-            return RequestRejected("its motors are disabled: call `enable()`", moved=False)
-        if any(drive.read_s < wire.now_s - FRESH_S for drive in wire.drives):
-            missing = yield from wire.look()
-            if missing:
-                return RequestRejected(wire.absent_words(missing), moved=False)
+            raise Obstructed("its motors are disabled: call `enable()`")
+        stale = any(drive.read_s < wire.now_s - FRESH_S for drive in wire.drives)
+        if stale and (missing := (yield from wire.look())):
+            raise Obstructed(wire.absent_words(missing))
         for drive in wire.drives:
             drive.course.advance(wire.now_s)
             if drive.moving or not drive.is_near:
@@ -73,7 +73,6 @@ class MksMotion:
         wire.observer.watch()
         wire.at_limit.clear()
         wire.unfit.clear()
-        return None
 
     def along(self, request: MoveAlong) -> Script:
         """Steer the drives along segments, until the end or until something stops them."""

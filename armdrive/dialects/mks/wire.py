@@ -71,7 +71,6 @@ T = TypeVar("T")
 WireScript: TypeAlias = ExchangeScript[Event, T]
 """A script on the wire, with its result."""
 Script: TypeAlias = WireScript[Reply]
-Obstacle: TypeAlias = WireScript[Timeout | RequestRejected | None]
 Answer: TypeAlias = Reading | SettingRead
 """A drive's answer to a question."""
 
