@@ -12,7 +12,7 @@ from kinematics import Motors
 from .actions import connect
 from .arrival import GraspAim, JointsAim, PoseAim
 from .goals import certain_goal, stand_beside_limits
-from .laws import call
+from .laws import FRESH_S, Broken, arrived, call
 from .mission import Mission
 from .physical import Bound, Command
 from .speeds import FASTER, WINDOW_S
@@ -112,6 +112,22 @@ def test_a_sag_is_not_a_way_and_leaves_the_bounds_in_force():
     assert not [each for each in stage.watch.broken if "stop" in each]
     stage.world.drive(steps(base=3), 2.0)
     assert any("stop: it moved" in each for each in stage.watch.broken)
+
+
+@pytest.mark.parametrize(("after_s", "excused"), [(0.01, True), (FRESH_S + 0.1, False)])
+def test_an_arm_that_sags_as_its_command_ends_had_arrived(after_s, excused):
+    stage = a_stage("cia402")
+    commanded(stage, steps())
+    assert stage.watch._command is not None
+    aim = JointsAim(stage.world.supposed, {})
+    stage.world.give_way(steps(elbow=200), stage.now_s)
+    stage.watch.change(stage.now_s, math.inf)
+    stage.sleep(after_s)
+    if excused:
+        arrived(stage, stage.watch._command, aim, None)
+    else:
+        with pytest.raises(Broken, match="ended well, but"):
+            arrived(stage, stage.watch._command, aim, None)
 
 
 def at_rest(dialect: str) -> Stage:
