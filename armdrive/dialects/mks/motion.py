@@ -294,10 +294,9 @@ class Moving:
             self._run.steering.steer(trip)
         if self._polling.poll(now_s):
             self._asked_at_s, self._compared = trip.at_s(now_s), False
-        for node in wire.observer.wants(now_s):
+        for node in wire.observer.to_retry(now_s):
             self._retry(wire.drive(node))
-        for node in wire.observer.doubted:
-            wire.put(node, ReadEncoder())
+        reread_doubtful(wire)
         return min(trip.due_s, self._polling.due_s, wire.observer.due_s)
 
     def _retry(self, drive: ObservedDrive) -> None:
@@ -398,8 +397,7 @@ class Recovering:
         if now_s >= self._due_s:
             self._due_s = now_s + wire.settings.answer_s
             ask_all(wire)  # any reply shows that the outage is over
-        for node in wire.observer.doubted:
-            wire.put(node, ReadEncoder())
+        reread_doubtful(wire)
         return self._due_s
 
 
@@ -426,8 +424,7 @@ class Paused:
     def step(self, now_s: float) -> float:
         """Ask every drive for its position."""
         self._polling.poll(now_s)
-        for node in self._wire.observer.doubted:
-            self._wire.put(node, ReadEncoder())
+        reread_doubtful(self._wire)
         return self._polling.due_s
 
     def _displaced(self) -> Verdict | None:
@@ -517,6 +514,12 @@ def ask_all(wire: MksWire) -> None:
         wire.put(node, ReadEncoder())
     if any(drive.count is not None for drive in wire.drives):
         wire.tell(Progress(wire.registers()))
+
+
+def reread_doubtful(wire: MksWire) -> None:
+    """Ask the drives whose last reading is in doubt for another one."""
+    for node in wire.observer.to_reread:
+        wire.put(node, ReadEncoder())
 
 
 def found_off_path(run: MotionRun) -> Verdict | None:
