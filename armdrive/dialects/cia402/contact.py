@@ -10,13 +10,13 @@ import re
 from dataclasses import dataclass, replace
 from typing import NoReturn
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.cia402.exchange import (
     STOP,
     TRIES,
     Cia402Exchange,
     DriveStates,
     ObjectTransfers,
-    Obstructed,
     Results,
     Script,
     SdoResult,

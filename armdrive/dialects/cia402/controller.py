@@ -18,7 +18,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import ALL_SILENT, HOST_S, bus_motors
+from armdrive.dialects.bus.drives import ALL_SILENT, HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.group import BUS_REQUESTS
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.contact import Cia402Contact, compare, mend
@@ -27,7 +27,6 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     ObjectTransfers,
-    Obstructed,
     Script,
 )
 from armdrive.dialects.cia402.leading import MotionLead

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import absence
+from armdrive.dialects.bus.drives import Obstructed, absence
 from armdrive.dialects.cia402.wire import FAULTS, BusEvent, Cia402Bus, Cia402Drive, DriveGroup
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import Alert, AlertKind, Progress, Reply, RequestRejected, Timeout, never
+from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
 from firmware_protocol.canopen import Command, Controlword, DriveState, OperationMode, way
 
@@ -44,17 +44,6 @@ take two cycles; real ones were not measured."""
 
 T = TypeVar("T")
 Script: TypeAlias = Generator[float, BusEvent | None, T]
-
-
-class Obstructed(Exception):
-    """A request cannot be carried out, or not completely; carries the reply to it.
-
-    Plain words mean that nothing of it was carried out.
-    """
-
-    def __init__(self, reply: Reply | str) -> None:
-        super().__init__(str(reply))
-        self.reply = RequestRejected(reply, moved=False) if isinstance(reply, str) else reply
 
 
 @dataclass(slots=True, eq=False)
