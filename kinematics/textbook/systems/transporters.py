@@ -124,13 +124,13 @@ CYLINDRICAL = System(
     derivation=steps(
         """
 end point: X = r cos(theta),  Y = r sin(theta),  Z = l
-    equations 2.28 to 2.30
+    equations 2.28 to 2.30; (2.30) prints the letter l as the digit 1
 slide: r = +- sqrt(X^2 + Y^2)
     equation 2.31; the notes give the plus only
 base: theta = atan2(Y / r, X / r)
     equation 2.31; free where r = 0
 lift: l = Z
-    equation 2.32
+    equation 2.32, which prints l as 1 too
 """
     ),
     drawing=r"""
@@ -159,7 +159,10 @@ lift: l = Z
     postures=_cylindrical_postures,
     losses=lambda _, joints: [Lost(ON_AXIS, None, abs(joints[2]))],
 )
-"""A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32)."""
+"""A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32).
+
+The figure is captioned "A cartesian arm", and the letter l is printed as 1 in (2.30) and (2.32).
+"""
 
 
 def _spherical_forward(_one: System, joints: Values) -> Transform:
@@ -213,7 +216,7 @@ SPHERICAL = System(
 end point: X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)
     equation 2.33
 slide: r = +- sqrt(X^2 + Y^2 + Z^2)
-    the notes give the plus only
+    the notes give the plus only: their two solutions are all for r > 0
 elevation: cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r
     equation 2.34; the second is over the top, 180 degrees - theta
 azimuth: cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))
