@@ -26,15 +26,14 @@ from kinematics.chains.jacobians import (
     length_of,
     nearest_singularity,
 )
-from kinematics.errors import KinematicsError, UnknownSystem, nearest_word
+from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import Transform, rotation_of
 from kinematics.geometry import ArmGeometry
-from kinematics.presets import PRESETS, preset
 from kinematics.spaces import Jacobian
-from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems import system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
 from kinematics.textbook.systems.named import Lost, NamedBranch, System
@@ -157,19 +156,9 @@ class Subject:
         return self.axes or zero_position(self.chain)
 
 
-def subject_names() -> tuple[str, ...]:
-    """Return every name that can be studied: the named systems, then the built-in arms."""
-    return tuple(dict.fromkeys((*SYSTEMS, *PRESETS)))
-
-
 def named_subject(name: str) -> Subject:
-    """Return the named system or built-in arm; raises `UnknownSystem` with the nearest name."""
-    if name in SYSTEMS:
-        return _of_system(name, SYSTEMS[name].title, SYSTEMS[name])
-    if name in PRESETS:
-        return _of_system(name, preset(name).title, with_arm(MINI_MOVER, preset(name).arm))
-    names = subject_names()
-    raise UnknownSystem(name, names, nearest_word(name, names))
+    """Return the named system or built-in arm; raises as `system` does."""
+    return _of_system(name, system(name).title, system(name))
 
 
 @lru_cache(maxsize=8)

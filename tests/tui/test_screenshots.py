@@ -22,6 +22,7 @@ SHOWN = {
     "setup": "The drawn way:",
     "theory": "Jacobian",
     "log": "registers:",
+    "program": "WAITS FOR YOU: next, line",
     "watch": "WATCHED",
     "model": "MODEL ONLY",
     "axes": "point b2: where x2 meets z1",
