@@ -46,6 +46,7 @@ from kinematics.textbook.accuracy import (
 )
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
 from kinematics.textbook.notation import notation
+from kinematics.textbook.study import FRAME_COORDINATES, Study
 from kinematics.textbook.symbolic_systems import (
     SymbolicExample,
     symbolic_chain_example,
@@ -54,11 +55,9 @@ from kinematics.textbook.symbolic_systems import (
 )
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.named import NamedBranch
 from kinematics.textbook.worked_example import (
-    FRAME_COORDINATES,
     ExampleSection,
-    WorkedBranch,
-    WorkedExample,
     sections,
     violation_text,
     work_chain,
@@ -91,7 +90,8 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _symbolic(options.system, latex=options.latex)
     example = _example(options.system, joints or None, options.goal)
     angles = "" if is_model_file(options.system) else find_system(options.system).angles
-    heading = _heading(example.title or example.name, example.source, angles)
+    subject = example.subject
+    heading = _heading(subject.title or subject.name, subject.source, angles)
     view = example_view(example) | {"angles": angles}
     return Result(view, (*heading, *_lines_of(sections(example))))
 
@@ -116,9 +116,7 @@ def _axes(word: str, convention: str | None) -> Result:
     )
 
 
-def _example(
-    word: str, joints: Sequence[float] | None, goal: Sequence[float] | None
-) -> WorkedExample:
+def _example(word: str, joints: Sequence[float] | None, goal: Sequence[float] | None) -> Study:
     if is_model_file(word):
         model = read_model(word)
         chain = model.chain
@@ -182,18 +180,19 @@ def _numbers(words: Sequence[str]) -> list[float]:
 # As plain data, for `--json`: mm and degrees.
 
 
-def example_view(example: WorkedExample) -> dict[str, Any]:
+def example_view(example: Study) -> dict[str, Any]:
     """Return a worked example."""
+    subject, system = example.subject, example.subject.system
     angles = example.orientation.first
     degeneracy = example.orientation.degeneracy
     view: dict[str, Any] = {
-        "name": example.name,
-        "title": example.title,
-        "source": example.source,
-        "figure": example.figure,
-        "convention": example.chain.convention.value,
-        "links": list(rows_of(example.chain)),
-        "joints": shown_joints(example.chain, example.joints),
+        "name": subject.name,
+        "title": subject.title,
+        "source": subject.source,
+        "figure": "" if system is None else system.figure(),
+        "convention": subject.chain.convention.value,
+        "links": list(rows_of(subject.chain)),
+        "joints": shown_joints(subject.chain, example.values),
         "violations": list(map(violation_text, example.violations)),
         "matrices": [_rows(matrix) for matrix in example.matrices],
         "frame": _rows(example.frame),
@@ -202,17 +201,17 @@ def example_view(example: WorkedExample) -> dict[str, Any]:
             math.degrees(each) for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
         ],
         "rpy_degenerate": degeneracy.value if degeneracy else "",
-        "condition": example.condition,
+        "condition": example.condition.sentence,
         "derivation": [
             {"title": step.title, "formula": step.formula, "why": step.why}
-            for step in example.derivation
+            for step in (() if system is None else system.derivation)
         ],
         "goal": _goal(example, example.goal),
     }
     if example.solution is None:
         view["branches"] = [_branch(example, each) for each in example.branches]
     else:
-        view["solution"] = solution_view(example.chain, example.solution)
+        view["solution"] = solution_view(subject.chain, example.solution)
     return view
 
 
@@ -235,16 +234,15 @@ def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
     return view
 
 
-def _branch(example: WorkedExample, worked: WorkedBranch) -> dict[str, Any]:
-    branch = worked.branch
+def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:
     return {
         "name": branch.name,
-        "joints": shown_joints(example.chain, branch.joints),
+        "joints": shown_joints(example.subject.chain, branch.joints),
         "workings": {
             one.symbol: math.degrees(one.value) if one.unit == "rad" else one.value
             for one in branch.workings
         },
-        "comes_to": _goal(example, worked.comes_to),
+        "comes_to": _goal(example, example.comes_to(branch)),
         "free": list(branch.free),
         "degenerate": branch.degenerate,
         "within_limits": branch.within_limits,
@@ -252,7 +250,7 @@ def _branch(example: WorkedExample, worked: WorkedBranch) -> dict[str, Any]:
     }
 
 
-def _goal(example: WorkedExample, values: tuple[float, ...]) -> dict[str, float]:
+def _goal(example: Study, values: tuple[float, ...]) -> dict[str, float]:
     return dict(map(shown, example.coordinates, values))
 
 

@@ -23,10 +23,10 @@ from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
+from kinematics.textbook.study import FRAME_COORDINATES
 from kinematics.textbook.systems import MODEL_NAMES, system
 from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import (
-    FRAME_COORDINATES,
     coordinates_text,
     frame_coordinates,
     frame_text,

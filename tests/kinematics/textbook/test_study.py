@@ -15,6 +15,7 @@ from kinematics.textbook.pages import fixed, laid, sections, summary, symbol_sec
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import (
     ROW_NAMES,
+    example_posture,
     named_subject,
     searched,
     study,
@@ -22,7 +23,7 @@ from kinematics.textbook.study import (
     subject_of_chain,
 )
 from kinematics.textbook.systems import MODEL_NAMES, SYSTEMS
-from kinematics.textbook.worked_example import ExampleSection, example_posture
+from kinematics.textbook.worked_example import ExampleSection
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 

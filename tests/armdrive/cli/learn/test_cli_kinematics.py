@@ -12,8 +12,8 @@ from armdrive.status import joints_view, pose_view
 from armdrive.text.toml import Problems, TomlTable
 from kinematics import PRESETS, Joints, preset
 from kinematics.frames.transforms import position_of
+from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems import MODEL_NAMES, SYSTEMS, system
-from kinematics.textbook.worked_example import example_posture
 
 GOAL = ("--x", "250", "--y", "0", "--z", "120", "--pitch", "-90")
 
