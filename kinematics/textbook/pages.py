@@ -10,11 +10,7 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
 from kinematics.textbook.study import ROW_NAMES, Study
-from kinematics.textbook.symbolic_systems import (
-    symbolic_chain_example,
-    symbolic_sections,
-    symbolic_system_example,
-)
+from kinematics.textbook.symbolic_systems import symbolic_example, symbolic_sections
 from kinematics.textbook.systems.named import Lost, NamedBranch
 from kinematics.textbook.worked_example import ExampleSection, joints_text, plain, violation_text
 
@@ -45,15 +41,9 @@ def sections(
 
 def symbol_sections(of: Study, width: int) -> tuple[ExampleSection, ...]:
     """Return matrices, product and solutions in C1, S12. Takes up to seconds for six joints."""
-    subject = of.subject
-    example = (
-        symbolic_chain_example(subject.chain)
-        if subject.system is None
-        else symbolic_system_example(subject.system)
-    )
     return tuple(
         ExampleSection(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))
-        for one in symbolic_sections(example)
+        for one in symbolic_sections(symbolic_example(of.subject))
     )
 
 

@@ -22,6 +22,7 @@ from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, posit
 from kinematics.textbook.study import (
     FRAME_COORDINATES,
     Study,
+    Subject,
     example_posture,
     study,
     subject_of_chain,
@@ -33,19 +34,8 @@ from kinematics.textbook.systems.named import NamedBranch, Quantity, System
 def work_system(
     system: System, joints: Sequence[float] | None = None, goal: Sequence[float] | None = None
 ) -> Study:
-    """Return the worked example of a named system.
-
-    Without joints, the first branch of the goal within the limits is taken, or an example
-    posture. Without a goal, the one that the joints reach. Raises as `System.fk` and `System.ik`
-    do.
-    """
-    subject = subject_of_system(system)
-    if goal is None:
-        return study(subject, _posture(subject.chain, joints))
-    found = system.ik(goal, joints)
-    taken = min(found, key=lambda branch: not branch.within_limits)
-    posture = taken.joints if joints is None else subject.chain.checked(joints)
-    return replace(study(subject, posture), goal=tuple(goal), branches=found, refusal="")
+    """Return the worked example of a named system, as `work` does."""
+    return work(subject_of_system(system), joints, goal)
 
 
 def work_chain(
@@ -55,13 +45,35 @@ def work_chain(
     joints: Sequence[float] | None = None,
     goal: Sequence[float] | None = None,
 ) -> Study:
-    """Return the worked example of any chain, solved numerically.
+    """Return the worked example of any chain, as `work` does."""
+    return work(subject_of_chain(chain.name, title, source, chain), joints, goal)
 
-    A goal is x, y, z, or these with phi, theta, psi; without one it is the whole frame that the
-    joints reach, asked from the middle of the joints' ranges. Raises as `Chain.fk` does, and
-    `KinematicsError` for another number of goal coordinates.
+
+def work(
+    subject: Subject, joints: Sequence[float] | None = None, goal: Sequence[float] | None = None
+) -> Study:
+    """Return the worked example of a posture, or of a goal and a posture that meets it.
+
+    Without either it is that of an example posture. The goal of a named system is in its own
+    coordinates; of its branches the first within the limits is taken. A link table is solved
+    numerically: its goal is x, y, z, or these with phi, theta, psi, by default the whole frame that
+    the joints reach. Raises as `Chain.fk` and `System.ik` do, and `KinematicsError` for another
+    number of goal coordinates.
     """
-    subject = subject_of_chain(chain.name, title, source, chain)
+    if subject.system is None:
+        return _work_numerically(subject, joints, goal)
+    if goal is None:
+        return study(subject, _posture(subject.chain, joints))
+    found = subject.system.ik(goal, joints)
+    taken = min(found, key=lambda branch: not branch.within_limits)
+    posture = taken.joints if joints is None else subject.chain.checked(joints)
+    return replace(study(subject, posture), goal=tuple(goal), branches=found, refusal="")
+
+
+def _work_numerically(
+    subject: Subject, joints: Sequence[float] | None, goal: Sequence[float] | None
+) -> Study:
+    chain = subject.chain
     if goal is None:
         posture = _posture(chain, joints)
         target = chain.fk(posture)
@@ -77,7 +89,7 @@ def work_chain(
         parts = ALL_PARTS if len(asked) > 3 else frozenset({Part.POSITION})
         solution = solve_frame_ik(chain, target, joints, parts=parts)
         posture = solution.joints if joints is None else chain.checked(joints)
-    return replace(study(subject, tuple(posture)), goal=asked, refusal="", solution=solution)
+    return replace(study(subject, posture), goal=asked, refusal="", solution=solution)
 
 
 def _posture(chain: Chain, joints: Sequence[float] | None) -> tuple[float, ...]:

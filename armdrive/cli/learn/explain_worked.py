@@ -14,6 +14,7 @@ from typing import Any
 from armdrive.cli.learn.explain_axes import explain_axes
 from armdrive.cli.learn.models import (
     find_model,
+    find_subject,
     find_system,
     given_goal,
     given_joints,
@@ -24,9 +25,8 @@ from armdrive.cli.learn.models import (
 )
 from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Outcome, Result, say_lines
-from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
-from kinematics.chains.assignment import assign_frames, zero_position
+from kinematics.chains.assignment import assign_frames
 from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
@@ -46,12 +46,11 @@ from kinematics.textbook.accuracy import (
 )
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
 from kinematics.textbook.notation import notation
-from kinematics.textbook.study import FRAME_COORDINATES, Study
+from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject
 from kinematics.textbook.symbolic_systems import (
     SymbolicExample,
-    symbolic_chain_example,
+    symbolic_example,
     symbolic_sections,
-    symbolic_system_example,
 )
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
@@ -60,8 +59,7 @@ from kinematics.textbook.worked_example import (
     ExampleSection,
     sections,
     violation_text,
-    work_chain,
-    work_system,
+    work,
 )
 from kinematics.transmission import Transmission
 
@@ -77,23 +75,23 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _accuracy(options.joints)
     if options.urdf:
         return _urdf(options.system)
+    subject = find_subject(options.system)
+    posed = options.joints or options.goal
     if options.axes:
-        if options.joints or options.goal:
+        if posed:
             raise BadRequest("--axes is about the zero position; leave joints and goal out")
-        return _axes(options.system, options.convention)
+        return _axes(subject, options.convention)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
-        if joints or options.goal:
+        if posed:
             raise BadRequest(
                 "--symbolic and --latex hold for any numbers; leave joints and goal out"
             )
-        return _symbolic(options.system, latex=options.latex)
-    example = _example(options.system, joints or None, options.goal)
-    angles = "" if is_model_file(options.system) else find_system(options.system).angles
-    subject = example.subject
-    heading = _heading(subject.title or subject.name, subject.source, angles)
+        return _symbolic(subject, latex=options.latex)
+    example = _example(subject, joints or None, options.goal)
+    angles = "" if subject.system is None else subject.system.angles
     view = example_view(example) | {"angles": angles}
-    return Result(view, (*heading, *_lines_of(sections(example))))
+    return Result(view, (*_heading(subject, angles), *_lines_of(sections(example))))
 
 
 def _urdf(word: str) -> int:
@@ -101,39 +99,25 @@ def _urdf(word: str) -> int:
     return 0
 
 
-def _axes(word: str, convention: str | None) -> Result:
-    """Explain how frames and link table follow from the axes of a system or a model file."""
-    if is_model_file(word):
-        model = read_model(word)
-        title, source, chain, zero = model.title, model.source, model.chain, model.zero
-    else:
-        named = find_system(word)
-        title, source, chain, zero = named.title, named.source, named.chain(), None
-    zero = zero or zero_position(chain)
+def _axes(subject: Subject, convention: str | None) -> Result:
+    """Explain how frames and link table follow from the joint axes."""
+    chain, zero = subject.chain, subject.zero
     kind = chain.convention if convention is None else Convention(convention)
-    return explain_axes(
-        assign_frames(zero.axes, zero.tool, kind, chain.name), _heading(title, source)
+    return explain_axes(assign_frames(zero.axes, zero.tool, kind, subject.name), _heading(subject))
+
+
+def _example(
+    subject: Subject, joints: Sequence[float] | None, goal: Sequence[float] | None
+) -> Study:
+    system = subject.system
+    given = joints and given_joints(subject.chain, joints)
+    asked = goal and (
+        given_goal(FRAME_COORDINATES, goal, least=3)
+        if system is None
+        else given_goal(system.coordinates, goal)
     )
-
-
-def _example(word: str, joints: Sequence[float] | None, goal: Sequence[float] | None) -> Study:
-    if is_model_file(word):
-        model = read_model(word)
-        chain = model.chain
-        return work_chain(
-            chain,
-            model.title,
-            model.source,
-            joints and given_joints(chain, joints),
-            goal and given_goal(FRAME_COORDINATES, goal, least=3),
-        )
-    named = find_system(word)
     try:
-        return work_system(
-            named,
-            joints and given_joints(named.chain(), joints),
-            goal and given_goal(named.coordinates, goal),
-        )
+        return work(subject, given, asked)
     except OutOfReach as error:  # again, in degrees
         instead = typed_coordinates(error.coordinates, error.nearest)
         raise Refused(
@@ -143,24 +127,18 @@ def _example(word: str, joints: Sequence[float] | None, goal: Sequence[float] | 
         ) from None
 
 
-def _symbolic(word: str, *, latex: bool) -> Result:
-    if is_model_file(word):
-        model = read_model(word)
-        title, source = model.title, model.source
-        example: SymbolicExample = symbolic_chain_example(model.chain)
-    else:
-        named = find_system(word)
-        title, source = named.title, named.source
-        example = symbolic_system_example(named)
-    heading = (f"% {title}; {source}",) if latex else _heading(title, source)
+def _symbolic(subject: Subject, *, latex: bool) -> Result:
+    example = symbolic_example(subject)
+    heading = (f"% {subject.title}; {subject.source}",) if latex else _heading(subject)
     lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
-    view = {"title": title, "source": source, **symbolic_view(example, latex=latex)}
-    return Result(view, (*heading, *lines))
+    about = {"title": subject.title, "source": subject.source}
+    return Result({**about, **symbolic_view(example, latex=latex)}, (*heading, *lines))
 
 
-def _heading(title: str, source: str, angles: str = "") -> tuple[str, ...]:
-    said = (f"source: {source}" if source else "", f"angles: {angles}" if angles else "")
-    return (title, *filter(None, said))
+def _heading(subject: Subject, angles: str = "") -> tuple[str, ...]:
+    source = f"source: {subject.source}" if subject.source else ""
+    counted = f"angles: {angles}" if angles else ""
+    return (subject.title or subject.name, *filter(None, (source, counted)))
 
 
 def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:

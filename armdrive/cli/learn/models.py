@@ -23,7 +23,12 @@ from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
-from kinematics.textbook.study import FRAME_COORDINATES
+from kinematics.textbook.study import (
+    FRAME_COORDINATES,
+    Subject,
+    subject_of_chain,
+    subject_of_system,
+)
 from kinematics.textbook.systems import MODEL_NAMES, system
 from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import (
@@ -45,6 +50,18 @@ def find_model(word: str) -> Model:
         return read_model(word)
     found = find_system(word)
     return Model(found.name, found.title, found.source, found.chain())
+
+
+def find_subject(word: str) -> Subject:
+    """Return the named system or a model file as a subject of study.
+
+    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
+    that cannot be used.
+    """
+    if is_model_file(word):
+        model = read_model(word)
+        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
+    return subject_of_system(find_system(word))
 
 
 def find_system(word: str) -> System:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from armdrive.cli.drive.jog import find_subject
+from armdrive.cli.learn.models import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
 from kinematics.textbook.study import example_posture

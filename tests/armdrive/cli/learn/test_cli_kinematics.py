@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from armdrive.cli.drive.jog import find_subject
-from armdrive.cli.learn.models import find_model, given_joints, shown_joints
+from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
 from armdrive.cli.set_up.completion import script
 from armdrive.config.preset import corrected
 from armdrive.status import joints_view, pose_view
