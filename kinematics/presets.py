@@ -39,7 +39,8 @@ class ArmModel:
     order of the joints, at full load and without load. `grip_steps_per_n` is how many steps of
     closing add one newton once the fingers touch. `verified` says that programs which drive this
     arm publish the numbers; where it is False, the preset is a template, and Cartesian motion is
-    to be refused until its owner has filled in the numbers. `notes` says where they come from.
+    to be refused until its owner has filled in the numbers. `notes` says where they come from, and
+    `unused` what a description of the arm holds and this model does not.
     """
 
     key: str
@@ -55,6 +56,7 @@ class ArmModel:
     guards: Guards
     verified: bool
     notes: str
+    unused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,8 @@ from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.presenter import Outcome, Result, say
 from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
-from armdrive.config.link_model import is_model_file, read_model
+from armdrive.config.link_model import read_model
+from armdrive.config.sections import is_model_file
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest
 from armdrive.registry.arm_files import arm_paths

@@ -23,7 +23,8 @@ from armdrive.cli.learn.models import (
 )
 from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Outcome, Result, say_lines
-from armdrive.config.link_model import is_model_file, read_model
+from armdrive.config.link_model import Model
+from armdrive.config.sections import is_model_file
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
@@ -83,9 +84,9 @@ def explain_system(options: argparse.Namespace) -> Outcome:
             )
         return _symbolic(options.system, latex=options.latex)
     example = _example(options.system, joints or None, options.goal)
-    angles = "" if is_model_file(options.system) else find_system(options.system).angles
-    heading = _heading(example.title or example.name, example.source, angles)
-    view = example_view(example) | {"angles": angles}
+    model = find_model(options.system)
+    heading = _heading(model)
+    view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
     return Result(view, (*heading, *_lines_of(sections(example))))
 
 
@@ -98,7 +99,7 @@ def _example(
     word: str, joints: Sequence[float] | None, goal: Sequence[float] | None
 ) -> WorkedExample:
     if is_model_file(word):
-        model = read_model(word)
+        model = find_model(word)
         chain = model.chain
         return work_chain(
             chain,
@@ -124,23 +125,23 @@ def _example(
 
 
 def _symbolic(word: str, *, latex: bool) -> Result:
-    if is_model_file(word):
-        model = read_model(word)
-        title, source = model.title, model.source
-        example: SymbolicExample = symbolic_chain_example(model.chain)
-    else:
-        named = find_system(word)
-        title, source = named.title, named.source
-        example = symbolic_system_example(named)
-    heading = (f"% {title}; {source}",) if latex else _heading(title, source)
+    model = find_model(word)
+    example: SymbolicExample = (
+        symbolic_chain_example(model.chain)
+        if is_model_file(word)
+        else symbolic_system_example(find_system(word))
+    )
+    title, source = model.title, model.source
+    heading = (f"% {title}; {source}",) if latex else _heading(model)
     lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
     view = {"title": title, "source": source, **symbolic_view(example, latex=latex)}
     return Result(view, (*heading, *lines))
 
 
-def _heading(title: str, source: str, angles: str = "") -> tuple[str, ...]:
-    said = (f"source: {source}" if source else "", f"angles: {angles}" if angles else "")
-    return (title, *filter(None, said))
+def _heading(model: Model) -> tuple[str, ...]:
+    said = (("source", model.source), ("angles", model.angles))
+    stated = (f"{what}: {words}" for what, words in said if words)
+    return (model.title, *stated, *(f"note: {sentence}" for sentence in model.unused))
 
 
 def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:
