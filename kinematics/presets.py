@@ -243,7 +243,7 @@ PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
 
 def preset(key: str) -> ArmPreset:
     """Return the preset of this key, or raise `UnknownPreset` that suggests the nearest one."""
-    found = PRESETS.get(key)
+    found = PRESETS.get(key) if isinstance(key, str) else None
     if found is None:
         near = nearest_word(str(key).lower(), PRESETS, likeness=0.4)
         raise UnknownPreset(key, PRESETS, near)

@@ -27,7 +27,7 @@ from kinematics.chains.assignment import EXACTLY_PARALLEL, JointAxis, assign_fra
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import JointKind
 from kinematics.chains.urdf import MM_PER_M
-from kinematics.errors import KinematicsError, suggestion
+from kinematics.errors import KinematicsError, require, suggestion
 from kinematics.frames.orientations import RPY, AxisAngle
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import (
@@ -108,6 +108,7 @@ def read_urdf(text: str, *, base: str = "", tip: str = "") -> UrdfArm:
 
 
 def _tree(text: str) -> ET.Element:
+    require("the URDF", text, str, "'<robot ...>'")
     if len(text) > MOST_CHARACTERS:
         raise KinematicsError(
             f"a URDF has at most {MOST_CHARACTERS} characters, not {len(text)}: meshes belong "

@@ -17,7 +17,7 @@ from kinematics.chains.jacobians import condition
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError
-from kinematics.frames.numbers import numbers
+from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of, rotation_of
 from kinematics.textbook.systems.named import NamedBranch, NamedStep, Quantity, System
@@ -124,10 +124,9 @@ def work_chain(
         posture = example_posture(chain) if joints is None else chain.checked(joints)
         target = chain.fk(posture)
     else:
-        if len(goal) not in (3, 6):
+        if len(as_list(goal) or ()) not in (3, 6):
             raise KinematicsError(
-                "a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), "
-                f"not {len(goal)} numbers"
+                f"a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), not {goal!r}"
             )
         if len(goal) == 3:
             parts = frozenset({Part.POSITION})
@@ -172,7 +171,7 @@ def frame_coordinates(frame: Transform) -> tuple[float, ...]:
 
 def _frame_of(goal: Sequence[float]) -> Transform:
     names = FRAME_COORDINATES[: len(goal)]
-    given = numbers("a goal", goal, names)
+    given = goal_numbers("a goal", goal, names)
     x, y, z, phi, theta, psi = (*given, 0.0, 0.0, 0.0)[:6]
     return homogeneous(RPY(phi, theta, psi).rotation(), (x, y, z))
 
