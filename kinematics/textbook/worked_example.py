@@ -16,7 +16,7 @@ from kinematics.chains.inverse import solve_frame_ik
 from kinematics.chains.links import JointKind
 from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError
-from kinematics.frames.numbers import numbers
+from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of, rotation_of
 from kinematics.textbook.study import (
@@ -80,10 +80,9 @@ def _work_numerically(
         solution = solve_frame_ik(chain, target)
         asked = frame_coordinates(target)
     else:
-        if len(goal) not in (3, 6):
+        if len(as_list(goal) or ()) not in (3, 6):
             raise KinematicsError(
-                "a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), "
-                f"not {len(goal)} numbers"
+                f"a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), not {goal!r}"
             )
         target, asked = _frame_of(goal), tuple(goal)
         parts = ALL_PARTS if len(asked) > 3 else frozenset({Part.POSITION})
@@ -104,7 +103,7 @@ def frame_coordinates(frame: Transform) -> tuple[float, ...]:
 
 def _frame_of(goal: Sequence[float]) -> Transform:
     names = FRAME_COORDINATES[: len(goal)]
-    given = numbers("a goal", goal, names)
+    given = goal_numbers("a goal", goal, names)
     x, y, z, phi, theta, psi = (*given, 0.0, 0.0, 0.0)[:6]
     return homogeneous(RPY(phi, theta, psi).rotation(), (x, y, z))
 

@@ -25,6 +25,7 @@ from armdrive.cli.learn.models import (
 )
 from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Outcome, Result, say_lines
+from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.assignment import assign_frames
 from kinematics.chains.links import Convention
@@ -75,23 +76,22 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _accuracy(options.joints)
     if options.urdf:
         return _urdf(options.system)
-    subject = find_subject(options.system)
+    model, subject = find_model(options.system), find_subject(options.system)
     posed = options.joints or options.goal
     if options.axes:
         if posed:
             raise BadRequest("--axes is about the zero position; leave joints and goal out")
-        return _axes(subject, options.convention)
+        return _axes(model, subject, options.convention)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
         if posed:
             raise BadRequest(
                 "--symbolic and --latex hold for any numbers; leave joints and goal out"
             )
-        return _symbolic(subject, latex=options.latex)
+        return _symbolic(model, subject, latex=options.latex)
     example = _example(subject, joints or None, options.goal)
-    angles = "" if subject.system is None else subject.system.angles
-    view = example_view(example) | {"angles": angles}
-    return Result(view, (*_heading(subject, angles), *_lines_of(sections(example))))
+    view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
+    return Result(view, (*_heading(model), *_lines_of(sections(example))))
 
 
 def _urdf(word: str) -> int:
@@ -99,11 +99,11 @@ def _urdf(word: str) -> int:
     return 0
 
 
-def _axes(subject: Subject, convention: str | None) -> Result:
+def _axes(model: Model, subject: Subject, convention: str | None) -> Result:
     """Explain how frames and link table follow from the joint axes."""
     chain, zero = subject.chain, subject.zero
     kind = chain.convention if convention is None else Convention(convention)
-    return explain_axes(assign_frames(zero.axes, zero.tool, kind, subject.name), _heading(subject))
+    return explain_axes(assign_frames(zero.axes, zero.tool, kind, subject.name), _heading(model))
 
 
 def _example(
@@ -127,18 +127,18 @@ def _example(
         ) from None
 
 
-def _symbolic(subject: Subject, *, latex: bool) -> Result:
+def _symbolic(model: Model, subject: Subject, *, latex: bool) -> Result:
     example = symbolic_example(subject)
-    heading = (f"% {subject.title}; {subject.source}",) if latex else _heading(subject)
+    heading = (f"% {model.title}; {model.source}",) if latex else _heading(model)
     lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
-    about = {"title": subject.title, "source": subject.source}
+    about = {"title": model.title, "source": model.source}
     return Result({**about, **symbolic_view(example, latex=latex)}, (*heading, *lines))
 
 
-def _heading(subject: Subject, angles: str = "") -> tuple[str, ...]:
-    source = f"source: {subject.source}" if subject.source else ""
-    counted = f"angles: {angles}" if angles else ""
-    return (subject.title or subject.name, *filter(None, (source, counted)))
+def _heading(model: Model) -> tuple[str, ...]:
+    said = (("source", model.source), ("angles", model.angles))
+    stated = (f"{what}: {words}" for what, words in said if words)
+    return (model.title, *stated, *(f"note: {sentence}" for sentence in model.unused))
 
 
 def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:

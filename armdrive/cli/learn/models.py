@@ -13,7 +13,8 @@ from typing import Any
 
 from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
 from armdrive.cli.presenter import Result
-from armdrive.config.link_model import Model, is_model_file, read_model
+from armdrive.config.link_model import Model, read_model
+from armdrive.config.sections import is_model_file
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, goal_of, pose_goal
@@ -49,7 +50,7 @@ def find_model(word: str) -> Model:
     if is_model_file(word):
         return read_model(word)
     found = find_system(word)
-    return Model(found.name, found.title, found.source, found.chain())
+    return Model(found.name, found.title, found.source, found.chain(), angles=found.angles)
 
 
 def find_subject(word: str) -> Subject:
