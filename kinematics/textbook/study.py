@@ -39,7 +39,7 @@ from kinematics.spaces import Jacobian
 from kinematics.textbook.systems import system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
-from kinematics.textbook.systems.named import Lost, NamedBranch, System
+from kinematics.textbook.systems.named import NamedBranch, NamedSingularity, System
 
 # The Jacobian of a named system in its own coordinates, and its singularities with reasons.
 #
@@ -151,14 +151,14 @@ def judged(chain: Chain, jacobian: Jacobian, rows: Sequence[int]) -> Condition:
     return condition_of(chain, scaled, rows)
 
 
-def named_singularities(system: System, values: Sequence[float]) -> tuple[Lost, ...]:
+def named_singularities(system: System, values: Sequence[float]) -> tuple[NamedSingularity, ...]:
     """Return every singularity of a named system, in a fixed order; joint limits not looked at.
 
     They are where the system's Jacobian in its own coordinates loses a rank, and nowhere else: the
     determinants are products of these measures. Sources: McKerrow, chapter 4, section 12; Craig,
     chapter 5. Empty for a system that has none (all slides). Raises as `System.fk` does.
     """
-    return tuple(system.losses(system, system.chain().checked(values)))
+    return tuple(system.singularities(system, system.chain().checked(values)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +230,7 @@ class Study:
     """A posture of a subject, and what follows from it.
 
     `matrices` are the A matrices, `frame` the tool's frame. `jacobian` has the subject's rows.
-    `lost` are its singularities, named ones only. `goal` is what was asked, in `coordinates`: by
+    `singularities` are the named ones. `goal` is what was asked, in `coordinates`: by
     default the system's own coordinates of the hand. `branches` is every posture that meets it;
     `refusal` says why there are none. Of a link table that was asked for a goal there is the
     `solution` of the numerical solver instead.
@@ -243,7 +243,7 @@ class Study:
     orientation: OrientationSolution[RPY]
     jacobian: Jacobian
     condition: Condition
-    lost: tuple[Lost, ...]
+    singularities: tuple[NamedSingularity, ...]
     goal: tuple[float, ...]
     branches: tuple[NamedBranch, ...]
     refusal: str
@@ -314,14 +314,16 @@ def jacobian_of(subject: Subject, values: Sequence[float]) -> Jacobian:
 
 
 @lru_cache(maxsize=KEPT)
-def searched(subject: Subject, values: tuple[float, ...]) -> tuple[Lost, ...]:
+def searched(subject: Subject, values: tuple[float, ...]) -> tuple[NamedSingularity, ...]:
     """Return the singularity of a link table that descent finds nearest, none where it finds none.
 
-    It takes up to seconds: not for where somebody waits. Slides count in lengths of the arm, as
+    The search takes up to seconds, so run it in a thread. Slides count in lengths of the arm, as
     radians of the joint move.
     """
     found = nearest_singularity(subject.chain, values, subject.rows)
-    return () if found is None else (Lost(found.condition.sentence, found.distance, None),)
+    return (
+        () if found is None else (NamedSingularity(found.condition.sentence, found.distance, None),)
+    )
 
 
 def _solved(

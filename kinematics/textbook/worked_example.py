@@ -162,7 +162,7 @@ def number_text(value: float, unit: str) -> str:
 
 
 def plain(value: float, digits: int) -> str:
-    """Format with so many digits at most, without trailing zeros, and no minus before a zero."""
+    """Format with at most this many decimals, without trailing zeros or a minus before zero."""
     text = f"{value:.{digits}f}"
     if "." in text:
         text = text.rstrip("0").rstrip(".")

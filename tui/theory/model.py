@@ -162,7 +162,7 @@ class ModelHand:
             by = sign * self._amount(chain.kinds[joint].unit)
             stepped = step_joint(self.subject, self.values, joint, by)
         self.values = stepped.values
-        return stepped.said
+        return stepped.message
 
     def next_solution(self) -> str:
         """Go on to the next solution within the limits; return its name, or why there is none."""
