@@ -14,6 +14,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from kinematics.chains.arm import ChainArm
+from kinematics.chains.assignment import ZeroPosition, zero_position
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.jacobians import (
@@ -138,7 +139,7 @@ class Subject:
     """An arm as a chain of links, and the named system with closed forms where it is one.
 
     `rows` number the rows of its Jacobian: `kinematics.textbook.study.ROW_NAMES` has their
-    names.
+    names. `axes` are those that a model file gives instead of links.
     """
 
     name: str
@@ -147,6 +148,12 @@ class Subject:
     chain: Chain
     system: System | None
     rows: tuple[int, ...]
+    axes: ZeroPosition | None = None
+
+    @property
+    def zero(self) -> ZeroPosition:
+        """The joint axes and the tool with every joint at zero: as given, or as the links say."""
+        return self.axes or zero_position(self.chain)
 
 
 def named_subject(name: str) -> Subject:
@@ -173,9 +180,11 @@ def _of_system(name: str, title: str, system: System) -> Subject:
     return Subject(name, title, system.source, system.chain(), system, own_rows(system))
 
 
-def subject_of_chain(name: str, title: str, source: str, chain: Chain) -> Subject:
+def subject_of_chain(
+    name: str, title: str, source: str, chain: Chain, axes: ZeroPosition | None = None
+) -> Subject:
     """Return a chain as a subject: it has a Jacobian, but no closed form."""
-    return Subject(name, title, source, chain, None, chain_rows(chain))
+    return Subject(name, title, source, chain, None, chain_rows(chain), axes)
 
 
 KEPT = 64

@@ -22,6 +22,7 @@ from armdrive.errors import ArmInUse, BadRequest
 from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
+from armdrive.text.reading import read_text
 from kinematics.textbook.study import Subject, named_subject, subject_of_chain
 from kinematics.textbook.systems import MODEL_NAMES, system
 from tui.gamepad.evdev import check_gamepads
@@ -33,6 +34,8 @@ from tui.theory.model import run_model
 def jog(options: argparse.Namespace) -> Outcome:
     """Open the desk."""
     keys = load_keys(options.keys)  # a wrong file is refused before anything is opened
+    if options.program is not None:
+        read_text(options.program, "the program", BadRequest)
     if options.show_keys:
         return Result({"keys": as_rows(keys)}, as_text(keys))
     if options.web:
@@ -43,7 +46,8 @@ def jog(options: argparse.Namespace) -> Outcome:
         require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
     if options.gamepad is not None:
         check_gamepads()
-    end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
+    first = "setup" if options.setup else "program" if options.program is not None else ""
+    end = _desk(options, keys, first, _hint(options, keys))
     while end.opens is not None:  # the set-up screen wrote an arm file
         options = _on_file(options, end.opens)
         hint = f"this is {options.arm}: nothing moved; reference it, then check its motors"
@@ -68,6 +72,7 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
             hint=hint,
             reopens=not options.served,
             gamepad=options.gamepad,
+            program=None if options.program is None else options.program.absolute(),
         )
         last = arm.status
     if last.error and last.state is State.DISCONNECTED and not end.code:
@@ -127,7 +132,7 @@ def find_subject(word: str) -> Subject:
     """
     if is_model_file(word):
         model = read_model(word)
-        return subject_of_chain(model.name, model.title, model.source, model.chain)
+        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
     return named_subject(find_system(word).name)
 
 

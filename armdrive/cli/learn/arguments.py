@@ -55,7 +55,9 @@ def _explain(parser: argparse.ArgumentParser) -> None:
     .toml file). `efficiency` counts the operations of each way to compute a system. `accuracy`
     shows how motor steps and errors of the model displace the tip. Joint values are in degrees and
     mm, in the order of the joints; how angles count stands below the title, and is the same in
-    every command that takes the model. A goal is in the system's own coordinates.
+    every command that takes the model. A goal is in the system's own coordinates. --axes finds
+    frames and link table from the joint axes, in thirteen drawn steps; a .toml file may give axes
+    instead of links (`[[axes]]`).
 
     Examples:
       armdrive explain --list
@@ -64,6 +66,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
       armdrive explain puma --symbolic
       armdrive explain accuracy teachmover 0 40 -60 -70 0
       armdrive explain alpha2 --urdf
+      armdrive explain --axes alpha2-lecture --convention craig
 
     """
     parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name or a .toml file")
@@ -85,6 +88,17 @@ def _explain(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--latex", action="store_true", help="the same in LaTeX")
     parser.add_argument("--urdf", action="store_true", help="print the arm as URDF")
+    parser.add_argument(
+        "--axes",
+        action="store_true",
+        help="find frames and link table from the joint axes, step by step",
+    )
+    parser.add_argument(
+        "--convention",
+        choices=["standard", "craig"],
+        help="with --axes: frames at the far joint of a link (standard), or at the near one "
+        "(craig); by default the arm's own",
+    )
     add_json_option(parser)
 
 

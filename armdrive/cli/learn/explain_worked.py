@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
+from armdrive.cli.learn.explain_axes import explain_axes
 from armdrive.cli.learn.models import (
     find_model,
     find_system,
@@ -26,6 +27,8 @@ from armdrive.cli.presenter import Outcome, Result, say_lines
 from armdrive.config.link_model import Model
 from armdrive.config.sections import is_model_file
 from armdrive.errors import BadRequest, Refused
+from kinematics.chains.assignment import assign_frames, zero_position
+from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
@@ -76,6 +79,10 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _accuracy(options.joints)
     if options.urdf:
         return _urdf(options.system)
+    if options.axes:
+        if options.joints or options.goal:
+            raise BadRequest("--axes is about the zero position; leave joints and goal out")
+        return _axes(options.system, options.convention)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
         if joints or options.goal:
@@ -93,6 +100,15 @@ def explain_system(options: argparse.Namespace) -> Outcome:
 def _urdf(word: str) -> int:
     say_lines(urdf_of_chain(find_model(word).chain).rstrip())
     return 0
+
+
+def _axes(word: str, convention: str | None) -> Result:
+    """Explain how frames and link table follow from the axes of a system or a model file."""
+    model = find_model(word)
+    chain = model.chain
+    zero = model.zero or zero_position(chain)
+    kind = chain.convention if convention is None else Convention(convention)
+    return explain_axes(assign_frames(zero.axes, zero.tool, kind, chain.name), _heading(model))
 
 
 def _example(
