@@ -16,7 +16,7 @@ from functools import lru_cache
 from kinematics.chains.branches import BranchFinder, Posture, branch_code
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
-from kinematics.chains.goals import ALL_PARTS, Goal, Part
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, turned_to
 from kinematics.chains.structure import Family, Structure, structures
 from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
@@ -27,8 +27,6 @@ NEAR_MM = 1e-5
 
 NEAR_RAD = 1e-7
 """How far the entries of the tool's rotation may be from the goal's."""
-
-HEADING_FREE = ALL_PARTS - {Part.HEADING}
 
 PROOFS = 6
 """Random postures that a structure's code has to find again before it is used."""
@@ -216,11 +214,4 @@ def _meets(frame: Transform, goal: Transform) -> bool:
 
 def _meets_turned(frame: Transform, goal: Transform) -> bool:
     """Whether a frame is a goal's, turned about z through its origin."""
-    (a, b), (c, d) = frame[:2], goal[:2]
-    along = [a[i] * c[i] + b[i] * d[i] for i in range(3)]
-    across = [b[i] * c[i] - a[i] * d[i] for i in range(3)]
-    turn = math.atan2(sum(across), sum(along))
-    x, y = math.cos(turn), math.sin(turn)
-    first = (*(x * c[i] - y * d[i] for i in range(3)), c[3])
-    second = (*(y * c[i] + x * d[i] for i in range(3)), d[3])
-    return _meets(frame, (first, second, goal[2], goal[3]))  # type: ignore[arg-type]
+    return _meets(frame, turned_to(goal, frame))

@@ -19,8 +19,8 @@ from enum import Enum
 
 from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain, JointViolation
 from kinematics.chains.closed_form import ClosedForm, closed_form
-from kinematics.chains.descent import Descent
-from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
+from kinematics.chains.descent import SEARCHING, Descent
+from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal, pose_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
 from kinematics.frames.transforms import Transform, position_of
@@ -219,17 +219,22 @@ class Effort:
     """How hard to look, and how near is met.
 
     `starts` postures are tried: the seed, the middle of the ranges, then random ones drawn from
-    `random_seed`, so that the same question always has the same answer. A part is met within
-    `tolerance_mm` or `tolerance_rad`.
+    `random_seed`, so that the same question always has the same answer. A whole frame, or
+    one of any heading, is first looked for by up to `searches` short descents. A part is met
+    within `tolerance_mm` or `tolerance_rad`.
     """
 
     starts: int = 24
+    searches: int = 200
     random_seed: int = 1
     tolerance_mm: float = 1e-4
     tolerance_rad: float = 1e-6
 
 
 DEFAULT_EFFORT = Effort()
+
+MOST_BRANCHES = 8
+"""How many of the postures beyond limits are looked around for one within them."""
 
 
 def solve_frame_ik(
@@ -313,14 +318,18 @@ def _search(
     Where its postures break limits, a singular one may have others that keep them, and the nearest
     pose is near one of them: descents begin there.
     """
-    descent = Descent(chain, goal, first)
     branches = [] if closed is None else closed.branches(goal, start)
     certain = closed is not None and closed.complete and not branches
+    tried = 0
     hopeless = certain or beyond_reach(chain, goal)
+    if closed is None and goal.parts >= HEADING_FREE and not hopeless:
+        tried, branches = _postures_of_hand(chain, goal, start, effort)
+        if branches and not chain.violations(branches[-1]):
+            return _account(chain, goal, chain.clamp(branches[-1]), effort, tried)
+    descent = Descent(chain, goal, first)
     looks = replace(effort, starts=min(effort.starts, 12)) if hopeless else effort
     found = []
-    tried = 0
-    for values in (*map(chain.clamp, branches), *_starts(chain, start, looks)):
+    for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
         tried += 1
         found.append(_turned(chain, descent.meet(values), start))
         if _met(chain, goal, found[-1], effort):
@@ -334,6 +343,32 @@ def _search(
     if unlimited is not None and not chain.violations(unlimited):
         return _account(chain, goal, chain.clamp(unlimited), effort, tried)
     return _account(chain, goal, best, effort, tried, unlimited, certain=certain)
+
+
+def _postures_of_hand(
+    chain: Chain, goal: Goal, start: tuple[float, ...], effort: Effort
+) -> tuple[int, list[tuple[float, ...]]]:
+    """Return postures that meet a hand's goal, found by many short descents without limits.
+
+    The first within the limits is the last. With them comes how many descents there were: each is
+    over in half a millisecond, of six joints every second one succeeds, and the hardest goals take
+    some dozens.
+    """
+    descent = Descent(chain, goal, limited=False)
+    found: list[tuple[float, ...]] = []
+    tried = 0
+    for values in _starts(chain, start, replace(effort, starts=effort.searches)):
+        tried += 1
+        end = descent.met(values, SEARCHING)
+        if end is None:
+            continue
+        turned = _turned(chain, end, start)
+        if not _met(chain, goal, turned, effort):
+            continue
+        found.append(turned)
+        if not chain.violations(turned):
+            break
+    return tried, found
 
 
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
