@@ -22,9 +22,10 @@ from named_arms import (
     UR5,
 )
 
+from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
-from kinematics.chains.closed_form import HEADING_FREE, closed_form
-from kinematics.chains.goals import Goal, frame_goal
+from kinematics.chains.closed_form import closed_form
+from kinematics.chains.goals import HEADING_FREE, Goal, frame_goal
 from kinematics.chains.inverse import Reason, solve_frame_ik
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
@@ -49,48 +50,28 @@ def regular(chain, values):
     return condition(chain, values).smallest > 1e-3
 
 
+WRIST = "the last three axes meet in one point, "
+ASKEW_SHOULDER = "the first three axes are neither parallel nor do they meet"
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("Puma 560", "the last three axes meet in one point, axes 2 and 3 are parallel"),
-        ("KUKA KR 6", "the last three axes meet in one point, axes 2 and 3 are parallel"),
-        ("AR4", "the last three axes meet in one point, axes 2 and 3 are parallel"),
-        ("Thor", "the last three axes meet in one point, axes 2 and 3 are parallel"),
+        ("Puma 560", f"{WRIST}axes 2 and 3 are parallel"),
+        ("KUKA KR 6", f"{WRIST}axes 2 and 3 are parallel"),
+        ("AR4", f"{WRIST}axes 2 and 3 are parallel"),
+        ("Thor", f"{WRIST}axes 2 and 3 are parallel"),
         ("UR5", "axes 2, 3 and 4 are parallel"),
-        ("SCARA with a wrist", "the last three axes meet in one point, axes 1 and 2 are parallel"),
-        ("axes 1 and 2 meet", "the last three axes meet in one point, axes 1 and 2 meet"),
-        ("axes 2 and 3 meet", "the last three axes meet in one point, axes 2 and 3 meet"),
-        (
-            "only the wrist meets",
-            (
-                "the last three axes meet in one point, the first three axes are neither parallel "
-                "nor do they meet"
-            ),
-        ),
+        ("SCARA with a wrist", f"{WRIST}axes 1 and 2 are parallel"),
+        ("axes 1 and 2 meet", f"{WRIST}axes 1 and 2 meet"),
+        ("axes 2 and 3 meet", f"{WRIST}axes 2 and 3 meet"),
+        ("only the wrist meets", f"{WRIST}{ASKEW_SHOULDER}"),
         ("Mini-mover", "axes 2, 3 and 4 are parallel"),
         ("SCORBOT", "axes 2, 3 and 4 are parallel"),
-        (
-            "five askew",
-            (
-                "the last two of five axes meet, the first three axes are neither parallel nor do "
-                "they meet"
-            ),
-        ),
-        (
-            "iiwa",
-            (
-                "the last three axes meet in one point, axes 1 and 2 meet, while joint 3 keeps its "
-                "angle"
-            ),
-        ),
+        ("five askew", f"the last two of five axes meet, {ASKEW_SHOULDER}"),
+        ("iiwa", f"{WRIST}axes 1 and 2 meet, while joint 3 keeps its angle"),
         ("UR5, from the hand", "axes 2, 3 and 4 are parallel, counted from the hand"),
-        (
-            "Puma 560, from the hand",
-            (
-                "the last three axes meet in one point, axes 2 and 3 are parallel, counted from the "
-                "hand"
-            ),
-        ),
+        ("Puma 560, from the hand", f"{WRIST}axes 2 and 3 are parallel, counted from the hand"),
     ],
 )
 def test_the_class_of_an_arm_in_words(name, said):
@@ -232,6 +213,19 @@ def test_five_joints_find_the_heading_that_a_goal_leaves_free(values, turned):
         assert difference(chain.fk(one)[2:], frame[2:]) < 2e-5
     if abs(math.hypot(frame[0][2], frame[1][2])) > 0.05 and abs(math.sin(values[2])) > 0.05:
         assert any(same(one, values) for one in found)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.sampled_from(["no structure", "five askew"]), st.data())
+def test_arms_without_a_closed_form_find_what_they_have_reached(name, data):
+    chain = limited(ARMS.get(name, COBOT_WITHOUT_WRIST), -2.6, 2.2)
+    values = tuple(data.draw(st.floats(-2.5, 2.1)) for _ in chain.links)
+    arm = ChainArm(chain)
+    pose = arm.fk(arm.joints_of(values))
+    found = arm.ik(pose)
+    arm.check(found)
+    goal = arm.goal(pose)
+    assert all(abs(miss) < 1e-6 for _, _, miss in goal.turn(chain.fk(found.angles_rad))[1])
 
 
 def test_what_no_posture_meets_is_told_for_certain():
