@@ -274,7 +274,8 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.
 #
-# What numbers did not find is not proved to be out of reach, and the sentence says so.
+# A closed form that finds nothing proves that the pose is out of reach. A search proves nothing, and
+# the sentence says so.
 
 HELD_RAD = 1e-6
 """An angle of the hand nearer to the asked one than this is the asked one."""
@@ -348,13 +349,18 @@ def nearest_of(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Pos
 
 def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
     away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (nearest.x_mm, nearest.y_mm, nearest.z_mm))
+    certain = found.reason is Reason.NO_POSTURE
     if found.residual_rad > HELD_RAD:
         gap = math.degrees(found.residual_rad)
-        reason = f"no posture was found; the nearest one misses the hand's direction by {gap:.2f}°"
         value, unit = found.residual_rad, "rad"
+        reason = f"no posture was found; the nearest one misses the hand's direction by {gap:.2f}°"
+        if certain:
+            reason = f"no posture turns the hand like this; the nearest one is off by {gap:.2f}°"
     else:
-        reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
         value, unit = away, "mm"
+        reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
+        if certain:
+            reason = f"with the hand held like this, every posture stays {away:.2f} mm away"
     return _refused(Constraint.NO_POSTURE, reason, value, 0.0, unit, pose, nearest)
 
 
