@@ -274,8 +274,8 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.
 #
-# A closed form that finds nothing proves that the pose is out of reach. A search proves nothing, and
-# the sentence says so.
+# A closed form that finds nothing proves that the pose is out of reach. A search proves nothing,
+# and the sentence says so.
 
 HELD_RAD = 1e-6
 """An angle of the hand nearer to the asked one than this is the asked one."""

@@ -1,7 +1,6 @@
 """Inverse kinematics of any chain, with limits and an honest account of what was not met.
 
-In closed form where the chain has one and the goal is a whole frame, else numerically, with
-restarts.
+In closed form where the chain has one and the goal is a whole frame; else numerically:
 Levenberg-Marquardt steps (Marquardt, 1963) on the position error, counted in lengths of the arm,
 and the rotation vector of the orientation error (Craig, chapter 5; Wampler, 1986), joints held at
 a limit while the step points beyond it. What is answered is always measured again by the product
