@@ -83,7 +83,14 @@ def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = Fals
         _write_meeting(arm)
     names = ", ".join(f"f{index}" for index in range(len(chain)))
     head = ["(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal"]
-    body = [*head, f"{names} = free", "found = []", *arm.code.live(), "return found"]
+    body = [
+        *head,
+        f"{names} = free",
+        "found = []",
+        "keep = found.append",
+        *arm.code.live(),
+        "return found",
+    ]
     source = "def branches(goal, free):\n" + "\n".join(f"    {line}" for line in body)
     made: dict[str, object] = dict(CALLED)
     exec(compile(source, "<generated inverse kinematics>", "exec"), made)  # noqa: S102 - our own
@@ -316,7 +323,7 @@ def _write_two(arm: Layout, placed: _Placed) -> None:
     x, y, z = (_seen(arm, placed, column) for column in (arm.x, arm.y, arm.z))
     fourth = angle_from(code, code.times(arm.rows(4), Z), z)
     fifth = angle_from(code, (x[2], y[2]), arm.rows(4)[2])
-    arm.found(*_angles(placed), fourth, fifth)
+    arm.found((*_angles(placed), fourth, fifth))
 
 
 def _square(arm: Layout) -> bool:
@@ -342,29 +349,25 @@ def _write_square_wrist(arm: Layout, placed: _Placed) -> None:
     turning = tuple(
         code.total((side, code.dot(aside, (rows_5[0][i], rows_5[1][i], ZERO)))) for i in range(2)
     )
-    fourth, sixth = code.variable(), code.variable()
-    plain = angle_from(code, level, z)
+    fourth, sixth = angle_from(code, level, z), code.variable()
     code.open("if {} > {}:", bent, Term(NEAR_STRAIGHT))
-    last = angle_from(code, (x[2], y[2]), turning)
-    code.write("{} = {}", fourth, plain)
-    code.write("{} = {}", sixth, last)
+    last = (x[2], y[2])
+    code.set(sixth, "atan2({}, {})", across(code, last, turning), along(code, last, turning))
     code.close()
     code.open("else:")
-    straight = Term(STRAIGHT)
-    code.write("{} = {} if {} > {} else {}", fourth, plain, bent, straight, arm.free[3])
+    code.set(fourth, "{} if {} > {} else {}", fourth, bent, Term(STRAIGHT), arm.free[3])
     v = arm.into(4, unturned(code, turn_of(code, fourth), x))
     v = arm.into(5, unturned(code, turn_of(code, fifth), v))
-    last = angle_from(code, X, v)
-    code.write("{} = {}", sixth, last)
+    code.set(sixth, "atan2({}, {})", across(code, X, v), along(code, X, v))
     code.close()
-    arm.found(*_angles(placed), fourth, fifth, sixth)
+    plain_posture = (*_angles(placed), fourth, fifth, sixth)
     flipped = []
     for angle in (fourth, sixth):
         other = code.variable()
-        back, forth = (code.total((angle,), (Term(half),)) for half in (-math.pi, math.pi))
-        code.write("{} = {} if {} > 0.0 else {}", other, back, angle, forth)
+        half = Term(math.pi)
+        code.set(other, "{}-{} if {} > 0.0 else {}+{}", angle, half, angle, angle, half)
         flipped.append(other)
-    arm.found(*_angles(placed), flipped[0], -fifth, flipped[1])
+    arm.found(plain_posture, (*_angles(placed), flipped[0], -fifth, flipped[1]))
 
 
 def _write_wrist(arm: Layout, placed: _Placed) -> None:
@@ -378,7 +381,7 @@ def _write_wrist(arm: Layout, placed: _Placed) -> None:
     fourth = angle_or_free(code, axis, z, along(code, z, z), arm.free[3], 1.0)
     v = arm.into(4, unturned(code, turn_of(code, fourth), x))
     v = arm.into(5, unturned(code, fifth, v))
-    arm.found(*_angles(placed), fourth, fifth.angle, angle_from(code, X, v))
+    arm.found((*_angles(placed), fourth, fifth.angle, angle_from(code, X, v)))
 
 
 # Axes 2, 3 and 4 parallel: what is seen along them gives the joints before and beyond them, and the
@@ -411,7 +414,7 @@ def _write_parallel(arm: Layout, *, heading_free: bool) -> None:
     tilt = code.total((arm.tilt(2), arm.tilt(3)))
     left = code.total((tilt, three.angle), (-tilt, second), (-arm.tilt(3), third.angle))
     fourth = code.call("remainder", left, Term(math.tau))
-    arm.found(outer.first, second, third.angle, fourth, *outer.last)
+    arm.found((outer.first, second, third.angle, fourth, *outer.last))
 
 
 def _through_three(arm: Layout, v: Vector3) -> Vector3:
@@ -526,12 +529,10 @@ def _first_by_either(arm: Layout, lean: Term, height: Term) -> Turn:
     a, minus_b, c = _height_of(code, axis, arm.z)
     right = code.total((size, lean), (-size, c))
     by_lean = code.total((size, a)), code.total((-size, minus_b)), right
-    names = [code.variable() for _ in range(3)]
     says = [code.total((one[0], one[0]), (one[1], one[1])) for one in (by_height, by_lean)]
-    code.write(
-        "{}, {}, {} = ({}, {}, {}) if {} >= {} else ({}, {}, {})",
-        *(*names, *by_height, *says, *by_lean),
-    )
+    names = [code.variable() for _ in range(3)]
+    for name, one, other in zip(names, by_height, by_lean, strict=True):
+        code.set(name, "{} if {} >= {} else {}", one, *says, other)
     return each_linear(code, names[0], names[1], names[2], arm.free[0], arm.size)
 
 

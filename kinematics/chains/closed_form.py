@@ -20,7 +20,7 @@ from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, turned_to
 from kinematics.chains.structure import Family, Structure, structures
 from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
-from kinematics.limits import turn_into
+from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted, turn_into
 
 NEAR_MM = 1e-5
 """How far a posture's tip may be from where the goal has it: a hundredth of what counts as met."""
@@ -33,6 +33,37 @@ PROOFS = 6
 
 SWEEP_RAD = math.radians(7.5)
 """By how much the fixed joint of seven is moved on where no posture of the others serves."""
+
+
+Fit = Callable[[Sequence[float], Sequence[float]], Posture | None]
+"""Return a posture with each joint on the turn within its limits nearest to another, or None."""
+
+
+def fit_code(limits: Sequence[tuple[float, float]]) -> Fit:
+    """Return the function for joints of these limits, whose angles come from -pi to pi.
+
+    Most postures are within the limits or far beyond one: one comparison a joint decides that, and
+    only what is left is worth a call.
+    """
+    lines = []
+    for index, (low, high) in enumerate(limits):
+        q, n = f"q{index}", f"n{index}"
+        least, most = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
+        elsewhere = [f"    {q} = fitted({q}, {low!r}, {high!r}, {n})"]
+        elsewhere += [f"    if {q} == inf:", "        return None"]
+        if -math.pi <= least and most <= math.pi:  # no other turn is within the range
+            lines += [f"if not {low!r} <= {q} <= {high!r}:"]
+            lines += [f"    if {q} < {least!r} or {q} > {most!r}:", "        return None"]
+            lines += elsewhere
+        else:
+            within = f"{low!r} <= {q} <= {high!r}"
+            lines += [f"if not ({within} and -3.14 < {q} - {n} < 3.14):", *elsewhere]
+    names = [", ".join(f"{letter}{index}" for index in range(len(limits))) for letter in "qn"]
+    body = [f"{names[0]} = angles", f"{names[1]} = near", *lines, f"return {names[0]}"]
+    source = "def fit(angles, near):\n" + "\n".join(f"    {line}" for line in body)
+    made: dict[str, object] = {"fitted": fitted, "inf": math.inf}
+    exec(compile(source, "<generated limits>", "exec"), made)  # noqa: S102 - our own source
+    return made["fit"]  # type: ignore[return-value]
 
 
 Check = Callable[[Transform, Transform], bool]
@@ -65,6 +96,7 @@ class ClosedForm:
 
     solver: Solver
     limits: tuple[tuple[float, float], ...]
+    _fit: Fit
 
     @property
     def structure(self) -> Structure:
@@ -100,11 +132,11 @@ class ClosedForm:
 
         A seven-joint arm's fixed joint stays if it can, and moves as little as it must.
         """
-        finder, fk = self._finder(goal), self.solver.fk
+        finder, fk, fit = self._finder(goal), self.solver.fk, self._fit
         for values in self._sweep(near):
             inside = []
             for angles in finder.find(goal.frame, values):
-                fitting = self._fitted(angles, near)
+                fitting = fit(angles, near)
                 if fitting is not None:
                     inside.append((math.dist(fitting, near), fitting, angles))
             for _, fitting, angles in sorted(inside):
@@ -125,18 +157,6 @@ class ClosedForm:
                 for angle, (low, high), seed in zip(angles, self.limits, near, strict=True)
             ]
         )
-
-    def _fitted(self, angles: Sequence[float], near: Sequence[float]) -> Posture | None:
-        """Return what `_turned` does, None for a posture beyond a limit; many are asked for."""
-        kept = []
-        for angle, (low, high), seed in zip(angles, self.limits, near, strict=True):
-            value = angle
-            if not -math.pi <= value - seed <= math.pi or not low <= value <= high:
-                value = turn_into(angle, low, high, seed)
-                if not low <= value <= high:
-                    return None
-            kept.append(value)
-        return tuple(kept)
 
     def _sweep(self, near: Sequence[float]) -> Iterator[Sequence[float]]:
         """Yield the posture, and with seven joints others with the fixed joint ever further off."""
@@ -162,7 +182,7 @@ def closed_form(chain: Chain) -> ClosedForm | None:
     if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
         return None
     solver = _solver(chain.within())
-    return None if solver is None else ClosedForm(solver, chain.limits)
+    return None if solver is None else ClosedForm(solver, chain.limits, fit_code(chain.limits))
 
 
 @lru_cache(maxsize=64)

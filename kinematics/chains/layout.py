@@ -8,6 +8,7 @@ that meet share their origin. Lengths in mm, angles in rad.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -90,15 +91,15 @@ class Layout:
         """Return the direction, 1 or -1, of an axis that is parallel to the one before it."""
         return Term(math.copysign(1.0, self.rows(index)[2][2].factor))
 
-    def found(self, *angles: Term) -> None:
-        """Write a line that keeps a posture."""
-        pairs = zip(self.order, angles, strict=True)
-        values = {joint: Term(self.sign * one.factor, one.variable) for joint, one in pairs}
-        fixed = self.structure.fixed
-        if fixed is not None:
-            values[fixed] = Term(1.0, f"f{fixed}")
-        listed = [values[joint] for joint in sorted(values)]
-        self.code.write(f"found.append(({', '.join('{}' for _ in listed)}))", *listed)
+    def found(self, *postures: Sequence[Term]) -> None:
+        """Write lines that keep postures, given by angles in the order solved."""
+        for angles in postures:
+            pairs = zip(self.order, angles, strict=True)
+            values = {joint: Term(self.sign * one.factor, one.variable) for joint, one in pairs}
+            if self.structure.fixed is not None:
+                values[self.structure.fixed] = Term(1.0, f"f{self.structure.fixed}")
+            listed = [values[joint] for joint in sorted(values)]
+            self.code.write(f"keep(({', '.join('{}' for _ in listed)}))", *listed)
 
     def _join(self, place: int, joint: int) -> None:
         """Make one place of the two beside a joint that keeps its angle."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from cmath import sqrt as complex_sqrt
 from collections.abc import Sequence
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 from kinematics.chains.code_lines import CodeLines, Term, Vector3
@@ -77,13 +77,9 @@ def angle_or_free(
     code: CodeLines, u: Sequence[Term], v: Sequence[Term], square: Term, free: Term, size: float
 ) -> Term:
     """Return what `angle_from` does; the free angle where v, of this square, is on the axis."""
-    angle = code.variable()
-    code.open("if {} > {}:", square, Term((NO_MATTER * size) ** 2))
-    code.write("{} = {}", angle, angle_from(code, u, v))
-    code.close()
-    code.open("else:")
-    code.write("{} = {}", angle, free)
-    code.close()
+    angle, least = code.variable(), Term((NO_MATTER * size) ** 2)
+    turn = across(code, u, v), along(code, u, v)
+    code.set(angle, "atan2({}, {}) if {} > {} else {}", *turn, square, least, free)
     return angle
 
 
@@ -92,26 +88,35 @@ def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: fl
 
     `size` is what a and b usually are; where both are nothing any angle serves, and `free` is it.
     """
-    gap = code.total((a, a), (b, b), (-c, c))
-    angles = code.variable()
+    length = hypot(a.factor, b.factor)
+    if not a.variable and not b.variable and length > 0.0:
+        a, b, size = Term(a.factor / length), Term(b.factor / length), 1.0
+        c = code.named(code.total((Term(1.0 / length), c)))
+    square = code.total((a, a), (b, b))
+    gap = code.total((square,), (-c, c))
+    turns = code.variable()
     code.open("if {} > {}:", gap, Term(EDGE * size * size))
     root = code.call("sqrt", gap)
-    pair = [
-        code.call("atan2", code.total((b, c), (a, side)), code.total((a, c), (-b, side)))
-        for side in (root, -root)
-    ]
-    code.write("{} = ({}, {})", angles, *pair)
+    share = code.reciprocal(square)
+    parts = []
+    for side in (root, -root):
+        sine, cosine = code.total((b, c), (a, side)), code.total((a, c), (-b, side))
+        angle = code.call("atan2", sine, cosine)
+        parts += [angle, code.total((share, cosine)), code.total((share, sine))]
+    code.set(turns, "(({}, {}, {}), ({}, {}, {}))", *parts)
     code.close()
     code.open("else:")
-    code.write("{} = edge({}, {}, {}, {}, {})", angles, a, b, c, free, Term(size))
+    code.set(turns, "edge({}, {}, {}, {}, {})", a, b, c, free, Term(size))
     code.close()
-    return each_of(code, angles)
+    turn = Turn(code.variable(), code.variable(), code.variable())
+    code.loop(turns, *turn)
+    return turn
 
 
 def each_of(code: CodeLines, angles: Term) -> Turn:
     """Begin a loop over angles that a name holds."""
     angle = code.variable()
-    code.open("for {} in {}:", angle, angles)
+    code.loop(angles, angle)
     return turn_of(code, angle)
 
 
@@ -142,16 +147,21 @@ def at(code: CodeLines, turn: Turn, linear: Vector3) -> Term:
 # What the code calls.
 
 
-def edge(a: float, b: float, c: float, free: float, size: float) -> tuple[float, ...]:
-    """Return the angles with a cos q + b sin q = c where their sine is all but zero."""
+def edge(
+    a: float, b: float, c: float, free: float, size: float
+) -> list[tuple[float, float, float]]:
+    """Return the turns with a cos q + b sin q = c where the sine that tells two apart is small."""
     square = a * a + b * b
-    if square <= (NO_MATTER * size) ** 2:
-        return (free,) if abs(c) <= 10.0 * NO_MATTER * size else ()
     gap = square - c * c
-    if gap > 0.0:
+    angles: list[float] = []
+    if square <= (NO_MATTER * size) ** 2:
+        angles = [free] if abs(c) <= 10.0 * NO_MATTER * size else []
+    elif gap > 0.0:
         root = sqrt(gap)
-        return atan2(b * c + a * root, a * c - b * root), atan2(b * c - a * root, a * c + b * root)
-    return (atan2(b * c, a * c),) if gap >= -TOUCHING * square else ()
+        angles = [atan2(b * c + a * side, a * c - b * side) for side in (root, -root)]
+    elif gap >= -TOUCHING * square:
+        angles = [atan2(b * c, a * c)]
+    return [(angle, cos(angle), sin(angle)) for angle in angles]
 
 
 NEARLY_REAL = 1e-3
