@@ -44,7 +44,7 @@ NEAR_STRAIGHT = 1e-3
 """Below this sine of the wrist's middle joint its outer joints are solved as a pair, at no loss of
 digits."""
 
-STRAIGHT = 1e-10
+STRAIGHT = 5e-11
 """Below this sine only the outer joints' sum is defined. The hand is off by at most twice this."""
 
 CALLED = {

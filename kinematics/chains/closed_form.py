@@ -120,12 +120,16 @@ class ClosedForm:
         Joints may be beyond their limits. A goal that is met by infinitely many postures, in a
         singular one, has those with the free joints as in `near`.
         """
-        finder, fk = self._finder(goal), self.solver.fk
-        return [
-            self._turned(angles, near)
-            for angles in finder.find(goal.frame, near)
-            if finder.meets(fk(angles), goal.frame)
-        ]
+        finder = self._finder(goal)
+        return [self._turned(angles, near) for angles in self._checked(finder, goal.frame, near)]
+
+    def postures(self, frame: Transform, near: Sequence[float]) -> list[Posture]:
+        """Return what `branches` does for a frame, with every angle from -pi to pi."""
+        return self._checked(self.solver.frames, frame, near)
+
+    def _checked(self, finder: Finder, frame: Transform, near: Sequence[float]) -> list[Posture]:
+        found, fk = finder.find(frame, near), self.solver.fk
+        return [angles for angles in found if finder.meets(fk(angles), frame)]
 
     def nearest(self, goal: Goal, near: Sequence[float]) -> Posture | None:
         """Return the posture within the limits that is nearest to another one, None without any.
