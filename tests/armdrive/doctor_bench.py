@@ -19,6 +19,7 @@ from armdrive.setup import prober as carrying
 from armdrive.setup.prober import Examination, examine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.wire import PacedDevice
+from armdrive.transports.link import Link
 from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
 
 WHO = recogniser()
@@ -35,8 +36,10 @@ def made(dialect: str, **settings: object) -> SimDevice:
 
 
 @dataclass
-class SimPort:
+class SimPort(Link):
     """A link at any baud rate; at another than the device's, both ends hear what a UART hears."""
+
+    description = "a simulated port"
 
     device: SimDevice
     receiver: Receiver = field(default_factory=lambda: Receiver(9600))
@@ -46,7 +49,6 @@ class SimPort:
 
     def __post_init__(self) -> None:
         self.line = PacedDevice(self.device, self.device.board.baud)
-        self.description = "a simulated port"
         self.baud = self.baud or self.device.board.baud or 0
 
     def tune(self, baud: int) -> None:
@@ -203,7 +205,7 @@ def lead(monkeypatch, port: object, device) -> list[int]:
     return opened
 
 
-class Deaf:
+class Deaf(Link):
     """A device that says what it was told to, whoever asks: no arm at all."""
 
     byte_gap_s = 0.0
@@ -236,7 +238,7 @@ class Echo(Deaf):
         self._says.append((now_s, data))
 
 
-class Rewritten:
+class Rewritten(Link):
     """A device some of whose words are other ones: a board of another build, say."""
 
     def __init__(self, device: SimDevice, *changes: tuple[bytes, bytes]) -> None:
@@ -262,7 +264,7 @@ THREE_AXES = (
 """What a board with three axes tells less than one with six."""
 
 
-class EchoingBoard:
+class EchoingBoard(Link):
     """A board on a line that says everything back, before the board answers."""
 
     def __init__(self, device: SimDevice) -> None:
