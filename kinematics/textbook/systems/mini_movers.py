@@ -15,7 +15,6 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink
-from kinematics.chains.spherical_wrist import REACH_MM, broken_bound
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import Branch, FiveAxisArm
@@ -39,6 +38,7 @@ from kinematics.textbook.systems.named import (
     Values,
     steps,
 )
+from kinematics.textbook.systems.spans import REACH_MM, broken_bound
 from kinematics.textbook.systems.triangle import (
     FOLDED,
     STRAIGHT_SINE,

@@ -15,7 +15,6 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.chains.spherical_wrist import REACH_MM, broken_bound, brought_within
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform, transform
 from kinematics.frames.vectors import ZERO
@@ -31,6 +30,7 @@ from kinematics.textbook.systems.named import (
     Values,
     steps,
 )
+from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     Links,
     elbow_branches,

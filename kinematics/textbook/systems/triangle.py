@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from kinematics.chains.spherical_wrist import REACH_MM
 from kinematics.frames.numbers import atan2, sqrt
 from kinematics.limits import wrap
 from kinematics.textbook.systems.named import (
@@ -21,6 +20,7 @@ from kinematics.textbook.systems.named import (
     System,
     Values,
 )
+from kinematics.textbook.systems.spans import REACH_MM
 
 STRAIGHT_SINE = 1e-7
 """An elbow whose sine is less has one posture: rounding of the tip alone makes some 1e-8."""

@@ -14,7 +14,6 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.chains.spherical_wrist import REACH_MM, broken_bound, brought_within
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform, position_of, translation
 from kinematics.textbook.systems.named import (
@@ -30,6 +29,7 @@ from kinematics.textbook.systems.named import (
     Workspace,
     steps,
 )
+from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
     STRAIGHT_SINE,
