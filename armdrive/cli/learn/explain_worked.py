@@ -199,9 +199,8 @@ def example_view(example: Study) -> dict[str, Any]:
         ],
         "goal": _goal(example, example.goal),
     }
-    if example.solution is None:
-        view["branches"] = [_branch(example, each) for each in example.branches]
-    else:
+    view["branches"] = [_branch(example, each) for each in example.branches]
+    if example.solution is not None:
         view["solution"] = solution_view(subject.chain, example.solution)
     return view
 
