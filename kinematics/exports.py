@@ -6,7 +6,10 @@ A name is imported as itself to be public (what type checkers call a re-export):
 from kinematics.chains.arm import ChainArm as ChainArm
 from kinematics.chains.assignment import Assignment as Assignment
 from kinematics.chains.assignment import JointAxis as JointAxis
+from kinematics.chains.assignment import ZeroPosition as ZeroPosition
 from kinematics.chains.assignment import assign_frames as assign_frames
+from kinematics.chains.assignment import tip_frame as tip_frame
+from kinematics.chains.assignment import zero_position as zero_position
 from kinematics.chains.chain import Chain as Chain
 from kinematics.chains.chain import JointViolation as JointViolation
 from kinematics.chains.generated import Generated as Generated

@@ -1,4 +1,4 @@
-"""The model file: a serial arm as a link table in TOML, in mm and degrees.
+"""The model file: a serial arm as a link table or by its joint axes in TOML, in mm and degrees.
 
 Any number of joints, in either convention. Unknown keys are refused with the nearest known one.
 """
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from armdrive.config.axes_model import read_axes
 from armdrive.config.guards import guards_of
 from armdrive.config.preset import MOST_STEPS, SPEED
 from armdrive.config.sections import (
@@ -37,6 +38,7 @@ from armdrive.text.toml import (
     whole,
 )
 from kinematics.chains.arm import ChainArm
+from kinematics.chains.assignment import ZeroPosition, assign_frames
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import chain_of_rows
@@ -54,14 +56,19 @@ MOST_LINKS = 100
 
 _TOP_KEYS = (
     FORMAT_KEY, "name", "title", "source", "verified", "convention", "base", "tool", "links",
+    "axes", "tip",
 )  # fmt: skip
+
+_OF_LINKS, _OF_AXES = ("links", "base", "tool"), ("axes", "tip")
+"""Keys of a file with a link table, and of one with joint axes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
     """A model as its file describes it; `source` says where its numbers come from.
 
-    `verified` is False if the file says that they are not measured on an arm.
+    `verified` is False if the file says that they are not measured on an arm. `zero` holds the
+    joint axes of a file that gives these instead of links.
     """
 
     name: str
@@ -69,6 +76,7 @@ class Model:
     source: str
     chain: Chain
     verified: bool = True
+    zero: ZeroPosition | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,21 +135,38 @@ def _model(table: TomlTable, name: str) -> Model | None:
     require_format(document)
     table.allow(_TOP_KEYS)
     called = table.value("name", text, name)
-    rows = document.get("links", [])
+    convention = table.value("convention", _convention, Convention.STANDARD)
+    verified = table.value("verified", boolean, True)
+    title, source = table.value("title", text, called), table.value("source", text, "")
+    if any(key in document for key in _OF_AXES):
+        for key in _OF_LINKS:
+            if key in document:
+                table.problems.note(f"a model with [[axes]] has no {key}: its frames are found")
+        zero = read_axes(table, MOST_LINKS)
+        if zero is None or table.problems.found:
+            return None
+        chain = table.problems.attempt(
+            lambda: assign_frames(zero.axes, zero.tool, convention, called).chain, None
+        )
+        return None if chain is None else Model(called, title, source, chain, verified, zero)
+    chain = _chain_of_links(table, convention, called)
+    return None if chain is None else Model(called, title, source, chain, verified)
+
+
+def _chain_of_links(table: TomlTable, convention: Convention, called: str) -> Chain | None:
+    """Return the chain of a file's link table, None if there are any problems."""
+    rows = table.entries.get("links", [])
     if not isinstance(rows, list) or not rows:
         table.problems.note("a model needs at least one link, each written under [[links]]")
         rows = []
     if len(rows) > MOST_LINKS:
         table.problems.note(f"a model has at most {MOST_LINKS} links, not {len(rows)}")
-    convention = table.value("convention", _convention, Convention.STANDARD)
     base, tool = (table.table(key).section(Placement) for key in ("base", "tool"))
-    verified = table.value("verified", boolean, True)
-    title, source = table.value("title", text, called), table.value("source", text, "")
     tables = [row.entries for row in table.rows("links")] if rows else []
     _note_links(tables, table.problems)
     if table.problems.found:
         return None
-    chain = table.problems.attempt(
+    return table.problems.attempt(
         lambda: chain_of_rows(
             tables,
             convention=convention,
@@ -151,7 +176,6 @@ def _model(table: TomlTable, name: str) -> Model | None:
         ),
         None,
     )
-    return None if chain is None else Model(called, title, source, chain, verified)
 
 
 def _note_links(rows: list[Mapping[str, Any]], problems: Problems) -> None:

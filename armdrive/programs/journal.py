@@ -6,6 +6,7 @@ one small file for each arm. It survives a power cut, and is deleted when the pr
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
@@ -106,6 +107,16 @@ class Journal:
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Do nothing: until the next act is written down, a resumed program repeats this one."""
+
+    @contextlib.contextmanager
+    def explained(self) -> Iterator[None]:
+        """Write down what ends the program early. A failure to write it hides no error."""
+        try:
+            yield
+        except BaseException as error:
+            with contextlib.suppress(Exception):
+                self.broke_off(error)
+            raise
 
     def broke_off(self, error: BaseException) -> None:
         """Write down why the program ended early, if anything had begun."""

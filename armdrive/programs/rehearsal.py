@@ -34,7 +34,7 @@ from armdrive.programs.acts import (
 )
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.program import Machine
-from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
+from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, RunProgress, Took
 from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import PaceChoice
@@ -406,6 +406,18 @@ class Rehearsal:
     def took_s(self) -> float:
         """How long the rehearsed loops took, on the arm's clock."""
         return sum(each.took_s for loop in self.loops for each in loop)
+
+    @property
+    def end_words(self) -> str:
+        """How it ended, if not at the end of the program, as people read it."""
+        if self.endless is not None:
+            return f"; endless: it repeats from line {self.endless.line} on"
+        return "" if self.whole else "; not rehearsed to its end, which would take too long"
+
+    def progress(self, loops: int) -> RunProgress:
+        """Return what estimates how far a run of `loops` loops has come."""
+        known = self.whole and self.endless is None and self.refusal is None
+        return RunProgress(self.loops if known else (), repeated=loops)
 
     @property
     def in_doubt(self) -> bool:

@@ -1,22 +1,19 @@
 """Orientations in every representation, from one place: three angles, axis and angle, quaternion.
 
-Each has a `rotation()`, and a `solve_...` that takes a rotation matrix back to it, gives both
-answers, and names the orientation at which it is degenerate. `RPY(phi, theta, psi)` is Rot(z,
-phi)
-Rot(y, theta) Rot(x, psi), the orientation transform of McKerrow, chapter 4, section 9; solving
-it
-for the angles is section 10. Angles in rad; solutions are from -pi (excluded) to pi.
+Each representation has a `rotation()`, and a `solve_...` function that converts a rotation matrix
+back, returns both solutions, and names the orientation at which the representation is degenerate.
+`RPY(phi, theta, psi)` is Rot(z, phi) Rot(y, theta) Rot(x, psi), the orientation transform of
+McKerrow, chapter 4, section 9; section 10 solves it for the angles. Angles are in rad; solutions
+are from -pi (excluded) to pi.
 
 Three angles are solved as the notes solve matrix equations: the first rotation is found from the
-axis that the other two leave in place, both sides are multiplied from the left by its inverse,
-and
-the remaining product of two rotations gives the other angles. So the answer makes the matrix
-again
+axis that the other two leave in place, both sides are multiplied from the left by its inverse, and
+the remaining product of two rotations gives the other angles. So the solution reproduces the matrix
 to the last digits even next to a degenerate orientation.
 
 Quaternions are Hamilton's, scalar first. Sources: J. J. Craig, "Introduction to Robotics", section
 2.8 (Euler parameters, axis and angle); S. W. Shepperd, "Quaternion from rotation matrix", 1978, for
-the way back that divides by no small number.
+the conversion that divides by no small number.
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from kinematics.chains.arm import ChainArm
+from kinematics.chains.assignment import ZeroPosition, zero_position
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.jacobians import (
@@ -25,15 +26,14 @@ from kinematics.chains.jacobians import (
     length_of,
     nearest_singularity,
 )
-from kinematics.errors import KinematicsError, UnknownSystem, nearest_word
+from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import Transform, rotation_of
 from kinematics.geometry import ArmGeometry
-from kinematics.presets import PRESETS, preset
 from kinematics.spaces import Jacobian
-from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems import system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
 from kinematics.textbook.systems.named import Lost, NamedBranch, System
@@ -139,7 +139,7 @@ class Subject:
     """An arm as a chain of links, and the named system with closed forms where it is one.
 
     `rows` number the rows of its Jacobian: `kinematics.textbook.study.ROW_NAMES` has their
-    names.
+    names. `axes` are those that a model file gives instead of links.
     """
 
     name: str
@@ -148,21 +148,17 @@ class Subject:
     chain: Chain
     system: System | None
     rows: tuple[int, ...]
+    axes: ZeroPosition | None = None
 
-
-def subject_names() -> tuple[str, ...]:
-    """Return every name that can be studied: the named systems, then the built-in arms."""
-    return tuple(dict.fromkeys((*SYSTEMS, *PRESETS)))
+    @property
+    def zero(self) -> ZeroPosition:
+        """The joint axes and the tool with every joint at zero: as given, or as the links say."""
+        return self.axes or zero_position(self.chain)
 
 
 def named_subject(name: str) -> Subject:
-    """Return the named system or built-in arm; raises `UnknownSystem` with the nearest name."""
-    if name in SYSTEMS:
-        return _of_system(name, SYSTEMS[name].title, SYSTEMS[name])
-    if name in PRESETS:
-        return _of_system(name, preset(name).title, with_arm(MINI_MOVER, preset(name).arm))
-    names = subject_names()
-    raise UnknownSystem(name, names, nearest_word(name, names))
+    """Return the named system or built-in arm; raises as `system` does."""
+    return _of_system(name, system(name).title, system(name))
 
 
 @lru_cache(maxsize=8)
@@ -184,9 +180,11 @@ def _of_system(name: str, title: str, system: System) -> Subject:
     return Subject(name, title, system.source, system.chain(), system, own_rows(system))
 
 
-def subject_of_chain(name: str, title: str, source: str, chain: Chain) -> Subject:
+def subject_of_chain(
+    name: str, title: str, source: str, chain: Chain, axes: ZeroPosition | None = None
+) -> Subject:
     """Return a chain as a subject: it has a Jacobian, but no closed form."""
-    return Subject(name, title, source, chain, None, chain_rows(chain))
+    return Subject(name, title, source, chain, None, chain_rows(chain), axes)
 
 
 KEPT = 64

@@ -53,8 +53,8 @@ MUTANTS = (
         name="the nearest posture is the farthest",
         promise="of several postures the nearest is taken",
         path="kinematics/five_axis/closed_form.py",
-        old="            if change < least:  # never",
-        new="            if best is None or inf > change > least:  # never",
+        old="            if change < least:  # infinite",
+        new="            if best is None or inf > change > least:  # infinite",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
             "test_ik_takes_the_branch_nearest_the_seed",

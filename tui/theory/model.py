@@ -307,6 +307,10 @@ class ModelScreen(Screen[None]):
         """Switch between numbers and symbols."""
         self.panel.switch_symbols()
 
+    def action_axes(self) -> None:
+        """Go on from the numbers to the thirteen steps, the other convention, and back."""
+        self.panel.switch_axes()
+
 
 class ModelDesk(KeyApp):
     """One model, and no arm: nothing here can be stopped, for nothing moves."""

@@ -8,10 +8,13 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, fields
 from typing import Any
 
+from armdrive.cli.learn.explain_axes import explain_axes
 from armdrive.cli.learn.models import (
+    find_model,
+    find_system,
     given_goal,
     given_joints,
     shown,
@@ -23,11 +26,13 @@ from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Outcome, Result, say_lines
 from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
+from kinematics.chains.assignment import assign_frames, zero_position
+from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
-from kinematics.errors import OutOfReach, UnknownSystem
+from kinematics.errors import OutOfReach
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
-from kinematics.presets import PRESETS, ArmPreset, preset
+from kinematics.presets import ArmPreset, preset
 from kinematics.spaces import Joints
 from kinematics.textbook.accuracy import (
     TipError,
@@ -48,9 +53,7 @@ from kinematics.textbook.symbolic_systems import (
     symbolic_system_example,
 )
 from kinematics.textbook.symbols import as_symbol
-from kinematics.textbook.systems import SYSTEMS, system
-from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
-from kinematics.textbook.systems.named import System
+from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.worked_example import (
     FRAME_COORDINATES,
     ExampleSection,
@@ -75,6 +78,10 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _accuracy(options.joints)
     if options.urdf:
         return _urdf(options.system)
+    if options.axes:
+        if options.joints or options.goal:
+            raise BadRequest("--axes is about the zero position; leave joints and goal out")
+        return _axes(options.system, options.convention)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
         if joints or options.goal:
@@ -83,15 +90,30 @@ def explain_system(options: argparse.Namespace) -> Outcome:
             )
         return _symbolic(options.system, latex=options.latex)
     example = _example(options.system, joints or None, options.goal)
-    heading = _heading(example.title or example.name, example.source)
-    return Result(example_view(example), (*heading, *_lines_of(sections(example))))
+    angles = "" if is_model_file(options.system) else find_system(options.system).angles
+    heading = _heading(example.title or example.name, example.source, angles)
+    view = example_view(example) | {"angles": angles}
+    return Result(view, (*heading, *_lines_of(sections(example))))
 
 
 def _urdf(word: str) -> int:
-    chain = read_model(word).chain if is_model_file(word) else _system(word).chain()
-    name = word if not is_model_file(word) else ""
-    say_lines(urdf_of_chain(chain, name=name).rstrip())
+    say_lines(urdf_of_chain(find_model(word).chain).rstrip())
     return 0
+
+
+def _axes(word: str, convention: str | None) -> Result:
+    """Explain how frames and link table follow from the axes of a system or a model file."""
+    if is_model_file(word):
+        model = read_model(word)
+        title, source, chain, zero = model.title, model.source, model.chain, model.zero
+    else:
+        named = find_system(word)
+        title, source, chain, zero = named.title, named.source, named.chain(), None
+    zero = zero or zero_position(chain)
+    kind = chain.convention if convention is None else Convention(convention)
+    return explain_axes(
+        assign_frames(zero.axes, zero.tool, kind, chain.name), _heading(title, source)
+    )
 
 
 def _example(
@@ -107,9 +129,9 @@ def _example(
             joints and given_joints(chain, joints),
             goal and given_goal(FRAME_COORDINATES, goal, least=3),
         )
-    named = _system(word)
+    named = find_system(word)
     try:
-        example = work_system(
+        return work_system(
             named,
             joints and given_joints(named.chain(), joints),
             goal and given_goal(named.coordinates, goal),
@@ -121,22 +143,6 @@ def _example(
             f"mm, {error.excess:.3g} mm beyond {error.bound:.6g} mm; a goal that it reaches: "
             f"{instead}"
         ) from None
-    chain = replace(example.chain, name=word)
-    return replace(example, name=word, title=_title(word, named), chain=chain)
-
-
-def _system(word: str) -> System:
-    """Return a named system, or a built-in arm as one of the Mini-mover's build."""
-    if word in PRESETS and word not in SYSTEMS:
-        return with_arm(MINI_MOVER, preset(word).arm)
-    try:
-        return system(word)
-    except UnknownSystem as error:
-        raise BadRequest(str(error)) from None
-
-
-def _title(word: str, named: System) -> str:
-    return named.title if word in SYSTEMS else preset(word).title
 
 
 def _symbolic(word: str, *, latex: bool) -> Result:
@@ -145,8 +151,8 @@ def _symbolic(word: str, *, latex: bool) -> Result:
         title, source = model.title, model.source
         example: SymbolicExample = symbolic_chain_example(model.chain)
     else:
-        named = _system(word)
-        title, source = _title(word, named), named.source
+        named = find_system(word)
+        title, source = named.title, named.source
         example = symbolic_system_example(named)
     heading = (f"% {title}; {source}",) if latex else _heading(title, source)
     lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
@@ -154,8 +160,9 @@ def _symbolic(word: str, *, latex: bool) -> Result:
     return Result(view, (*heading, *lines))
 
 
-def _heading(title: str, source: str) -> tuple[str, ...]:
-    return (title, f"source: {source}") if source else (title,)
+def _heading(title: str, source: str, angles: str = "") -> tuple[str, ...]:
+    said = (f"source: {source}" if source else "", f"angles: {angles}" if angles else "")
+    return (title, *filter(None, said))
 
 
 def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:
@@ -260,10 +267,7 @@ COUNTED = ("minimover5", "puma")
 
 def _efficiency(names: Sequence[str]) -> Result:
     """Count the operations of these systems, or of the Mini-mover and the Puma."""
-    try:
-        counted = [efficiency(system(name)) for name in names or COUNTED]
-    except UnknownSystem as error:
-        raise BadRequest(str(error)) from None
+    counted = [efficiency(find_system(name)) for name in names or COUNTED]
     lines = [line for one in counted for line in _efficiency_lines(one)]
     lines.append(
         "counted by running the code with counting numbers; constants of an arm cost nothing"
@@ -275,7 +279,7 @@ def _efficiency(names: Sequence[str]) -> Result:
 
 
 def _efficiency_lines(counted: Efficiency) -> Iterator[str]:
-    yield SYSTEMS[counted.system].title
+    yield find_system(counted.system).title
     for title, ways in (("forward", counted.forward), ("inverse", counted.inverse)):
         if ways:
             yield from _way_lines(title, ways)

@@ -198,10 +198,11 @@ class ObservedDrive:
         self._restart_comparison(now_s)
 
     def resume_from_reading(self, now_s: float) -> None:
-        """Move its course to the last reading; the target stays."""
+        """Let its course continue from the last reading, at its time; the target stays."""
         place, left = float(self.count or 0), self.course.goal - (self.count or 0)
         speed = math.copysign(self.course.max_speed, left) if left and self.moving else 0.0
-        self.course.put(place, speed if math.isfinite(speed) else 0.0, now_s)
+        self.course.put(place, speed if math.isfinite(speed) else 0.0, self.asked_s)
+        self.course.advance(now_s)
         self._restart_comparison(now_s)
 
     def watch(self) -> None:

@@ -282,6 +282,7 @@ class Cia402Contact:
                 yield from self._refuse(drive)
         self.beats.begin(self.io.now_s)
         yield from self._watch(on=True)
+        yield from self.exchange.look()  # a hand may have turned a shaft meanwhile
         for drive in (yield from self.states.bring(self.group.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
         yield from self._adopt_positions()

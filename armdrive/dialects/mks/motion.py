@@ -72,6 +72,7 @@ class MksMotion:
                 drive.rest_at(drive.count or 0, wire.now_s)
         wire.observer.watch()
         wire.at_limit.clear()
+        wire.unfit.clear()
         return None
 
     def along(self, request: MoveAlong) -> Script:
@@ -147,6 +148,11 @@ class MotionRun:
         """Whether a stop was requested or a jog was released."""
         return self.wire.stop_asked or self.let_go()
 
+    def unfit(self) -> Verdict | None:
+        """Return that a drive has reported why it cannot move; None if none has."""
+        unfit = self.wire.unfit
+        return _blocked(self.wire.drive(min(unfit))) if unfit else None
+
     def blame(self, trouble: Verdict | Alert | None) -> bool:
         """Record what is wrong; return whether anything is."""
         self.trouble = trouble
@@ -206,16 +212,16 @@ class MotionRun:
             self._reply = RequestRejected(words, silent=True)
         return None
 
-    def _repeat(self) -> Action:
+    def _repeat(self) -> None:
         """Repeat the order of drives that rejected it or stand short of it.
 
-        A drive that rejects it again is examined at once. Motors can be coupled: if one of a
+        A drive that rejects it again is asked why at once. Motors can be coupled: if one of a
         wrist's two motors stands, the other turns a joint that should not move.
         """
         for drive in self.wire.drives:
             if self.wire.now_s >= drive.rejections.due_s:
                 if drive.rejections.confirm():
-                    self.trouble = yield from self.inquiry.obstructed(drive.node)
+                    self.inquiry.ask_fitness(drive.node)
                 else:
                     self.wire.repeat(drive)
             elif drive.node in self.short:
@@ -270,7 +276,7 @@ class Moving:
             return Signal.STOP
         if run.steering.refused is not None:
             return Signal.OUT_OF_RANGE
-        if run.trouble is not None:
+        if run.blame(run.unfit()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s):
             return Signal.BACK
@@ -449,7 +455,7 @@ class Arriving:
         run, observer = self._run, self._wire.observer
         if run.stop_asked and self._wire.under_way:
             return Signal.STOP
-        if run.trouble is not None:
+        if run.blame(run.unfit()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s):
             return Signal.BACK

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
-from armdrive.sim.device import Board, SharedState, SwitchState
+from armdrive.sim.device import Board, DrivesOnBus, SharedState, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
@@ -70,7 +70,7 @@ class NodeLoop(Generic[N]):
         self.due_s = self.nodes_due_s
 
 
-class DrivesBoard(Board, Generic[N]):
+class DrivesBoard(Board, DrivesOnBus, Generic[N]):
     """All drives of an arm in the place of one board: packed frames go in and come out.
 
     Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
@@ -87,12 +87,9 @@ class DrivesBoard(Board, Generic[N]):
         self._shafts = shafts
         self._loop = NodeLoop(shafts, self.nodes, self.shared)
         self._unpacker = Unpacker()
-        self._controls = NodeControls(self._loop, bits_s)
+        self.drives = NodeControls(self._loop, bits_s)
+        """What can be done to single drives."""
         self.line = partial(BusLine, bitrate=bits_s)
-
-    def drives(self) -> NodeControls:
-        """Return what can be done to single drives."""
-        return self._controls
 
     # What can be seen.
 
@@ -114,10 +111,8 @@ class DrivesBoard(Board, Generic[N]):
     def details(self) -> dict[str, Json]:
         """Return the drives one by one, as they would tell it."""
         errors = self._shafts.errors(self.now_s)
-        drives: list[Json] = [
-            node.seen(errors[node.motor.index], self.now_s) for node in self.nodes
-        ]
-        return {"bits_s": self._controls.bits_s, "drives": drives}
+        seen: list[Json] = [node.seen(errors[node.motor.index], self.now_s) for node in self.nodes]
+        return {"bits_s": self.drives.bits_s, "drives": seen}
 
     def known(self) -> dict[str, Json]:
         """Return what is saved of the drives."""

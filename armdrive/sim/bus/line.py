@@ -12,6 +12,7 @@ import math
 from collections import defaultdict, deque
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Protocol
 
 from armdrive.sim.wire import PacedDevice, WireDevice
 from armdrive.transports.can_health import frame_bits
@@ -133,6 +134,20 @@ def _priority(frame: Frame) -> tuple[int, int, int, int]:
 BITRATE = 500_000
 
 
+class CanController(Protocol):
+    """The CAN controller of the host's adapter."""
+
+    bus_off: bool
+    """Whether it has left the bus: it neither sends nor receives."""
+
+
+@dataclass(slots=True)
+class HostController:
+    """The controller of a host without a simulated adapter."""
+
+    bus_off: bool = False
+
+
 class BusLine(PacedDevice):
     """A `Line` to simulated drives (one device: all the drives of an arm) over a bus.
 
@@ -140,12 +155,16 @@ class BusLine(PacedDevice):
     frames. A message of the fault lanes is one frame; one that they spoil is lost, as by its CRC.
     """
 
-    def __init__(self, device: WireDevice, bitrate: int = BITRATE) -> None:
+    def __init__(
+        self,
+        device: WireDevice,
+        bitrate: int = BITRATE,
+        controller: CanController | None = None,
+    ) -> None:
         super().__init__(device, None)
         self._bitrate = bitrate
         self.bus = FrameWire(bitrate)
-        self.bus_off = False
-        """Whether the host's controller has left the bus: it neither sends nor receives."""
+        self.controller = controller or HostController()
         self._of_host = Unpacker()
         self._unread: list[tuple[float, bytes]] = []
 
@@ -157,7 +176,7 @@ class BusLine(PacedDevice):
     @property
     def trouble(self) -> str:
         """Why the host is cut off: its controller has left the bus."""
-        if not self.bus_off:
+        if not self.controller.bus_off:
             return ""
         return (
             "is bus-off: it saw too many errors and left the bus. Check the cable, its two "
@@ -210,14 +229,14 @@ class BusLine(PacedDevice):
 
     def leave_bus(self, off: bool = True) -> None:
         """Have the host's controller go bus-off, or come back; what it had to say is lost."""
-        self.bus_off = off
+        self.controller.bus_off = off
         if off:
             self.bus.clear(BusSide.HOST)
             self._unread.clear()
 
     @property
     def _on_bus(self) -> bool:
-        return self._plugged and not self.bus_off
+        return self._plugged and not self.controller.bus_off
 
     def _pass(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Put a frame on the bus, as far as the faults of its lane let it."""

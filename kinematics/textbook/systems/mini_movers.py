@@ -305,6 +305,8 @@ wrist roll: theta5 = R
         coordinates_of=_coordinates_of,
         of_frame=_of_frame,
         losses=_losses,
+        angles="shoulder is the elevation of the upper arm, elbow and wrist pitch count from the "
+        "link before, up is positive: the angles of every built-in arm and of arm files",
         senses=((1.0, 0.0),) * 5,
     ),
     preset("minimover5").arm,
@@ -318,8 +320,8 @@ arm; elbow, forearm less upper arm; wrist pitch, hand less forearm; wrist roll.
 ALPHA_2 = with_arm(
     replace(
         MINI_MOVER,
-        name="alpha2",
-        title="Alpha II (five revolute joints)",
+        name="alpha2-lecture",
+        title="Alpha II in the lecture's angles (five revolute joints)",
         source="Asokan, Introduction to Robotics, lecture 2.7",
         derivation=steps(
             """
@@ -353,6 +355,9 @@ tool roll: theta5 = R
     (___) theta1       x0 ->
     """,
         table=_alpha2_table,
+        angles="shoulder, elbow and tool pitch count downwards, and tool pitch is -90 degrees "
+        "with the hand straight on: the angles of the lecture's link table; the model alpha2 has "
+        "those of every built-in arm",
         senses=((1.0, 0.0), (-1.0, 0.0), (-1.0, 0.0), (-1.0, -QUARTER_TURN), (1.0, 0.0)),
     ),
     preset("alpha2").arm,

@@ -205,6 +205,9 @@ class System:
     space: Callable[[System], Workspace] | None = field(default=None, compare=False, repr=False)
     """Where the tip can be put (the notes' figures c)."""
 
+    angles: str = field(default="", compare=False)
+    """How its joint angles count, where other arms of its build count them otherwise."""
+
     arm: FiveAxisArm | None = None
     """The arm with its limits, of a system of the Mini-mover's build."""
 

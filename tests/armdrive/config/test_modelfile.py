@@ -30,7 +30,7 @@ def test_the_shown_file_is_the_alpha_ii_on_a_plinth_with_a_pen():
     assert model.source == "Asokan, Introduction to Robotics, lecture 2.7"
     assert model.chain.base == translation(0.0, 0.0, 20.0)
     assert model.chain.tool == translation(0.0, 0.0, 35.0)
-    theirs = system("alpha2").chain()
+    theirs = system("alpha2-lecture").chain()
     assert model.chain.joint_names == theirs.joint_names
     for link, other in zip(model.chain.links, theirs.links, strict=True):
         assert (link.d_mm, link.a_mm) == (other.d_mm, other.a_mm)

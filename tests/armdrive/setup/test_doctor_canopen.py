@@ -224,7 +224,7 @@ def test_a_bus_without_an_arm_file_is_asked_in_every_protocol():
     assert [each.there for each in answers] == [(1, 2), ()]
     assert answers[1].asked == (1, 2)
     on = Bench(factory=False)
-    on.device.board.drives().plug(0, True)
+    on.device.board.drives.plug(0, True)
     line = on.twin.link.line
     line.send = type(line).send.__get__(line)  # nobody looks that all is of the MKS protocol
     answers = ask_bus(on.twin.link, DialogClock(), (1,))

@@ -18,11 +18,10 @@ from kinematics.textbook.study import (
     named_subject,
     searched,
     study,
-    subject_names,
     subject_of_arm,
     subject_of_chain,
 )
-from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems import MODEL_NAMES, SYSTEMS
 from kinematics.textbook.worked_example import ExampleSection, example_posture
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -69,7 +68,7 @@ def text_of(of, width=60):
     return "\n".join(line for one in sections(of, width) for line in one.lines)
 
 
-@pytest.mark.parametrize("name", subject_names())
+@pytest.mark.parametrize("name", MODEL_NAMES)
 def test_every_name_has_its_matrices_and_their_product(name):
     subject, values = example(name)
     found = study(subject, values)
@@ -84,7 +83,7 @@ def test_every_name_has_its_matrices_and_their_product(name):
 def test_an_unknown_name_is_answered_with_the_nearest_and_all():
     with pytest.raises(UnknownSystem, match="did you mean 'puma'") as said:
         named_subject("pumma")
-    assert all(name in str(said.value) for name in subject_names())
+    assert all(name in str(said.value) for name in MODEL_NAMES)
 
 
 def test_the_study_of_the_two_link_arm_reads_as_section_7_prints_it():

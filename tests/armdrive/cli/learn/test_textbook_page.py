@@ -13,7 +13,8 @@ from kinematics.textbook import systems
 from kinematics.textbook.systems import SYSTEMS, System
 
 PAGE = page("textbook")
-SPANS = sorted({" ".join(span.split()) for span in re.findall(r"`([^`]+)`", PAGE)})
+PROSE = re.sub(r"^```.*?^```$", "", PAGE, flags=re.DOTALL | re.MULTILINE)
+SPANS = sorted({" ".join(span.split()) for span in re.findall(r"`([^`]+)`", PROSE)})
 
 NAMES = [span for span in SPANS if re.fullmatch(r"(kinematics|armdrive)(\.\w+)+", span)]
 TESTS = [span for span in SPANS if span.startswith("tests/")]
