@@ -35,6 +35,7 @@ from tui.theory.model import ModelDesk
 from tui.watch import Watching
 
 FOLDER = Path(__file__).parent / "pictures"
+EXAMPLES = Path(__file__).parents[1] / "examples"
 SIZE = (120, 40)
 ARM = "sim:teachmover"
 FROM_ELSEWHERE = re.compile(r",\s*url\([^)]*\) format\([^)]*\)")
@@ -115,8 +116,13 @@ async def keyed(app: App[Any], keys: tuple[str, ...], then: Callable[[], object]
             await settle(pilot)
             then()
         await settle(pilot)
-        picture = app.export_screenshot(title="armdrive")
-        return LONG_NAME.sub("t", FROM_ELSEWHERE.sub("", picture))
+        return picture_of(app)
+
+
+def picture_of(app: App[Any]) -> str:
+    """Return what an app shows as SVG."""
+    picture = app.export_screenshot(title="armdrive")
+    return LONG_NAME.sub("t", FROM_ELSEWHERE.sub("", picture))
 
 
 def begin(arm: Arm) -> None:
@@ -170,10 +176,42 @@ async def question() -> str:
         return await of(arm, ("C",))
 
 
-async def model() -> str:
+async def waiting(app: Desk, pilot: Pilot[Any]) -> None:
+    """Let a program go on until it waits for a person, and show that."""
+    await pilot.pause()
+    while not app.link.status.paused:
+        app.poll()
+        await pilot.pause()
+    for _ in range(TURNS):
+        app.poll()
+        await pilot.pause()
+
+
+async def program() -> str:
+    """Picture a program that is stepped through: it waits before a motion."""
+    with standing() as arm:
+        clock = Clock()
+        app = Desk(arm, braille=True, clock=clock)
+        app.programs = EXAMPLES
+        app.input.suspended_s = app.input.starved_s = math.inf
+        async with app.run_test(size=SIZE) as pilot:
+            for key in ("f8", "down", "down", "s", "r", "enter", "enter"):
+                await pilot.press(key)
+                await settle(pilot)
+                clock.now_s += KEY_S
+            await waiting(app, pilot)
+            await pilot.press("right")  # the first line that moves only references the arm
+            await waiting(app, pilot)
+            picture = picture_of(app)
+            app.action_stop_arm()
+            await settle(pilot)
+            return picture
+
+
+async def model(name: str, *keys: str) -> str:
     """Picture a model without an arm."""
-    app = ModelDesk(named_subject("puma"), braille=True)
-    return await keyed(app, ("q", "q", "w"), lambda: None)
+    app = ModelDesk(named_subject(name), braille=True)
+    return await keyed(app, keys, lambda: None)
 
 
 async def watch() -> str:
@@ -200,8 +238,10 @@ PICTURES: Mapping[str, Callable[[], Coroutine[Any, Any, str]]] = MappingProxyTyp
         "setup": partial(desk, "f5", "down", "down", "down", "enter", "t"),
         "theory": partial(desk, "f6"),
         "log": partial(desk, "f7"),
+        "program": program,
         "watch": watch,
-        "model": model,
+        "model": partial(model, "puma", "q", "q", "w"),
+        "axes": partial(model, "alpha2-lecture", "A", *["N"] * 31),
         "first-run": first_run,
         "help": partial(desk, "question_mark"),
         "palette": partial(desk, "ctrl+p", *_typed("ref")),

@@ -66,20 +66,20 @@ def conduct_of(
     armed: bool | None = None,
     says: str = "",
     looked_for: bool = False,
-    paused_here: bool = False,
+    paused_at: str = "",
     program: str = "",
 ) -> Conduct:
     """Return what a desk says about its arm.
 
     `armed` is None on a screen without jog keys. `says` stands beside the badge. `looked_for` means
-    that the desk looks for a lost link by itself, `paused_here` that this desk paused the arm.
+    that the desk looks for a lost link by itself; `paused_at` is its screen that paused the arm.
     """
     badge = BADGES[status.state.value]
     if status.paused and status.state is not State.DISCONNECTED:
         badge = PAUSED
     elif armed and status.state is State.STANDBY:
         badge = ARMED
-    forbids = banner(status, keys, looked_for=looked_for, paused_here=paused_here)
+    forbids = banner(status, keys, looked_for=looked_for, paused_at=paused_at)
     return Conduct(
         arm="  ".join(filter(None, (which(status), program))),
         real=not status.simulated,
@@ -120,9 +120,7 @@ def look_for_it(keys: Keyboard) -> str:
     return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
 
 
-def banner(
-    status: Status, keys: Keyboard, *, looked_for: bool = False, paused_here: bool = False
-) -> str:
+def banner(status: Status, keys: Keyboard, *, looked_for: bool = False, paused_at: str = "") -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
     reason = (
         coded(status.error, status.error_code)
@@ -136,17 +134,17 @@ def banner(
     if status.state is State.ERROR_STOP:
         return f"{reason}. {keys.label('reset')} resets, and moves nothing."
     if status.paused:
-        return _paused(keys, here=paused_here)
+        return _paused(keys, paused_at)
     if status.speed_override < 1.0:
         return f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100` ends that."
     return ""
 
 
-def _paused(keys: Keyboard, *, here: bool) -> str:
+def _paused(keys: Keyboard, paused_at: str) -> str:
     """Say who has paused the arm, and how it goes on or ends."""
     stop = f"{keys.label('stop')} ends its motion"
-    if here:
-        where = f"{keys.label('points-pause')} on the {titled('points')} screen"
+    if paused_at:
+        where = f"{keys.label(f'{paused_at}-pause')} on the {titled(paused_at)} screen"
         return f"paused at this desk: {where} lets the arm go on, {stop}."
     return f"paused from outside: `armdrive resume` lets the arm go on, {stop}."
 

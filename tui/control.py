@@ -32,8 +32,8 @@ class ArmLink:
     ) -> None:
         self.status: Status = arm.status
         """The latest one."""
-        self.paused_here = False
-        """Whether this desk paused the arm, and not somebody outside."""
+        self.paused_at = ""
+        """The screen of this desk that paused the arm; empty if another program did."""
         self._arm = arm
         self._keys = keys
         self._say = say
@@ -56,17 +56,17 @@ class ArmLink:
     def take(self, status: Status) -> None:
         """Take the latest status."""
         if self.status.paused and not status.paused:
-            self.paused_here = False  # the next pause may be somebody else's
+            self.paused_at = ""  # another program may make the next pause
         self.status = status
         if self.lost:
             self._note_loss()
         elif self._was_lost:
             self._note_return()
 
-    def switch_pause(self) -> None:
-        """Pause the arm after its next burst, or let it go on."""
-        self.paused_here = not self.status.paused
-        (self._arm.pause if self.paused_here else self._arm.resume)()
+    def switch_pause(self, place: str) -> None:
+        """Pause the arm after its next burst, or let it go on; `place` is the screen of the key."""
+        self.paused_at = "" if self.status.paused else place
+        (self._arm.pause if self.paused_at else self._arm.resume)()
 
     def _note_loss(self) -> None:
         """Let no key jog, and close the questions about an arm that is gone."""

@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -57,18 +58,11 @@ STARVED_S = 0.3
 _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 
 
-def _setup_screen() -> DeskScreen:
-    """Make the set-up screen; what it asks of ports takes as long to load as the desk itself."""
-    from tui.setup.screen import SetupScreen
+def _late_screen(place: str) -> DeskScreen:
+    """Make a screen whose modules take as long to load as the desk itself."""
+    from tui.late_screens import LATE_SCREENS
 
-    return SetupScreen()
-
-
-def _theory_screen() -> DeskScreen:
-    """Make the theory screen; the textbook takes as long to load as the desk itself."""
-    from tui.theory.screen import TheoryScreen
-
-    return TheoryScreen()
+    return LATE_SCREENS[place]()
 
 
 def _first_screen(status: Status, left: ArmMemory) -> str:
@@ -85,9 +79,8 @@ class Desk(KeyApp):
         "jog": JogScreen,
         "move": MoveScreen,
         "points": PointsScreen,
-        "setup": _setup_screen,
-        "theory": _theory_screen,
         "log": LogScreen,
+        **{place: partial(_late_screen, place) for place in ("setup", "theory", "program")},
     }
     DEFAULT_MODE = SCREENS[0].id
 
@@ -102,8 +95,12 @@ class Desk(KeyApp):
         memory: Path | None = None,
         first: str = "",
         find_pad: Callable[[], Pad | None] | None = None,
+        program: Path | None = None,
     ) -> None:
-        """`find_pad` opens a gamepad, or returns None; without it none is looked for."""
+        """`find_pad` opens a gamepad, or returns None; without it none is looked for.
+
+        `program` is the file that the program screen begins with.
+        """
         super().__init__()
         self.arm = arm
         self.braille = braille
@@ -126,6 +123,8 @@ class Desk(KeyApp):
         """The last message; each screen has a hint of its own for when there is none."""
         self.goal: Joints | None = None
         """A posture that one screen has left for the move screen."""
+        self.program = program
+        self.programs = Path.cwd()
         self.reopens = False
         """Whether the program that runs this desk would open the next one on another arm file."""
         self.opens: Path | None = None
@@ -185,7 +184,7 @@ class Desk(KeyApp):
 
     def _say_dropped(self, time_s: float) -> None:
         """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.say(f"a key was dropped: this program had stood still for {time_s:.1f} s; press again")
+        self.say(f"a key was dropped: this program was suspended for {time_s:.1f} s; press again")
 
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))

@@ -48,6 +48,10 @@ class ScreenHost(Protocol):
     manner: Manner
     goal: Joints | None
     """A posture that one screen has left for the move screen."""
+    programs: Path
+    """The folder whose program files are listed."""
+    program: Path | None
+    """The program file that was named when the desk was opened."""
     reopens: bool
     """Whether another desk can be opened on an arm file."""
 
@@ -179,7 +183,7 @@ class DeskScreen(Screen[None]):
             armed=self.armed,
             says=self.says,
             looked_for=desk.arm.reconnects,
-            paused_here=desk.link.paused_here,
+            paused_at=desk.link.paused_at,
             program=at_work(tells() if (tells := desk.arm.program) else {}),
         )
         conduct = replace(
@@ -263,7 +267,7 @@ class Screens:
 
     def resumed(self, time_s: float) -> None:
         """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
-        self.disarm(f"this program had stood still for {time_s:.1f} s")
+        self.disarm(f"this program was suspended for {time_s:.1f} s")
 
     def starved(self, time_s: float) -> None:
         """Note that keys may have waited for the desk for this long; those move nothing."""

@@ -38,6 +38,7 @@ def run_desk(
     hint: str = "",
     reopens: bool = False,
     gamepad: str | None = None,
+    program: Path | None = None,
 ) -> DeskEnd:
     """Show the desk until the user leaves it, and return how that was.
 
@@ -45,7 +46,8 @@ def run_desk(
     `first` is the id of the screen to begin at, instead of the one that was left; `hint` is said
     at the beginning. With `reopens` the caller opens another desk where an arm file that was
     written here is to be used at once. `gamepad` are letters of the name of the gamepad that jogs
-    as well, none of them for the only one; raises `BadRequest` where none can be read.
+    as well, none of them for the only one; raises `BadRequest` where none can be read. `program`
+    is the file that the program screen begins with.
     However it ends, the arm has been told to stop; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
@@ -60,6 +62,7 @@ def run_desk(
         memory=memory_file(),
         first=first,
         find_pad=None if gamepad is None else _finds_pad(gamepad),
+        program=program,
     )
     desk.reopens = reopens
     desk.message = hint or desk.message

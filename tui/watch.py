@@ -47,7 +47,7 @@ from tui.keys.remap import load_keys
 from tui.keys.table import STOP
 from tui.look import Looks
 from tui.painting import PlainText
-from tui.program import WatchedProgram
+from tui.program.lines import LINES_SHOWN, ProgramLines, WatchedProgram
 from tui.screens import panels
 from tui.settings import memory_file, recall
 
@@ -205,7 +205,10 @@ class WatchScreen(Screen[None]):
         with Container(id="body"), Horizontal():
             yield SpaceView(app.model, braille=app.braille, id="space")
             with VerticalScroll(id="panels", can_focus=False):
-                yield from panels(program="Program", watched="Status")
+                program = ProgramLines(id="program", rows=LINES_SHOWN)
+                program.border_title = "Program"
+                yield program
+                yield from panels(watched="Status")
         yield PlainText(id="remarks")
         yield KeyLine(id="footer")
 
@@ -220,9 +223,7 @@ class WatchScreen(Screen[None]):
             return  # not laid out yet, or already being taken down
         app, width = self.watching, self.size.width
         self.query_one(SafetyPanel).show(conduct(app.arm_name, view, ended))
-        program = self.query_one("#program", PlainText)
-        program.show_lines(self._program.lines(view.get("program")))
-        program.display = bool(program.shown)
+        self.query_one(ProgramLines).show_program(self._program.lines(view.get("program")))
         self.query_one("#watched", PlainText).show(lines(view))
         self.query_one("#remarks", PlainText).show(message)
         self.query_one(KeyLine).show_keys(app.keys.next_keys("watch"), width)

@@ -6,6 +6,7 @@ one small file for each arm. It survives a power cut, and is deleted when the pr
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
@@ -106,6 +107,16 @@ class Journal:
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Do nothing: until the next act is written down, a resumed program repeats this one."""
+
+    @contextlib.contextmanager
+    def explained(self) -> Iterator[None]:
+        """Write down what ends the program early. A failure to write it hides no error."""
+        try:
+            yield
+        except BaseException as error:
+            with contextlib.suppress(Exception):
+                self.broke_off(error)
+            raise
 
     def broke_off(self, error: BaseException) -> None:
         """Write down why the program ended early, if anything had begun."""
@@ -352,6 +363,6 @@ def _elsewhere(here: ArmCoordinates, began: Standing, how: str, move: str) -> st
     joints = " ".join(f"--joint {name}={angle:.2f}" for name, angle in began.joints_deg.items())
     return (
         f"the arm does not stand where the program was interrupted ({', '.join(apart)}): bring it "
-        f"back with `{move} {joints} --gripper {began.opening_mm:.1f}`, look whether what "
-        f"it held is still there, then `{how}`; or start the program again"
+        f"back with `{move} {joints} --gripper {began.opening_mm:.1f}`, check that the fingers "
+        f"still hold what they held, then run `{how}`; or start the program again"
     )

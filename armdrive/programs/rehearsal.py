@@ -34,7 +34,7 @@ from armdrive.programs.acts import (
 )
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.program import Machine
-from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, Took
+from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, RunProgress, Took
 from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import PaceChoice
@@ -181,7 +181,7 @@ class Rehearser(Performer):
         if (on and off) or act.within_s is None:
             self._assumptions.note(f"{act} at once")
             return True
-        self._assumptions.note(f"it is not so within {act.within_s:g} s that {act}")
+        self._assumptions.note(f"in {act.within_s:g} s it does not happen that {act}")
         self.arm.sleep(min(act.within_s, NAP_S))
         return False
 
@@ -307,7 +307,7 @@ def rehearsing_arm(
 def _likely_position(seen: SeenArm) -> tuple[ArmCoordinates | None, str]:
     """Return where an arm probably stands, and what that place is called."""
     if seen.last_seen is not None:
-        return seen.last_seen, "the place where it was seen last"
+        return seen.last_seen, "the place where it was last seen"
     model, homing = seen.config.model, seen.config.homing
     if model.reference is not None:
         joints = model.arm.ik(model.reference.pose)
@@ -406,6 +406,18 @@ class Rehearsal:
     def took_s(self) -> float:
         """How long the rehearsed loops took, on the arm's clock."""
         return sum(each.took_s for loop in self.loops for each in loop)
+
+    @property
+    def end_words(self) -> str:
+        """How it ended, if not at the end of the program, as people read it."""
+        if self.endless is not None:
+            return f"; endless: it repeats from line {self.endless.line} on"
+        return "" if self.whole else "; not rehearsed to its end, which would take too long"
+
+    def progress(self, loops: int) -> RunProgress:
+        """Return what estimates how far a run of `loops` loops has come."""
+        known = self.whole and self.endless is None and self.refusal is None
+        return RunProgress(self.loops if known else (), repeated=loops)
 
     @property
     def in_doubt(self) -> bool:

@@ -159,7 +159,7 @@ def _stuck(clock: SimulatedClock) -> str:
     guilty = [words for engine in clock.engines if (words := _hurry(engine, clock.now_s))]
     names = guilty or [f"a task {_on(engine)}" for engine in clock.engines]
     return (
-        f"simulated time does not pass at {clock.now_s:.6f} s: {'; '.join(names)}. This is a bug "
+        f"simulated time is stuck at {clock.now_s:.6f} s: {'; '.join(names)}. This is a bug "
         "in armdrive: please report it"
     )
 

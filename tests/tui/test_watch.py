@@ -15,7 +15,7 @@ from tui import watch as watch_words
 from tui.frame import SafetyPanel
 from tui.keys.remap import load_keys
 from tui.painting import PlainText
-from tui.program import LINES_SHOWN
+from tui.program.lines import LINES_SHOWN
 from tui.watch import HeldArm, Watching, WatchScreen
 
 END = object()

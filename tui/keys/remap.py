@@ -3,7 +3,7 @@
 layout = "azerty"           # or qwerty, qwertz, dvorak, colemak
 [keys]
 arm = "f9"                  # a row's id: a key, as printed or by its name ...
-finer = [",", "f8"]         # ... or several
+finer = [",", "f10"]        # ... or several
 [gamepad]                   # see gamepad/map.py
 """
 

@@ -229,6 +229,32 @@ POINT_KEYS = (
 )  # fmt: skip
 """Names are typed once they are asked for; their letters are no rows of the table."""
 
+PROGRAM_KEYS = (
+    DeskKey("program-go", ("enter",), "start.press", "go (twice)",
+            "Press twice: the program runs as it was rehearsed; one that was not is rehearsed "
+            "first. A key that is held does not count.", "program", also="run start play"),
+    DeskKey("program-next", ("down",), "choose(1)", "next",
+            "Choose the next program of the list.", "program"),
+    DeskKey("program-previous", ("up",), "choose(-1)", "", "Choose the program before.", "program"),
+    DeskKey("program-rehearse", ("r",), "start.rehearse", "rehearse",
+            "Rehearse the program on the arm's simulated twin: how long it takes, what it assumes, "
+            "and the line that would fail. Nothing moves.", "program", also="check simulate"),
+    DeskKey("program-pause", ("p",), "run.switch_pause", "pause",
+            "Pause the program after its next burst, or let it go on; also where it waits for "
+            "you.", "program"),
+    DeskKey("program-stepping", ("s",), "run.switch_stepping", "stepping",
+            "Have the program wait for you before each motion, until it is pressed again.",
+            "program"),
+    DeskKey("program-forward", ("right",), "run.forward", "step",
+            "Let a program go on that waits for you. A key that is held does not count.",
+            "program"),
+    DeskKey("program-down", ("pagedown",), "turn_page(1)", "",
+            "Show the lines further down, while none of them runs.", "program"),
+    DeskKey("program-up", ("pageup",), "turn_page(-1)", "", "Show the lines further up.",
+            "program"),
+)  # fmt: skip
+"""A stop ends a program at once; leaving the screen ends it after the motion under way."""
+
 
 # The log and its dialogs. None of these keys moves the arm.
 
@@ -315,6 +341,9 @@ THEORY_KEYS = (
             "Go back to the page before.", "theory"),
     DeskKey("theory-symbols", ("S",), "symbols", "symbols",
             "Switch between numbers and the notes' own C1, S12.", "theory"),
+    DeskKey("theory-axes", ("A",), "axes", "from axes",
+            "Find frames and link table from the joint axes, a step a page; again: in the other "
+            "convention, then back to the numbers.", "theory"),
 )  # fmt: skip
 """They only turn pages: nothing on the theory screen moves an arm."""
 

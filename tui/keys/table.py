@@ -18,6 +18,7 @@ from tui.keys.rows import (
     MODEL_KEYS,
     MOVE_KEYS,
     POINT_KEYS,
+    PROGRAM_KEYS,
     SETUP_KEYS,
     THEORY_KEYS,
     VIEW_KEYS,
@@ -49,6 +50,7 @@ SCREENS = (
         "theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands."
     ),
     KeyEntry("log", "f7", "log", "What passes between the arm and this program, in words."),
+    KeyEntry("program", "f8", "program", "Choose a program, rehearse it, run it, step through it."),
 )
 """The first one is shown first."""
 
@@ -246,6 +248,7 @@ TABLE = (
     *JOG_KEYS,
     *MOVE_KEYS,
     *POINT_KEYS,
+    *PROGRAM_KEYS,
     *SETUP_KEYS,
     *THEORY_KEYS,
     *LOG_KEYS,

@@ -139,8 +139,13 @@ def again_text(keys: Keyboard) -> str:
 
 def progress_text(share: float, keys: Keyboard) -> str:
     """Say how far the arm is, in a bar and a number, and how it is stopped."""
+    return f"MOVING {progress_bar(share)}\n{keys.label('stop')} stops it"
+
+
+def progress_bar(share: float) -> str:
+    """Return a share of 1 as a bar and a number."""
     full = round(share * BAR)
-    return f"MOVING [{'#' * full}{'-' * (BAR - full)}] {share:.0%}\n{keys.label('stop')} stops it"
+    return f"[{'#' * full}{'-' * (BAR - full)}] {share:.0%}"
 
 
 def arrived(status: Status) -> str:

@@ -172,7 +172,7 @@ class PointsScreen(DeskScreen):
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or let it go on."""
-        self.desk.link.switch_pause()
+        self.desk.link.switch_pause(self.place)
 
 
 def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:

@@ -11,7 +11,7 @@ from tui.keys.keyboard import Keyboard
 from tui.keys.table import words
 from tui.painting import Span
 from tui.points.list import PointList, PointNaming
-from tui.program import CURRENT_STYLE, DONE_STYLE
+from tui.program.lines import CURRENT_STYLE, DONE_STYLE
 
 NAME_WIDTH = 16
 STEPS_SHOWN = 9

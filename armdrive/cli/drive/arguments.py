@@ -147,6 +147,7 @@ def _jog(parser: argparse.ArgumentParser) -> None:
     Examples:
       armdrive jog
       armdrive jog --arm bench --reconnect
+      armdrive jog --program stack.arm     rehearse and run a program in the desk
       armdrive jog --keys azerty
       armdrive jog --model puma
       armdrive jog --web                   in a browser on this computer
@@ -175,10 +176,17 @@ def _jog(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="a named system or a .toml file, without an arm; no NAME: list them",
     )
-    parser.add_argument(
+    first = parser.add_mutually_exclusive_group()
+    first.add_argument(
         "--setup",
         action="store_true",
         help="start on the set-up screen: find an arm, describe it, check its motors",
+    )
+    first.add_argument(
+        "--program",
+        type=Path,
+        metavar="FILE",
+        help="start on the program screen with this program; nothing runs before you confirm it",
     )
     parser.add_argument(
         "--gamepad",

@@ -10,18 +10,18 @@ from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
+from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.presenter import Outcome, Result, say
 from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
-from armdrive.config.link_model import is_model_file, read_model
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest
 from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
-from kinematics.errors import suggestion
-from kinematics.textbook.study import Subject, named_subject, subject_names, subject_of_chain
+from armdrive.text.reading import read_text
+from kinematics.textbook.systems import MODEL_NAMES, system
 from tui.gamepad.evdev import check_gamepads
 from tui.keys.keyboard import Keyboard, as_rows, as_text
 from tui.keys.remap import load_keys
@@ -31,6 +31,8 @@ from tui.theory.model import run_model
 def jog(options: argparse.Namespace) -> Outcome:
     """Open the desk."""
     keys = load_keys(options.keys)  # a wrong file is refused before anything is opened
+    if options.program is not None:
+        read_text(options.program, "the program", BadRequest)
     if options.show_keys:
         return Result({"keys": as_rows(keys)}, as_text(keys))
     if options.web:
@@ -41,7 +43,8 @@ def jog(options: argparse.Namespace) -> Outcome:
         require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
     if options.gamepad is not None:
         check_gamepads()
-    end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
+    first = "setup" if options.setup else "program" if options.program is not None else ""
+    end = _desk(options, keys, first, _hint(options, keys))
     while end.opens is not None:  # the set-up screen wrote an arm file
         options = _on_file(options, end.opens)
         hint = f"this is {options.arm}: nothing moved; reference it, then check its motors"
@@ -66,6 +69,7 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
             hint=hint,
             reopens=not options.served,
             gamepad=options.gamepad,
+            program=None if options.program is None else options.program.absolute(),
         )
         last = arm.status
     if last.error and last.state is State.DISCONNECTED and not end.code:
@@ -117,26 +121,8 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
     return run_model(subject, ascii_only=options.ascii, keys=keys)
 
 
-def find_subject(word: str) -> Subject:
-    """Return the model of a name or of the path of a model file.
-
-    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
-    that cannot be used.
-    """
-    if is_model_file(word):
-        model = read_model(word)
-        return subject_of_chain(model.name, model.title, model.source, model.chain)
-    names = subject_names()
-    if word not in names:
-        raise BadRequest(
-            f"no model is named {word!r}{suggestion(word, names)} "
-            f"(there are {', '.join(names)}, and .toml files with a link table)"
-        )
-    return named_subject(word)
-
-
 def _models() -> Result:
-    titles = {name: named_subject(name).title for name in subject_names()}
+    titles = {name: system(name).title for name in MODEL_NAMES}
     width = max(map(len, titles)) + 2
     return Result(
         {"models": [{"name": name, "title": title} for name, title in titles.items()]},

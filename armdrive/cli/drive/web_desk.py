@@ -259,7 +259,7 @@ ENDING_S = 3.0
 BUSY = "a desk is open in another tab, or is just closing: close it, then reload this page"
 
 SWITCHES = ("ascii", "setup", "fresh")
-VALUES = ("keys", "model", "arm", "sim", "port", "dialect", "baud", "gamepad")
+VALUES = ("keys", "model", "program", "arm", "sim", "port", "dialect", "baud", "gamepad")
 """Options that are passed on to the desk behind a page."""
 
 

@@ -27,11 +27,12 @@ from armdrive.cli.program.run_common import (
     stopped_by_interrupt,
     tell_failure,
 )
-from armdrive.cli.program.run_output import Display, RunOutput, line_words
+from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.connect.parts import ConnectOptions
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.arm_access import accept_restored, time_s
 from armdrive.programs.problems import SourceMark
+from armdrive.programs.run_view import line_words
 from armdrive.programs.scripts import (
     Connections,
     ScriptCall,

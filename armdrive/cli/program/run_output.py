@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import re
 import shutil
 import sys
 import threading
@@ -22,9 +21,9 @@ from armdrive.cli.presenter import Result, put
 from armdrive.errors import Stopped
 from armdrive.errors.actions import COMMAND_LINE, Words, presented
 from armdrive.errors.printable import printable
-from armdrive.programs.arm_access import time_s
 from armdrive.programs.problems import SourceMark
-from armdrive.programs.progress import Estimate, RunProgress
+from armdrive.programs.progress import RunProgress
+from armdrive.programs.run_view import RunView, duration, place_words
 
 if TYPE_CHECKING:
     from armdrive.programs.acts import Answer
@@ -121,15 +120,7 @@ class Display:
         self._lines = lines
         self._output = output
         self._typed = typed
-        self._progress = RunProgress(())
-        self._share = 1.0
-        self._arm: Arm | None = None
-        self._mark: SourceMark | None = None
-        self._act = ""
-        self._waiting = ""
-        self._loop = 1
-        self._loops = 1
-        self._began_s = 0.0
+        self._run = RunView(self._line_at)
         self._paused = False
         self._lock = threading.RLock()
         self._over = threading.Event()
@@ -151,8 +142,7 @@ class Display:
 
     def follow(self, progress: RunProgress, *, share: float = 1.0, loops: int = 1) -> None:
         """Estimate by a rehearsal in which the arm moved with `share` of its speed."""
-        with self._lock:
-            self._progress, self._share, self._loops = progress, share, loops
+        self._run.follow(progress, share=share, loops=loops)
 
     # -- what happens -------------------------------------------------------------------------
 
@@ -178,9 +168,7 @@ class Display:
 
     def use(self, arm: Arm) -> None:
         """Look at this arm from now on, and tell other programs what it is doing."""
-        with self._lock:
-            self._arm = arm
-        arm.program = self.view
+        self._run.use(arm)
 
     def at(
         self,
@@ -194,10 +182,7 @@ class Display:
     ) -> None:
         """Show where the program is, on a line of its own if it is `loud` or waits."""
         with self._lock:
-            self._arm = arm or self._arm
-            self._mark, self._act, self._loop, self._waiting = mark, act, loop, waiting
-            self._progress.begins(mark, loop)
-            self._began_s = 0.0 if self._arm is None else time_s(self._arm)
+            self._run.at(arm, mark, act, loop=loop, waiting=waiting)
             view = self.view()
             if self._output.as_json:
                 self.tell({"event": "act", **view}, "")
@@ -231,39 +216,19 @@ class Display:
 
     def view(self) -> dict[str, Any]:
         """Return where the program is, as plain data."""
-        with self._lock:
-            if self._mark is None:
-                return {}
-            estimate = self._estimate()
-            return {
-                "file": self._mark.file,
-                "line": self._mark.line or None,
-                "column": self._mark.column,
-                "text": self.source(self._mark.line),
-                "act": self._act,
-                "waiting": self._waiting or None,
-                "loop": self._loop,
-                "loops": self._loops,
-                "percent": None if estimate.percent is None else round(estimate.percent, 1),
-                "left_s": None if estimate.left_s is None else round(estimate.left_s, 1),
-            }
+        return self._run.view()
 
     def source(self, line: int) -> str:
         """Return a line of the program."""
-        if self._typed is not None and self._mark is not None:
-            return self._typed.line_at(self._mark).strip()
         return self._lines[line - 1].strip() if 0 < line <= len(self._lines) else ""
+
+    def _line_at(self, mark: SourceMark) -> str:
+        return self.source(mark.line) if self._typed is None else self._typed.line_at(mark).strip()
 
     @property
     def _draws(self) -> bool:
         """Whether the status line may be rewritten now: not over a question."""
-        return self._output.rewrites and self._act.lower() not in ASKING
-
-    def _estimate(self) -> Estimate:
-        if self._arm is None:
-            return Estimate()
-        share = self._arm.speed_override / self._share
-        return self._progress.estimate(time_s(self._arm) - self._began_s, share)
+        return self._output.rewrites and self._run.act.lower() not in ASKING
 
     def _look(self) -> None:
         """Show what changes between two acts, for as long as somebody reads it."""
@@ -273,8 +238,8 @@ class Display:
                     self._look_once()
 
     def _look_once(self) -> None:
-        arm = self._arm
-        if arm is None or self._mark is None:
+        arm = self._run.arm
+        if arm is None or self._run.mark is None:
             return
         if arm.paused is not self._paused:
             self._paused = arm.paused
@@ -284,41 +249,7 @@ class Display:
             self._draw(self.view())
 
     def _draw(self, view: Mapping[str, Any]) -> None:
-        arm = self._arm
+        arm = self._run.arm
         slowed = arm is not None and arm.speed_override < 1.0
         words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
         self._output.rewrite(words)
-
-
-# A running program's position and times as text.
-
-_SAID = re.compile(r"""(?:"[^"]*"|'[^']*'|[^"'#])*(?=#)""")
-"""A line without its comment; no match if it has none."""
-
-
-def place_words(view: Mapping[str, Any]) -> str:
-    """Return where a program is, as a line for people."""
-    percent, left_s = view["percent"], view["left_s"]
-    share = "    " if percent is None else f"{percent:3.0f}%"
-    left = "" if left_s is None else f"  {duration(left_s)} left"
-    loop = "" if view["loops"] == 1 else f"loop {view['loop']}  "
-    waiting = f"  {view['waiting']}" if view["waiting"] else ""
-    line = line_words(view["line"], view["text"] or view["act"])
-    return f"{share}  {loop}{line}{waiting}{left}"
-
-
-def line_words(line: int | None, text: str) -> str:
-    """Return a line of a program with its number, if it is known, and without its comment."""
-    said = _SAID.match(text)
-    text = said.group().rstrip() if said else text
-    return f"line {line}: {text}" if line else text
-
-
-def duration(time_s: float) -> str:
-    """Return a time for people: seconds, or minutes and seconds, or hours and minutes."""
-    if time_s < 60.0:
-        return f"{time_s:.1f} s" if time_s < 10.0 else f"{time_s:.0f} s"
-    minutes, seconds = divmod(round(time_s), 60)
-    if minutes < 60:
-        return f"{minutes} min {seconds} s"
-    return f"{minutes // 60} h {minutes % 60} min"

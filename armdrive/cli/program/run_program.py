@@ -23,13 +23,12 @@ from armdrive.cli.program.run_common import (
     stopped_by_interrupt,
     tell_failure,
 )
-from armdrive.cli.program.run_output import Display, RunOutput, duration
-from armdrive.cli.program.run_report import end_words, look_at_arm, rehearsal_plan, report
+from armdrive.cli.program.run_output import Display, RunOutput
+from armdrive.cli.program.run_report import look_at_arm, rehearsal_plan, report
 from armdrive.programs.acts import Answer
 from armdrive.programs.journal import Journal, taken_up
 from armdrive.programs.problems import lines_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
-from armdrive.programs.progress import RunProgress
 from armdrive.programs.rehearsal import (
     BEFORE_RUN_S,
     CHECK_S,
@@ -39,6 +38,7 @@ from armdrive.programs.rehearsal import (
     rehearse,
     require_rehearsed,
 )
+from armdrive.programs.run_view import duration
 from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
 
 
@@ -123,14 +123,13 @@ class _RunningProgram:
             raise
 
     def _begin(self, display: Display, rehearsal: Rehearsal, plan: RunPlan) -> None:
-        known = rehearsal.whole and rehearsal.endless is None and rehearsal.refusal is None
-        progress = RunProgress(rehearsal.loops if known else (), repeated=plan.loops)
+        progress = rehearsal.progress(plan.loops)
         display.use(self._arm)
         display.follow(progress, share=rehearsal.share, loops=plan.loops)
         total_s = progress.total_s
         takes = "" if total_s is None else f", about {duration(total_s)}"
         if rehearsal.endless is not None or not rehearsal.whole:
-            takes = f", rehearsed for {duration(rehearsal.took_s)}{end_words(rehearsal)}"
+            takes = f", rehearsed for {duration(rehearsal.took_s)}{rehearsal.end_words}"
         assumed = "".join(f"\nassumed: {each}" for each in rehearsal.assumptions)
         event = {
             "event": "begin",
@@ -150,10 +149,9 @@ class _RunningProgram:
         gate = [_StepGate(performer, display)] if self._options.step else []
         run = ProgramRun(plan, performer, [journal, *gate, display])
         try:
-            run.carry_out()
+            with journal.explained():
+                run.carry_out()
         except BaseException as error:
-            with contextlib.suppress(Exception):  # what went wrong first is what is told
-                journal.broke_off(error)
             self._failed(error, run, display)
             raise
         finally:

@@ -16,13 +16,14 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
 from armdrive.cli.program.run_common import connect_to_run, show_place, slow_down
-from armdrive.cli.program.run_output import RunOutput, duration, line_words
+from armdrive.cli.program.run_output import RunOutput
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
 from armdrive.programs.program import Machine
 from armdrive.programs.progress import Took
 from armdrive.programs.rehearsal import CHECK_S, Patience, Rehearsal, SeenArm
+from armdrive.programs.run_view import duration, line_words
 from armdrive.programs.running import RunPlan, no_machine
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
@@ -97,17 +98,10 @@ def rehearsal_lines(rehearsal: Rehearsal, lines: Sequence[str]) -> list[str]:
     runs = len([loop for loop in rehearsal.loops if loop])
     loops = f", {runs} loops" if runs > 1 else ""
     found.append(
-        f"{duration(rehearsal.took_s):>12} for {len(acts)} acts{loops}{end_words(rehearsal)}"
+        f"{duration(rehearsal.took_s):>12} for {len(acts)} acts{loops}{rehearsal.end_words}"
     )
     found += [f"assumed: {each}" for each in rehearsal.assumptions]
     return found
-
-
-def end_words(rehearsal: Rehearsal) -> str:
-    """Return how a rehearsal ended, if not at the end of the program."""
-    if rehearsal.endless is not None:
-        return f"; endless: it repeats from line {rehearsal.endless.line} on"
-    return "" if rehearsal.whole else "; not rehearsed to its end, which would take too long"
 
 
 def rehearsal_view(rehearsal: Rehearsal) -> dict[str, Any]:

@@ -47,11 +47,11 @@ def test_qwerty_is_the_table():
 
 
 def test_a_file_says_which_layout_and_which_keys_beside_it(written):
-    keyboard = load_keys(written('layout = "azerty"\n[keys]\narm = ["f9", "*"]\nfiner = "f8"\n'))
+    keyboard = load_keys(written('layout = "azerty"\n[keys]\narm = ["f9", "*"]\nfiner = "f10"\n'))
     assert keyboard.label("axis-1-plus") == "a"
     assert keyboard.label("axis-2-plus") == "z"
     assert keyboard.of("arm") == ("f9", "asterisk")
-    assert keyboard.label("finer") == "f8"
+    assert keyboard.label("finer") == "f10"
 
 
 def test_the_space_bar_stops_whatever_a_file_says(written):
@@ -64,7 +64,7 @@ def test_the_space_bar_stops_whatever_a_file_says(written):
 WRONG = [
     ('[keys]\nfinner = "f8"\n', "'finner'", "did you mean 'finer'?"),
     ('layout = "azertty"\n', "'azertty'", "did you mean 'azerty'?"),
-    ('finer = "f8"\n', "'finer'", "did you mean"),
+    ('finer = "f10"\n', "'finer'", "did you mean"),
     ('[keys]\narm = "entre"\n', "'entre' is no key", "did you mean 'enter'?"),
     ('[keys]\narm = "space"\n', "space would be both", "arm"),
     ('[keys]\narm = "m"\n', "m would be both", "mode"),

@@ -9,11 +9,12 @@ from program_acts import go
 from running_bench import table_arm
 
 from armdrive.cli.program.run_common import PromptLines, RunTerminal
-from armdrive.cli.program.run_output import CLEAR_LINE, Display, RunOutput, duration, line_words
+from armdrive.cli.program.run_output import CLEAR_LINE, Display, RunOutput
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import RunStage
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.progress import RunProgress, Took
+from armdrive.programs.run_view import duration, line_words
 from armdrive.programs.running import RunStep
 from kinematics import Pose
 

@@ -1,0 +1,447 @@
+"""The program screen: programs are checked, rehearsed, run after two presses and stopped."""
+
+import threading
+from dataclasses import replace
+
+import pytest
+from desk_fake import Clock
+from desk_planner import settled
+from desk_session import Session
+from textual import events
+from waiting import until_seen
+
+from armdrive import Arm
+from armdrive.errors import Refused
+from armdrive.programs.journal import interrupted, journal_file
+from armdrive.status import State
+from tui.desk import Desk
+
+WAVE = """\
+type "hello"
+draw 0, 20, 0
+draw 0, -20, 0
+type "bye"
+"""
+WAITS = """\
+draw 0, 20, 0
+wait_input 2
+draw 0, -20, 0
+"""
+WRONG = """\
+type "ok"
+mov nowhere
+"""
+REFUSED = """\
+type "off we go"
+draw 5000, 0, 0
+"""
+LATE = """\
+type "one"
+wait_input 2 within 1
+"""
+HOLDS = """\
+hold "put a part in"
+draw 0, 20, 0
+"""
+
+
+@pytest.fixture
+def arm(own_home):
+    with Arm.connect("sim:teachmover") as found:
+        found.home()
+        found.move_j(shoulder_deg=50, elbow_deg=-90)
+        yield found
+
+
+class Gate:
+    """Keeps motions of an arm from ending until the test lets them."""
+
+    def __init__(self, arm):
+        self.began, self.may_end = threading.Event(), threading.Event()
+        self.moves = []
+        self._start, arm.start = arm.start, self.start
+
+    def start(self, move, **more):
+        self.moves.append(move)
+        self.handle = self._start(move, **more)
+        return self
+
+    def wait(self):
+        self.began.set()
+        assert self.may_end.wait(60.0)
+        return self.handle.wait()
+
+
+class ProgramSession(Session):
+    """A desk at its program screen, in a folder with these programs."""
+
+    def __init__(self, arm, folder, *, named=None, size=(120, 40), **programs):
+        super().__init__(arm, size=size, program=named)
+        self.folder = folder / "programs"
+        self.folder.mkdir(exist_ok=True)
+        for name, text in programs.items():
+            (self.folder / f"{name}.arm").write_text(text)
+        self.desk.programs = self.folder
+
+    async def __aenter__(self):
+        await super().__aenter__()
+        await self.press("f8")
+        await settled(self.pilot)
+        return self
+
+    async def __aexit__(self, *error):
+        self.arm.request_stop()
+        await super().__aexit__(*error)
+
+    @property
+    def screen(self):
+        return self.desk.place
+
+    def shown(self, name):
+        return self.desk.place.query_one(f"#{name}").shown
+
+    async def rehearsed(self):
+        await self.press("r")
+        await settled(self.pilot)
+
+    async def begin(self):
+        """Rehearse the program, and press twice."""
+        await self.rehearsed()
+        await self.press("enter")
+        await self.press("enter", after_s=0.2)
+        self.clock.now_s += 0.5
+        await self.poll()
+
+    async def until(self, happened):
+        """Wait until the program has come to something, as its thread does."""
+
+        def seen():
+            self.desk.poll()
+            return happened()
+
+        await until_seen(seen, self.pilot.pause)
+        await self.poll()
+
+    async def at_line(self, line):
+        await self.until(lambda: self.screen.run.busy and self.screen.run.line == line)
+
+    async def ended(self):
+        await self.until(lambda: not self.screen.run.busy)
+        await settled(self.pilot)
+
+
+async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown(arm, tmp_path):
+    named = tmp_path / "elsewhere.arm"
+    named.write_text(WRONG)
+    async with ProgramSession(arm, tmp_path, named=named, wave=WAVE, waits=WAITS) as session:
+        assert session.shown("programs").splitlines() == [
+            f"> {named}", "  waits.arm", "  wave.arm"
+        ]  # fmt: skip
+        assert "line 2, column 1: there is no word 'mov'" in session.shown("run")
+        assert ">   2  mov nowhere" in session.shown("program")
+        await session.press("up")
+        await settled(session.pilot)
+        assert "> wave.arm" in session.shown("programs")
+        assert "    2  draw 0, 20, 0" in session.shown("program")
+        assert "checked: no mistakes" in session.shown("run")
+
+
+async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path) as session:
+        assert "armdrive jog --program FILE" in session.shown("run")
+        await session.press("down", "enter", "r", "pagedown")
+        assert "choose a program without mistakes" in session.text("remarks")
+
+
+async def test_a_file_that_changes_is_read_again_and_has_to_be_rehearsed_again(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        await session.rehearsed()
+        assert "rehearsed:" in session.shown("run")
+        (session.folder / "wave.arm").write_text(WAVE + 'type "more"\n')
+        await settled(session.pilot)
+        assert 'type "more"' in session.shown("program")
+        assert "checked: no mistakes" in session.shown("run")
+
+
+async def test_a_click_chooses_a_program(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE, waits=WAITS) as session:
+        await session.pilot.click("#programs", offset=(4, 2))
+        await settled(session.pilot)
+        assert "> wave.arm" in session.shown("programs")
+
+
+async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_prints(
+    arm, tmp_path
+):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        before = arm.joints
+        await session.press("enter")
+        await settled(session.pilot)
+        assert "it is rehearsed first" in session.text("remarks")
+        assert "rehearsed:" in session.shown("run")
+        assert "enter twice runs it: THE ARM MOVES" in session.shown("run")
+        session.clock.now_s += 5.0
+        await session.press("enter")
+        await session.poll()
+        assert "enter AGAIN RUNS IT" in session.shown("run")
+        assert arm.joints == before
+        await session.press("enter", after_s=0.2)
+        session.clock.now_s += 0.5
+        await session.poll()
+        await session.ended()
+        assert "DONE: 6 acts" in session.shown("run")
+        assert session.shown("said").splitlines() == ["hello", "bye"]
+        assert "the program is done" in session.text("remarks")
+        assert arm.program is None
+        assert not journal_file(arm.config.name).exists()
+
+
+async def test_a_held_key_runs_nothing(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        await session.rehearsed()
+        await session.press("enter", "enter", "enter", after_s=0.03)
+        session.clock.now_s += 1.0
+        await session.poll()
+        assert not session.screen.run.busy
+
+
+async def test_an_arm_that_has_moved_is_rehearsed_anew(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        await session.rehearsed()
+        arm.move_j(base_deg=20)
+        await session.poll()
+        assert "rehearsed:" not in session.shown("run")
+        await session.press("enter")
+        assert "it is rehearsed first" in session.text("remarks")
+
+
+async def test_something_that_changes_between_the_presses_and_the_run_prevents_it(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        await session.rehearsed()
+        await session.press("enter")
+        await session.press("enter", after_s=0.2)
+        arm.move_j(base_deg=20)
+        session.clock.now_s += 0.5
+        await settled(session.pilot)
+        assert not session.screen.run.busy
+        assert "something has changed meanwhile" in session.text("remarks")
+
+
+async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, refused=REFUSED) as session:
+        await session.begin()
+        assert "REFUSED IN LINE 2" in session.shown("run")
+        assert not session.screen.run.busy
+
+
+NOT_READY = [
+    (State.DISABLED, "P switches them on"),
+    (State.ERROR_STOP, "the arm is error-stop"),
+    (State.DISCONNECTED, "there is no link to the arm"),
+]
+
+
+@pytest.mark.parametrize(("state", "words"), NOT_READY)
+async def test_nothing_runs_on_an_arm_that_is_not_ready(arm, tmp_path, state, words):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        await session.rehearsed()
+        session.desk.link.status = replace(arm.status, state=state)
+        await session.press("enter")
+        assert words in session.text("remarks")
+        assert not session.screen.start.half_confirmed
+
+
+async def test_a_wait_is_shown_with_its_line_and_to_other_programs(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, waits=WAITS) as session:
+        await session.begin()
+        await session.at_line(2)
+        assert "waiting until input 2 is on (" in session.shown("run")
+        assert ">   2  wait_input 2" in session.shown("program")
+        assert arm.program()["waiting"] == "waiting until input 2 is on"
+        assert "waits.arm" in session.text("title")
+        await session.press("down", "r", "enter")
+        assert "the program is running" in session.text("remarks")
+        await session.press("space")
+        await session.ended()
+        assert "ENDED IN LINE 2, after 2 acts: stopped" in session.shown("run")
+        assert "!   2  wait_input 2" not in session.shown("program")
+        assert ">   2  wait_input 2" in session.shown("program")
+        assert "`armdrive run waits.arm --resume`" in session.shown("run")
+        assert interrupted(arm.config.name).line == 2
+
+
+async def test_an_error_is_shown_with_its_line(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, late=LATE) as session:
+        await session.begin()
+        await session.ended()
+        assert "ENDED IN LINE 2, after 2 acts: " in session.shown("run")
+        assert "the inputs were not 2 within 1 s" in session.shown("run")
+        assert "the program ended early in line 2" in session.text("remarks")
+
+
+async def test_a_pause_lasts_until_the_key_is_pressed_again(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, waits=WAITS) as session:
+        await session.press("p")
+        assert "no program is running" in session.text("remarks")
+        await session.begin()
+        await session.at_line(2)
+        await session.press("p")
+        await session.until(lambda: arm.paused)
+        assert "PAUSED" in session.shown("run")
+        assert "p on the program screen lets the arm go on" in session.text("banner")
+        await session.press("p")
+        assert not arm.paused
+
+
+async def test_stepping_waits_before_each_motion_and_a_held_key_makes_one_step(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        gate = Gate(arm)
+        gate.may_end.set()
+        await session.press("s")
+        assert "STEPPING" in session.shown("run")
+        await session.begin()
+        await session.until(lambda: session.screen.run.asks)
+        assert "WAITS FOR YOU: next, line 2: draw 0, 20, 0" in session.shown("run")
+        assert gate.moves == []
+        await session.press("right", after_s=1.0)
+        await session.until(lambda: len(gate.moves) == 1)
+        await session.until(lambda: session.screen.run.asks)
+        assert session.screen.run.line == 3
+        await session.press("right", "right", after_s=0.03)
+        await session.poll()
+        assert len(gate.moves) == 1
+        await session.press("right", after_s=1.0)
+        await session.ended()
+        assert len(gate.moves) == 2
+        await session.press("right", after_s=1.0)
+        assert "does not wait for you" in session.text("remarks")
+
+
+async def test_a_program_that_waits_for_the_person_says_why(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, holds=HOLDS) as session:
+        await session.begin()
+        await session.until(lambda: session.screen.run.asks)
+        assert "WAITS FOR YOU: put a part in" in session.shown("run")
+        await session.press("p")
+        await session.ended()
+        assert "DONE: 3 acts" in session.shown("run")
+
+
+LEAVING = {
+    "another screen": lambda session: session.press("f7"),
+    "a dialog": lambda session: session.press("question_mark"),
+    "the focus is lost": lambda session: session.send(events.AppBlur()),
+    "pasted text": lambda session: session.send(events.Paste("r")),
+    "a suspension": lambda session: session.desk.screens.resumed(3.0),
+    "a lost link": lambda session: session.desk.link.take(
+        replace(session.arm.status, state=State.DISCONNECTED)
+    ),
+}
+
+
+async def left(session, how):
+    """Leave the screen or lose the arm in one of these ways, and see how the run ends."""
+    run = session.screen.run
+    if (done := LEAVING[how](session)) is not None:
+        await done
+    return run
+
+
+@pytest.mark.parametrize("how", LEAVING)
+async def test_leaving_lets_a_motion_end_and_begins_no_other_one(arm, tmp_path, how):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        gate = Gate(arm)
+        await session.begin()
+        await session.until(gate.began.is_set)
+        stops = arm.stops
+        run = await left(session, how)
+        assert arm.stops == stops, "the motion comes to its end, as one of the points screen does"
+        gate.may_end.set()
+        await session.until(lambda: not run.busy)
+        assert len(gate.moves) == 1
+        assert run.failed_in == 3
+        assert interrupted(arm.config.name).line == 3
+
+
+@pytest.mark.parametrize("how", LEAVING)
+@pytest.mark.parametrize("program", [WAITS, HOLDS])
+async def test_leaving_ends_a_wait(arm, tmp_path, how, program):
+    async with ProgramSession(arm, tmp_path, waits=program) as session:
+        await session.begin()
+        if program is HOLDS:
+            await session.until(lambda: session.screen.run.asks)
+        else:
+            await session.at_line(2)
+        run = await left(session, how)
+        await session.until(lambda: not run.busy)
+        assert run.failed
+        arm.sleep(0.1)  # simulated time passes only while somebody waits
+        assert not arm.paused, "a stop ends a pause, too"
+
+
+async def test_a_stop_ends_a_motion_at_once(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        gate = Gate(arm)
+        await session.begin()
+        await session.until(gate.began.is_set)
+        stops = arm.stops
+        await session.press("space")
+        assert arm.stops > stops
+        gate.may_end.set()
+        await session.ended()
+        assert session.screen.run.failed_in == 2
+        assert len(gate.moves) == 1
+
+
+async def test_a_journal_that_cannot_be_written_lets_nothing_move(arm, tmp_path, monkeypatch):
+    def refuse(*words):
+        raise Refused("the disk is full")
+
+    monkeypatch.setattr("armdrive.programs.journal.Journal.begins", refuse)
+    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
+        gate = Gate(arm)
+        await session.begin()
+        await session.ended()
+        assert "the disk is full" in session.shown("run")
+        assert gate.moves == []
+
+
+async def test_a_small_terminal_shows_the_line_that_runs_and_what_it_waits_for(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, size=(80, 24), waits=WAITS) as session:
+        await session.begin()
+        await session.at_line(2)
+        rows = session.desk.screen._compositor.render_strips(session.desk.size)
+        text = "\n".join("".join(segment.text for segment in row) for row in rows)
+        assert ">   2  wait_input 2" in text
+        assert "waiting until input 2 is on" in text
+
+
+async def test_a_long_program_is_scrolled_by_pages(arm, tmp_path):
+    many = "".join(f'type "{number}"\n' for number in range(200))
+    async with ProgramSession(arm, tmp_path, many=many) as session:
+        await session.press("pagedown")
+        assert session.shown("program").startswith("    9  ")
+        await session.press("pageup", "pageup")
+        assert session.shown("program").startswith("    1  ")
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_path, size):
+    (tmp_path / "late.arm").write_text(LATE)
+    clock = Clock()
+    with Arm.connect("sim:teachmover") as arm:
+        arm.home()
+        desk = Desk(arm, braille=True, clock=clock)
+        desk.programs = tmp_path
+
+        async def run(pilot):
+            for key in ("f8", "r"):
+                await pilot.press(key)
+                await settled(pilot)
+            for _ in range(2):
+                clock.now_s += 0.2
+                await pilot.press("enter")
+            clock.now_s += 0.5
+            desk.poll()
+
+        assert snap_compare(desk, terminal_size=size, run_before=run)

@@ -1,0 +1,18 @@
+"""The screens that are loaded when one of them is first shown.
+
+What they need takes as long to load as the desk itself: setting up probes ports, theory has the
+textbook, programs have a parser.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from tui.program.screen import ProgramScreen
+from tui.screens import DeskScreen
+from tui.setup.screen import SetupScreen
+from tui.theory.screen import TheoryScreen
+
+LATE_SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
+    {each.place: each for each in (SetupScreen, TheoryScreen, ProgramScreen)}
+)
+"""These screens by their ids."""

@@ -1,0 +1,196 @@
+"""Runs a program from the desk, and knows for the screen where it is and what it waits for.
+
+The program runs in a thread. It ends as other motion of the desk does: a stop ends it at once.
+Leaving the screen, a dialog, a lost focus or link let a motion that is under way come to its end,
+begin no other one, and end a wait.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+
+from armdrive.errors import ArmError, Stopped
+from armdrive.programs.acts import Answer
+from armdrive.programs.journal import Journal
+from armdrive.programs.problems import SourceMark
+from armdrive.programs.program import Machine
+from armdrive.programs.rehearsal import Rehearsal
+from armdrive.programs.run_view import RunView, duration, line_words
+from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunStep
+from kinematics.errors import KinematicsError
+from tui.keys.presses import SinglePress
+from tui.program.files import CheckedProgram
+from tui.program.rehearsing import arm_of, plan_of
+from tui.program.text import reason
+from tui.screens import ScreenHost
+
+STEP_QUIET_S = 0.7
+"""A step key counts after this long without one: a key that is held repeats sooner."""
+
+SAID_KEPT = 50
+"""Lines that a program has printed and that are kept for the screen."""
+
+PLACE = "program"
+"""The screen that pauses a program while it waits for a person."""
+
+
+class DeskRun:
+    """The run of a program, or how the last one ended."""
+
+    def __init__(self, desk: ScreenHost) -> None:
+        self.busy = False
+        """Whether a program is running."""
+        self.stepping = False
+        """Whether the program waits for the person before each motion."""
+        self.asks = ""
+        """What the program waits for the person with; empty if it does not."""
+        self.said: deque[str] = deque(maxlen=SAID_KEPT)
+        """What the program has printed."""
+        self.outcome = ""
+        """How the last run ended; empty before the first one."""
+        self.failed = False
+        """Whether the last run ended early."""
+        self.failed_in: int | None = None
+        """The line in which the last run ended early; None if it came to its end."""
+        self.view = RunView(self._line_at)
+        self._desk = desk
+        self._lines: tuple[str, ...] = ()
+        self._performer: Performer | None = None
+        self._step: RunStep | None = None
+        self._halted = ""
+        self._press = SinglePress(desk.clock, STEP_QUIET_S)
+
+    @property
+    def line(self) -> int | None:
+        """The line that runs, or in which the last run ended early."""
+        if self.busy:
+            return None if self.view.mark is None else self.view.mark.line
+        return self.failed_in
+
+    def forget(self) -> None:
+        """Forget how the last run ended."""
+        self.outcome, self.failed, self.failed_in = "", False, None
+        self.said.clear()
+
+    def begin(self, checked: CheckedProgram, rehearsal: Rehearsal) -> None:
+        """Run a program as it was rehearsed."""
+        self.forget()
+        self._lines, self._step, self._halted = checked.lines, None, ""
+        self.view = RunView(self._line_at)
+        self.view.follow(rehearsal.progress(1), share=rehearsal.share)
+        self.busy = True
+        self._desk.message = ""
+        stops = self._desk.arm.stops
+        self._desk.call(partial(self._carry_out, checked, stops), lambda _: self._said_last())
+
+    def disarm(self, reason: str) -> None:
+        """Let the program begin no further act; a wait that is under way ends now."""
+        if self.busy:
+            self._halted = self._halted or reason
+            if self._step is None or not self._step.moves:
+                self._desk.arm.request_stop()
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def switch_stepping(self) -> None:
+        """Have the program wait before each motion, or no longer."""
+        self.stepping = not self.stepping
+        self._desk.show()
+
+    def switch_pause(self) -> None:
+        """Pause the program, or let it go on."""
+        if self.busy:
+            self._desk.link.switch_pause(PLACE)
+        else:
+            self._desk.say("no program is running")
+
+    def forward(self) -> None:
+        """Let a program go on that waits for the person; a key that is held does not count."""
+        counts = self._press.counts()
+        if not self.asks:
+            self._desk.say("the program does not wait for you")
+        elif counts:
+            self._desk.arm.resume()
+
+    # -- the run, in its thread ---------------------------------------------------------------
+
+    def _carry_out(self, checked: CheckedProgram, stops: int) -> None:
+        program, arm = checked.program, arm_of(self._desk)
+        if program is None:
+            return
+        try:
+            self.view.use(arm)
+            plan = plan_of(program, self._desk)
+            self._performer = Performer(arm, self, since=stops)
+            path = checked.path.resolve()
+            journal = Journal(arm, self._performer, path, program.digest, plan.loops)
+            run = ProgramRun(plan, self._performer, [journal, self])
+            try:
+                with journal.explained():
+                    run.carry_out()
+                journal.finish()
+            except (ArmError, KinematicsError) as error:
+                self._failed(error, run)
+            else:
+                self.outcome = f"DONE: {run.done} acts in {duration(run.took_s)}"
+        finally:
+            self.busy, self.asks, self._performer = False, "", None
+            arm.program = None
+
+    def _failed(self, error: Exception, run: ProgramRun) -> None:
+        mark = None if run.at is None else run.at.stage.mark
+        mark = getattr(error, "mark", None) or mark
+        why = self._halted if self._halted and isinstance(error, Stopped) else reason(error)
+        self.failed, self.failed_in = True, None if mark is None else mark.line
+        where = "" if mark is None else f" IN LINE {mark.line}"
+        self.outcome = f"ENDED{where}, after {run.done} acts: {why}"
+
+    def _said_last(self) -> str:
+        """Say on whatever screen is shown that the program has ended."""
+        where = "" if self.failed_in is None else f" in line {self.failed_in}"
+        return f"the program ended early{where}" if self.failed else "the program is done"
+
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+        """Note the act that begins; begin none once the screen was left."""
+        mark = step.stage.mark
+        self.view.at(None, mark, step.act_name, loop=step.loop, waiting=step.waiting)
+        if step.moves and self.stepping and self._performer is not None:
+            self._take(None)
+            self._performer.hold(f"next, {line_words(mark.line, self._line_at(mark))}")
+        self._take(step)
+
+    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
+        """Do nothing: the next act is shown when it begins."""
+
+    def _take(self, step: RunStep | None) -> None:
+        """Note the act under way, then look whether the run was halted; `disarm` does the reverse.
+
+        So one of the two always sees the other.
+        """
+        self._step = step
+        if self._halted:
+            raise Stopped("the program was stopped")
+
+    def _line_at(self, mark: SourceMark) -> str:
+        return self._lines[mark.line - 1].strip() if 0 < mark.line <= len(self._lines) else ""
+
+    # -- the person at the desk ---------------------------------------------------------------
+
+    def say(self, text: str) -> None:
+        """Show what the program prints."""
+        self.said.extend(text.splitlines() or [""])
+
+    def hold(self, text: str, over: Callable[[], bool]) -> None:
+        """Pause the arm until a key or another program resumes it, or until `over()`."""
+        arm = arm_of(self._desk)
+        self._desk.link.paused_at = PLACE
+        arm.pause()
+        self.asks = text or "the program waits for you"
+        try:
+            while arm.paused and not over():
+                time.sleep(BREATH_S)
+        finally:
+            self.asks = ""

@@ -1,0 +1,250 @@
+"""The program screen: a program is chosen, checked, rehearsed, and run with its lines in view."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal, Vertical
+
+from armdrive.errors.printable import printable
+from armdrive.render.scene import Moment
+from armdrive.status import State, Status
+from tui.arm_view import SpaceView
+from tui.choices import ChoiceList
+from tui.keys.keyboard import bindings
+from tui.keys.presses import DoublePress
+from tui.painting import Span
+from tui.program import text as program_text
+from tui.program.files import ProgramFiles
+from tui.program.lines import LinesToShow, ProgramLines
+from tui.program.rehearsing import ProgramRehearsal
+from tui.program.running import DeskRun
+from tui.screens import DeskScreen, ScreenHost, panels
+
+PAGE = 8
+"""Lines by which a page key scrolls the program."""
+
+SAID_SHOWN = 4
+"""Printed lines that are shown, the newest last."""
+
+
+class ProgramStart:
+    """The way from a chosen program to its run: a rehearsal, then two presses of a key."""
+
+    def __init__(self, desk: ScreenHost, files: ProgramFiles, run: DeskRun) -> None:
+        self.rehearsal = ProgramRehearsal(desk)
+        self._desk = desk
+        self._files = files
+        self._run = run
+        self._presses = DoublePress(desk.clock)
+
+    @property
+    def half_confirmed(self) -> bool:
+        """Whether a first press waits for its second one."""
+        return self._presses.waiting
+
+    def forget(self) -> None:
+        """Forget the rehearsal and the last run: another program was chosen."""
+        self.forget_press()
+        self.rehearsal.forget()
+        self._run.forget()
+
+    def forget_press(self) -> None:
+        """Take a first press back."""
+        self._presses.forget()
+
+    def rehearse(self) -> None:
+        """Rehearse the chosen program. Nothing moves."""
+        self.forget_press()
+        program = None if self._files.checked is None else self._files.checked.program
+        if self._run.busy:
+            self._desk.say("the program is running: space stops it")
+        elif program is None:
+            self._desk.say("choose a program without mistakes first")
+        else:
+            self._desk.message = ""
+            self._run.forget()
+            self.rehearsal.begin(program)
+            self._desk.show()
+
+    def press(self) -> None:
+        """Take one press of the two that run the program, or rehearse it first."""
+        desk = self._desk
+        if desk.link.says_lost():
+            return
+        if (why := self._why_not()) is None:
+            self._presses.press()
+            desk.show()
+            return
+        self._presses.refuse()
+        if why:
+            desk.say(why)
+        else:
+            self.rehearse()
+            desk.say("it is rehearsed first; then pressed twice, this key runs it")
+
+    def _why_not(self) -> str | None:
+        """Return why the program cannot run now: empty if it is to be rehearsed; None if it can."""
+        checked, status, keys = self._files.checked, self._desk.link.status, self._desk.keys
+        if self._run.busy:
+            return f"the program is running: {keys.label('stop')} stops it"
+        if checked is None or checked.program is None:
+            return "choose a program without mistakes first"
+        if status.state is State.DISABLED:
+            return f"the motors are off: {keys.label('motors')} switches them on"
+        if status.state is not State.STANDBY:
+            return f"the arm is {status.state.value}: wait, or look at the safety panel"
+        if self.rehearsal.working:
+            return "it is being rehearsed: wait until that is done"
+        found = self.rehearsal.fresh(checked.program, status)
+        if found is None:
+            return ""
+        return None if found.refusal is None else str(found.refusal)
+
+    def begin_if_due(self) -> None:
+        """Run the program once two presses have confirmed it, unless something has changed."""
+        if not self._presses.due():
+            return
+        checked = self._files.checked
+        if self._why_not() is not None or checked is None or checked.program is None:
+            self._desk.message = "something has changed meanwhile: rehearse it, and confirm again"
+            return
+        found = self.rehearsal.fresh(checked.program, self._desk.link.status)
+        self.rehearsal.forget()  # what it found does not hold once the arm has moved
+        if found is not None:
+            self._run.begin(checked, found)
+
+
+class ProgramScreen(DeskScreen):
+    """The list, the lines of the chosen program, and what its run or rehearsal says."""
+
+    place = "program"
+    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
+
+    def __init__(self) -> None:
+        super().__init__()
+        desk = self.desk
+        self.run = DeskRun(desk)
+        self.files = ProgramFiles(desk, desk.programs, desk.program, self._another_is_shown)
+        self.start = ProgramStart(desk, self.files, self.run)
+        self._top = 0
+
+    def _another_is_shown(self) -> None:
+        self.start.forget()
+        self._top = 0
+
+    @property
+    def says(self) -> str:
+        """What the running program needs of the person."""
+        keys = self.desk.keys
+        return f"a program moves the arm: {keys.label('stop')} stops it" if self.run.busy else ""
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """What only acts on a running program, or only on one that does not run."""
+        names = ("go", "next", "rehearse") if self.run.busy else ("pause", "forward")
+        asks = () if self.run.asks else ("forward",)
+        return tuple(f"program-{name}" for name in (*names, *asks))
+
+    def first_keys(self, status: Status) -> tuple[str, ...]:
+        """Return the key that a waiting program needs, or those that every screen needs."""
+        return ("program-forward",) if self.run.asks else super().first_keys(status)
+
+    def disarm(self, reason: str) -> None:
+        """Take a first press back, and let a running program begin no further act."""
+        self.start.forget_press()
+        self.run.disarm(reason)
+
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out."""
+        with Horizontal():
+            yield from self.arm_panel()
+            with Vertical(id="panels"):
+                programs = ChoiceList(self._choose, id="programs")
+                programs.border_title = "Programs"
+                yield programs
+                yield ProgramLines(id="program")
+                yield from panels(run="Run", said="Printed")
+
+    def on_screen_resume(self) -> None:
+        """List the programs again: files may have come meanwhile."""
+        self.files.look()
+
+    def show_body(self, status: Status) -> None:
+        """Show the programs, the chosen one's lines, and what becomes of it."""
+        if not self.run.busy:
+            self.files.follow()
+            self.start.begin_if_due()
+        run, files = self.run, self.files
+        self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
+        programs = self.query_one(ChoiceList)
+        names = [program_text.file_name(each, files.folder) for each in files.paths]
+        programs.show_rows(names, files.at if names else None)
+        programs.display = bool(files.paths) and not run.busy
+        self._show_lines()
+        self.text("run").show_lines(self._run_lines(status))
+        said = [printable(each) for each in [*run.said][-SAID_SHOWN:]]
+        self.show_panel("said", "\n".join(said))
+
+    def _show_lines(self) -> None:
+        panel, checked, run = self.query_one(ProgramLines), self.files.checked, self.run
+        if checked is None:
+            panel.show_program(LinesToShow())
+            return
+        wrong = frozenset({run.failed_in}) if run.failed_in is not None else checked.wrong
+        lit = run.line if run.line is not None else min(checked.wrong, default=None)
+        if self._top and not run.busy:
+            lit = None  # a page key has scrolled away from it
+        panel.border_title = printable(checked.path.name)
+        panel.show_program(LinesToShow(checked.lines, lit, wrong, top=self._top))
+
+    def _run_lines(self, status: Status) -> Iterator[Span]:
+        run, keys, checked = self.run, self.desk.keys, self.files.checked
+        if run.busy:
+            yield from program_text.running_lines(
+                run.view, run.asks, keys, paused=status.paused, stepping=run.stepping
+            )
+            return
+        if not self.files.paths:
+            yield program_text.none_found(self.files.folder), ""
+        elif checked is None:
+            yield "reading it ...", ""
+        elif checked.program is None:
+            yield program_text.mistakes(checked.error, checked.path), program_text.WRONG
+        else:
+            if run.outcome:
+                file, failed = program_text.file_name(checked.path, self.files.folder), run.failed
+                yield from program_text.ended_lines(run.outcome, file, failed=failed)
+            found = self.start.rehearsal.fresh(checked.program, status)
+            if self.start.rehearsal.working:
+                yield from program_text.rehearsing_lines(self.start.rehearsal.far)
+            elif found is not None:
+                yield from program_text.rehearsed_lines(found, keys, half=self.start.half_confirmed)
+            elif not run.outcome:
+                yield from program_text.checked_lines(keys)
+        if run.stepping:
+            yield f"STEPPING [{keys.label('program-stepping')}]: waits before each motion", ""
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def action_choose(self, by: int) -> None:
+        """Choose another program."""
+        self._choose(self.files.at + by)
+
+    def _choose(self, row: int) -> None:
+        if self.run.busy:
+            self.desk.say("the program is running: space stops it")
+        else:
+            self.desk.message = ""
+            self.files.choose(row)
+            self.desk.show()
+
+    def action_turn_page(self, by: int) -> None:
+        """Scroll the lines of the program."""
+        checked = self.files.checked
+        last = 0 if checked is None else max(len(checked.lines) - PAGE, 0)
+        self._top = min(max(self._top + by * PAGE, 0), last)
+        self.desk.show()
