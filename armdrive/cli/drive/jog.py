@@ -10,12 +10,11 @@ from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
-from armdrive.cli.learn.models import find_system
+from armdrive.cli.learn.models import find_model, find_system
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.presenter import Outcome, Result, say
 from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
-from armdrive.config.link_model import read_model
 from armdrive.config.sections import is_model_file
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest
@@ -131,7 +130,7 @@ def find_subject(word: str) -> Subject:
     that cannot be used.
     """
     if is_model_file(word):
-        model = read_model(word)
+        model = find_model(word)
         return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
     return named_subject(find_system(word).name)
 
@@ -143,6 +142,6 @@ def _models() -> Result:
         {"models": [{"name": name, "title": title} for name, title in titles.items()]},
         [
             *(f"{name:<{width}}{title}" for name, title in titles.items()),
-            "or a link table of your own: armdrive jog --model FILE.toml",
+            "or an arm of your own, by its link table, arm file or URDF: armdrive jog --model FILE",
         ],
     )
