@@ -110,7 +110,7 @@ def turn_near(angle: float, near: float) -> float:
 
 
 MANY_TURNS_RAD = 100.0
-"""Beyond this an angle is wrapped before anything is added to it; below it that costs no digits."""
+"""Larger angles are wrapped before anything is added to them; below it that costs no digits."""
 
 FARTHEST_SEED_RAD = 1e6
 """A seed beyond this counts as its direction: angles so large have 1e-10 rad left as last digit."""

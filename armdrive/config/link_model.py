@@ -1,4 +1,4 @@
-"""The model file: an arm's link table or joint axes in TOML, in mm and degrees, or its URDF.
+"""The model file: a serial arm by its links or joint axes in TOML, in mm and degrees, or as URDF.
 
 Any number of joints, in either convention. Unknown keys are refused with the nearest known one.
 """
@@ -68,9 +68,9 @@ _OF_LINKS, _OF_AXES = ("links", "base", "tool"), ("axes", "tip")
 class Model:
     """A model as its file describes it; `source` says where its numbers come from.
 
-    `verified` is False if the file says that they are not measured on an arm. `zero` holds the
-    joint axes of a file that gives these instead of links. `unused` says what a URDF holds and the
-    chain does not, and `angles` how joint angles count, if that needs saying.
+    `verified` is False if the file says that they are not measured on an arm. `unused` says what a
+    URDF holds and the chain does not, and `angles` how joint angles count, if that needs saying.
+    `zero` holds the joint axes of a file that gives these instead of links.
     """
 
     name: str
@@ -78,9 +78,9 @@ class Model:
     source: str
     chain: Chain
     verified: bool = True
-    zero: ZeroPosition | None = None
     unused: tuple[str, ...] = ()
     angles: str = ""
+    zero: ZeroPosition | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +174,7 @@ def _model(table: TomlTable, name: str) -> Model | None:
         chain = table.problems.attempt(
             lambda: assign_frames(zero.axes, zero.tool, convention, called).chain, None
         )
-        return None if chain is None else Model(called, title, source, chain, verified, zero)
+        return None if chain is None else Model(called, title, source, chain, verified, zero=zero)
     chain = _chain_of_links(table, convention, called)
     return None if chain is None else Model(called, title, source, chain, verified)
 

@@ -108,7 +108,7 @@ class Miss:
 
 
 @dataclass(frozen=True, slots=True)
-class Lost:
+class NamedSingularity:
     """One singularity: what is lost there, and how far the posture is from it.
 
     `distance_rad` is the joint move that leads there, None where it takes a slide;
@@ -129,7 +129,7 @@ class Workspace:
     sentence: str
 
 
-def no_loss(_one: System, _joints: Values) -> list[Lost]:
+def no_singularities(_one: System, _joints: Values) -> list[NamedSingularity]:
     """Return no singularity: that of slides alone."""
     return []
 
@@ -194,8 +194,8 @@ class System:
     )
     """The branches of a whole frame, where they are not those of its coordinates."""
 
-    losses: Callable[[System, Values], Sequence[Lost]] = field(
-        default=no_loss, compare=False, repr=False
+    singularities: Callable[[System, Values], Sequence[NamedSingularity]] = field(
+        default=no_singularities, compare=False, repr=False
     )
     """Every singularity in a fixed order, joint limits not looked at."""
 
