@@ -22,6 +22,7 @@ from kinematics.chains.descent import SEARCHING, Descent
 from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal, pose_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
+from kinematics.errors import require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
@@ -294,6 +295,8 @@ def solve_goal(
     The seed (by default the middle of the ranges) is tried first, so that a posture near it is
     found where there is one. Raises `KinematicsError` for a seed that does not fit the chain.
     """
+    require("a chain", chain, Chain, "Chain((DHLink(a_mm=200.0),))")
+    require("a goal", goal, Goal, "frame_goal(frame)")
     start = middle(chain) if seed is None else chain.clamp(seed)
     closed = closed_form(chain)
     if closed is None or not closed.solves(goal):

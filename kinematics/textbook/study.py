@@ -90,7 +90,7 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
 
     Pitch and roll of the five-axis build are those of `task_jacobian`, with the roll in the hand.
     """
-    checked = system.chain().checked(values)
+    checked = system.chain().directions(values)
     if system.arm is not None:
         return five_axis_jacobian(system, checked)
     whole = generated(system.chain()).jacobian(checked)
@@ -142,7 +142,7 @@ def chain_jacobian(
     chain: Chain, values: Sequence[float], rows: Sequence[int] = ALL_ROWS
 ) -> Jacobian:
     """Return some rows of the geometric Jacobian. Raises as `Chain.fk` does."""
-    whole = generated(chain).jacobian(chain.checked(values))
+    whole = generated(chain).jacobian(chain.directions(values))
     return tuple(whole[row] for row in rows)
 
 
@@ -160,7 +160,7 @@ def named_singularities(system: System, values: Sequence[float]) -> tuple[NamedS
     determinants are products of these measures. Sources: McKerrow, chapter 4, section 12; Craig,
     chapter 5. Empty for a system that has none (all slides). Raises as `System.fk` does.
     """
-    return tuple(system.singularities(system, system.chain().checked(values)))
+    return tuple(system.singularities(system, system.chain().directions(values)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -128,6 +128,6 @@ def _models() -> Result:
         {"models": [{"name": name, "title": title} for name, title in titles.items()]},
         [
             *(f"{name:<{width}}{title}" for name, title in titles.items()),
-            "or a link table of your own: armdrive jog --model FILE.toml",
+            "or an arm of your own, by its link table, arm file or URDF: armdrive jog --model FILE",
         ],
     )

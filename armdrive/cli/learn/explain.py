@@ -42,7 +42,7 @@ def _listed() -> Iterator[str]:
     yield from (
         "",
         f"or an arm of the Mini-mover's build: {others}",
-        "or a link table of your own: armdrive explain FILE.toml",
+        "or an arm of your own, by its link table, arm file or URDF: armdrive explain FILE",
         "the cost of computing them:  armdrive explain efficiency",
         "the accuracy of an arm:      armdrive explain accuracy",
     )
