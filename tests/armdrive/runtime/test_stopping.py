@@ -82,7 +82,7 @@ def test_every_burst_fits_its_announced_length_and_once_measured_really_does(err
 
 
 @pytest.mark.parametrize("state", ["standby", "disabled", "error-stop", "disconnected"])
-def test_stop_is_heard_in_every_state_and_twice(state):
+def test_stop_works_in_every_state_and_twice(state):
     arm = ready_arm()
     if state == "disabled":
         arm.disable()
@@ -270,7 +270,7 @@ def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how):
         assert "emergency" in arm.status.error
 
 
-def test_an_operator_who_fails_or_refuses_leaves_an_arm_that_stands():
+def test_an_operator_that_fails_or_refuses_leaves_the_arm_standing():
     arm = sim_arm()
 
     def failing(request):

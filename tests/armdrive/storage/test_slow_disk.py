@@ -106,7 +106,7 @@ def test_a_stop_does_not_wait_for_the_disk(bench):
     assert bench.motors == bench.start
 
 
-def test_a_jog_that_was_let_go_while_the_disk_was_busy_does_not_begin(bench):
+def test_a_jog_released_while_the_disk_was_busy_does_not_begin(bench):
     bench.disk.hold()
     bench.arm.hold(Jog(Space.JOINT, (("base", 1.0),)), speed=1.0, for_s=0.5)
     assert bench.disk.is_waited_for()
