@@ -5,9 +5,9 @@ A page is worked through from its top to its end, in one world of simulated arms
 - A `console` block has commands behind `$ `. Lines below a command are its answer, in which `...`
   at the end of a line stands for any text. Without an answer the command has to succeed.
 - A `prompt` block is a session of `armdrive shell`, whose lines stand behind `> ` and `... `.
-- A block that begins with `# NAME.arm`, `# NAME.py` or `# NAME.toml` is written to that file; a
-  TOML block is an arm file too. Other `python` blocks are run, one after another in one
-  namespace; a `text` block right below is what they print.
+- A block that begins with `# NAME.arm`, `# NAME.py`, `# NAME.toml` or `<!-- NAME.urdf -->` is
+  written to that file; one in TOML or URDF also into the folder of arm files. Other `python` blocks
+  are run, one after another in one namespace; a `text` block right below is what they print.
 - `armdrive sim` with a port serves in a process of its own to the end of the page. Files in /tmp
   are in the page's folder instead.
 - `<!-- setup: COMMAND -->` types a command that the reader is not shown.
@@ -40,6 +40,7 @@ from cli_calls import TRACEBACK, Called
 from pages import ROOT
 from waiting import LONG_S
 
+from armdrive.config.sections import is_model_file
 from armdrive.programs.scripts import FORCE_SIM
 from armdrive.registry import DIALECTS
 from armdrive.storage import files as places
@@ -53,7 +54,7 @@ REASONS = frozenset(
 COMMENT = r"<!-- (?P<word>setup|port|answers|not typed): (?P<value>.*?) -->"
 FENCE = r"^```(?P<kind>\w*)\n(?P<text>.*?)^```$"
 PART = re.compile(rf"{COMMENT}|{FENCE}", re.DOTALL | re.MULTILINE)
-NAMED = re.compile(r"# ([\w-]+\.(?:arm|py|toml))\b")
+NAMED = re.compile(r"(?:#|<!--) ([\w-]+\.(?:arm|py|toml|urdf))\b")
 WRITE = "WRITE_PAGES" in os.environ
 AS_INSTALLED = ("-parmdrive.testing.plugin", "-pno:cacheprovider")
 """What pytest finds by itself where armdrive was installed."""
@@ -219,7 +220,7 @@ class Typist:
         return text
 
     def _write(self, name: str, text: str) -> None:
-        for folder in (self._folder, places.arm_files())[: 1 + name.endswith(".toml")]:
+        for folder in (self._folder, places.arm_files())[: 1 + is_model_file(name)]:
             folder.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(self._here(text), encoding="utf-8")
 

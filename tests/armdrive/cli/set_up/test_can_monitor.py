@@ -149,7 +149,7 @@ def test_frames_sent_by_a_second_program_reach_the_first_one(bus):
 def test_the_holder_of_an_arm_reports_its_frames(call, bus):
     with Arm.connect(bus.port, dialect="mks") as arm:
         told = call("can", "monitor", bus.port, "--count", "4", code=0).out
-        lines = call("can", "monitor", bus.port, "--id", "3", "--count", "12", "--json", code=0)
+        lines = call("can", "monitor", bus.port, "--id", "3", "--count", "4", "--json", code=0)
         view = call("can", "monitor", bus.port, "--seconds", "0.1", code=0).out
         at_last(arm.enable, arm.reset, NoAnswer)
     assert "holds" in told
