@@ -1,4 +1,4 @@
-"""`armdrive home` and `verify` with a person who types: on a pipe here, in front of a twin."""
+"""`armdrive home` and `verify` with typed answers, on a simulated twin."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def typing(monkeypatch):
 
 
 def at_the_mark() -> None:
-    """Have somebody bring the remembered simulated arm to its mark by hand."""
+    """Bring the remembered simulated arm to its mark by hand."""
     with connect_remembered(simulated_config("teachmover")) as arm:
         arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
 

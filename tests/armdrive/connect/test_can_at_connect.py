@@ -1,4 +1,4 @@
-"""What a person meets at connecting to drives on a bus: it is told, nothing stirs, it is mended.
+"""Problems at connecting to drives on a bus: each is reported, nothing moves, and it can be fixed.
 
 Every row is of an arm that this program has not seen yet, and some are of one that it has moved,
 behind a wire that was lost. Each ends in the same program, where the arm moves.

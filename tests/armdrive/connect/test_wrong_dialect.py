@@ -1,4 +1,4 @@
-"""Connecting with the dialect of another arm: it is said who answers, and nothing moves."""
+"""Connecting with the wrong dialect: the error names the controller, and nothing moves."""
 
 from __future__ import annotations
 

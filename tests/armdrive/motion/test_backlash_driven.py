@@ -1,4 +1,4 @@
-"""Arms with play on every dialect: the physical arm is where it is said to be."""
+"""Arms with backlash on every dialect: the physical arm is where the driver reports it."""
 
 import math
 from dataclasses import replace
@@ -47,7 +47,7 @@ def test_a_backlash_that_was_measured_a_little_wrong_is_off_by_no_more_than_that
 
 
 def beside_line_mm(arm):
-    """Draw a line along y there and back; return how far the tip was beside it at most."""
+    """Draw a line along y there and back; return the largest deviation of the tip."""
     pose = Pose.of(x_mm=300, y_mm=-35, z_mm=120, pitch_deg=-70)
     arm.move_to(pose)
     worst_mm = 0.0

@@ -1,4 +1,4 @@
-"""Arms of model files on the simulated controller: they go where they are told, physically."""
+"""Arms of model files on the simulated controller: the physical arm reaches the requested goals."""
 
 import math
 from dataclasses import replace

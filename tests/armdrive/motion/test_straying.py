@@ -1,4 +1,4 @@
-"""Arms without coordination: how far they leave the straight way, and room for it near guards."""
+"""Arms without coordination: how far they leave the path, and shorter bursts near guards."""
 
 import math
 from dataclasses import replace

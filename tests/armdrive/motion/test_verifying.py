@@ -1,4 +1,4 @@
-"""Verifying at the mark: what is measured is what the world knows, and what comes of it."""
+"""Verifying at the mark: the measured drift is the physical one, and what follows from it."""
 
 from __future__ import annotations
 

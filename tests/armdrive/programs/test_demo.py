@@ -1,4 +1,4 @@
-"""The demonstration: blocks stacked in the simulated world, told plainly, as JSON, and drawn."""
+"""The demonstration: it stacks simulated blocks, and prints text, JSON or a drawing."""
 
 from __future__ import annotations
 

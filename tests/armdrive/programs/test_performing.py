@@ -1,4 +1,4 @@
-"""Acts on an arm: each does what it says, and a stop or a pause holds at whatever moment."""
+"""Acts on an arm: each does what it should, and a stop or a pause works at any moment."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""A program is checked as a whole: every mistake is found, in its place, before anything moves."""
+"""A program is checked as a whole: every mistake is reported at its place before anything moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A program under way: values, what cannot be carried out, and taking a run up again."""
+"""A running program: values, errors, and resuming a run."""
 
 from __future__ import annotations
 

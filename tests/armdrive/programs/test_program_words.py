@@ -1,4 +1,4 @@
-"""Every word of the vocabulary: what it asks of an arm, in today's spelling and in the old ones."""
+"""Every word of the language and the acts that it makes, in the new and the old spelling."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def test_blocks_of_a_simulated_world_are_found_and_nothing_is_assumed():
 
 
 def real(arm):
-    """Return an arm of which nobody knows the world around, as of a real one."""
+    """Return an arm with an unknown world, like a real one."""
     arm.twin = None
     return arm
 

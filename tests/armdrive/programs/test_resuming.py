@@ -1,4 +1,4 @@
-"""Interrupted at every act, by a kill, a stop, a fault, a pulled cable: taken up again, or not."""
+"""Programs interrupted at every act by a kill, a stop, a fault or a pulled cable: which resume."""
 
 from contextlib import contextmanager
 from itertools import count
@@ -29,7 +29,7 @@ ACTS = range(1, len(PICK_AND_PLACE) + 1)
 
 
 class Killed(BaseException):
-    """The program is no more: nobody stops anything, nobody closes anything."""
+    """The program was killed: it stops and closes nothing."""
 
 
 class Killer:
@@ -57,7 +57,7 @@ def arm():
 
 
 def reborn(arm):
-    """Return the arm as the next program finds it: nobody has closed it."""
+    """Return the arm as the next program finds it after a kill."""
     return connected(arm.config, simulate(arm.config, arm.twin.save()))
 
 

@@ -1,4 +1,4 @@
-"""What a prompt makes of the lines that are typed there: pure, no arm is near."""
+"""How the prompt reads the lines that are typed, without an arm."""
 
 import pytest
 from program_acts import ready

@@ -152,7 +152,7 @@ def test_a_motor_turned_from_outside_has_unknown_backlash(widths, steps):
 
 @given(SLACKS, st.lists(VECTORS, max_size=6), st.floats(0, 1))
 def test_backlash_is_called_known_only_if_it_is_right(widths, moves, share):
-    """Whichever way the backlash was taken up at first: known is what any beginning leads to."""
+    """The side of the play is known if every possible beginning leads to it."""
     slack, play = Slack(widths), Play(widths)
     play.stand([round(share * width) for width in widths])
     for steps in moves:

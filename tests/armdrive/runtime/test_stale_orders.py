@@ -1,4 +1,4 @@
-"""An order that lay in a suspended computer is not said on waking: drives may have stopped."""
+"""An order prepared before a suspension is not sent on waking: drives may have stopped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The control socket under callers who are silent, many, slow, or talk nonsense."""
+"""The control socket with callers that are silent, many, slow, or send nonsense."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def arm():
 
 @pytest.fixture
 def patient(monkeypatch):
-    """Nobody's time is ever over."""
+    """No caller ever times out."""
     monkeypatch.setattr(arm_lock, "PATIENCE_S", LONG_S)
 
 
@@ -151,7 +151,7 @@ def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(arm, m
 
 @posix
 def test_a_caller_that_drips_bytes_is_disconnected_after_its_time(arm, monkeypatch):
-    """Its time begins with the call, and not anew with each byte."""
+    """The timeout starts with the call and does not restart with each byte."""
     now, asked = [1000.0], threading.Event()
 
     def monotonic():

@@ -1,4 +1,4 @@
-"""Named points: a file that a person and programs share, and nobody loses what another wrote."""
+"""Named points: people and programs share the file, and no change is lost."""
 
 import math
 import tomllib
@@ -244,7 +244,7 @@ def test_a_change_by_another_program_is_not_overwritten(book):
 
 
 class Meddler(StateFiles):
-    """A disk on which somebody else writes the file just before it is replaced."""
+    """A disk on which another program writes the file just before it is replaced."""
 
     def __init__(self, path, times, number=0):
         self.path, self.times, self.number = path, times, number

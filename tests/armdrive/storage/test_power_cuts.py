@@ -89,7 +89,7 @@ PUSHED = Joints.of(8.0, 40.0, -80.0, -40.0, 0.0)
 
 
 def push(life):
-    """Somebody turns the arm by hand, which no register shows."""
+    """A hand turns the arm, which no register shows."""
     world = life.twin.world
     world.drive_to(world.body.transmission.to_motors(PUSHED, 20.0))
 

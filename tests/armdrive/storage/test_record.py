@@ -115,7 +115,7 @@ def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
 
 
 def test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark(bench):
-    """Nobody has seen the arm stand for two seconds, nor will this program."""
+    """The arm was not at rest for two seconds, and this program cannot look any more."""
     arm = referenced(bench)
     bench.link.cut()
     arm.sleep(2.5)

@@ -50,7 +50,7 @@ def shared():
 
 @pytest.fixture
 def precious(tmp_path):
-    """A file that belongs to somebody else's work, and is never to be touched."""
+    """Another user's file, which must never change."""
     path = tmp_path / "precious"
     path.write_text(PRECIOUS)
     path.chmod(0o644)
@@ -196,7 +196,7 @@ GUESSED = "00" * 8
 
 
 def test_no_file_is_ever_opened_for_writing_because_it_was_there(tmp_path, monkeypatch, precious):
-    """Even somebody who guesses the random name gets nothing but a refusal."""
+    """A guess of the random name only leads to a refusal."""
     monkeypatch.setattr("armdrive.storage.files.os.urandom", bytes)
     (tmp_path / f"file.{GUESSED}.new").symlink_to(precious)
     with pytest.raises(FileExistsError):

@@ -67,7 +67,7 @@ class Bench:
         return self.twin.world.motors
 
     def let_time_pass(self, time_s):
-        """Have the engine, which has to stay awake, go on for so long."""
+        """Let the engine run for this long."""
         until_s = self.arm.engine.now_s + time_s
         assert self.arm.pace.wait(lambda: self.arm.engine.now_s >= until_s, LONG_S * FASTER)
 

@@ -29,7 +29,7 @@ def _terminal(monkeypatch):
 
 @pytest.fixture
 def desk(monkeypatch, _terminal):
-    """A desk that somebody leaves at once; returns what it is given."""
+    """A desk that closes at once; returns its arguments."""
     shown = []
 
     def run_desk(arm, *, first, hint, **more):
@@ -156,7 +156,7 @@ def test_a_wrong_file_of_keys_is_refused_before_anything_is_opened(call, desk):
 
 @pytest.fixture
 def opened(monkeypatch, _terminal):
-    """A model's desk that somebody leaves at once; returns what it is given."""
+    """A model's desk that closes at once; returns its arguments."""
     shown = []
 
     def run_model(subject, *, ascii_only, keys):

@@ -1,4 +1,4 @@
-"""The desk in a browser: who is let in, and that the arm stands still when the page is closed."""
+"""The desk in a browser: who gets access, and that closing the page stops the arm."""
 
 import asyncio
 import contextlib
@@ -283,7 +283,7 @@ async def _browse(aiohttp, address, port):
 
 
 async def _let_in(aiohttp, browser, socket, own):
-    """Open the page anew, once the desk of the page before has ended."""
+    """Open the page again once the desk of the previous page has ended."""
     while True:
         try:
             return await browser.ws_connect(socket, headers=own)

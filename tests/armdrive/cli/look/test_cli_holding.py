@@ -1,4 +1,4 @@
-"""An arm that another program holds: who has it, what it says, and a stop from outside."""
+"""An arm that another program holds: its holder, its status, and a stop from outside."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ARM = "sim:teachmover"
 
 @pytest.fixture
 def held(call):
-    """The simulated arm of the command line, held by somebody else, ten times faster than real."""
+    """The simulated arm of the command line, held by another program, at ten times real speed."""
     with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
         arm.confirm_reference()
         yield arm

@@ -1,4 +1,4 @@
-"""`armdrive run` on program files: rehearsed, run, shown, interrupted, taken up again."""
+"""`armdrive run` on program files: rehearsed, run, shown, interrupted, resumed."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""`armdrive ports`: what there is, who has it, whose arm file names it; nothing is opened."""
+"""`armdrive ports`: it lists ports with their holders and arm files, and opens none."""
 
 from __future__ import annotations
 

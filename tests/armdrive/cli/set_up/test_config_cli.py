@@ -1,4 +1,4 @@
-"""`armdrive config` as one calls it: lists, what is shown, what is wrong, the default."""
+"""`armdrive config` as a command: list, show, check and set-default."""
 
 from __future__ import annotations
 

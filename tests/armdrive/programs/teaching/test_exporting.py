@@ -56,7 +56,7 @@ class Silent:
         """Hear nothing."""
 
     def hold(self, text, over):
-        """Hold nobody up."""
+        """Do not wait."""
 
 
 def exported(steps=FETCH, points=POINTS):
