@@ -116,7 +116,7 @@ def test_a_second_interrupt_leaves_at_once(begin):
     assert journal_file(ARM).exists()
 
 
-def test_from_another_terminal_it_is_seen_paused_resumed_and_stopped(begin, call):
+def test_another_terminal_can_watch_pause_resume_and_stop_the_run(begin, call):
     program = begin(TOUR, "--pace", FAST)
     program.until("act", 3)
     call("pause", code=0)
