@@ -230,7 +230,8 @@ def test_arms_without_a_closed_form_find_what_they_have_reached(name, data):
 
 
 def test_a_straight_wrist_shares_its_turn_so_that_both_joints_keep_their_limits():
-    chain = AR4.within([(-3.0, 3.0)] * 3 + [(-1.5, 1.5), (-1.8, 1.8), (-1.5, 1.5)])
+    spans = [(0.0, 0.6), (-1.2, -0.4), (0.7, 1.5), (-1.5, 1.5), (-1.8, 1.8), (-1.5, 1.5)]
+    chain = AR4.within(spans)
     goal = frame_goal(chain.fk((0.3, -0.8, 1.1, 1.3, 0.0, 1.3)))
     seed = (0.3, -0.8, 1.1, 0.0, 0.0, 0.0)
     assert closed_form(chain).nearest(goal, seed) is None  # joint 6 alone would have to turn 2.6
