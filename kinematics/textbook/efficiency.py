@@ -29,8 +29,8 @@ from kinematics.frames import numbers
 from kinematics.frames.numbers import cos, sin
 from kinematics.frames.transforms import Transform, compose
 from kinematics.frames.vectors import Vector, add, scale, subtract
+from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems.named import System
-from kinematics.textbook.worked_example import example_posture
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -406,12 +406,9 @@ class Watch:
             self.disturbed |= set(motors)  # the present command does not know of it
             self._carry_bounds(tip)
             return
-        if self.stray or self.freed.excuses(motors, time_s):
+        if self._is_excused(motors, time_s):
+            self._stood = self.world.motors
             return
-        if self.turned is not None and self.turned.excuses(motors, self.world.motors, time_s):
-            return
-        if self.sags and not self.world.energised:
-            return  # what still holds does so against what does not
         if time_s > self._until_s and not self._trembles():
             late_s = time_s - self._until_s
             self._break(f"it moved without a command, {late_s:.2f} s after: {self._last_what}")
@@ -426,6 +423,15 @@ class Watch:
             self._break(sentence)
         if self._promised:
             self._keep_way(time_s)
+
+    def _is_excused(self, motors: Collection[int], time_s: float) -> bool:
+        """Tell whether no driver can know of a motion, or prevent it."""
+        if self.stray or self.freed.excuses(motors, time_s):
+            return True
+        if self.turned is not None and self.turned.excuses(motors, self.world.motors, time_s):
+            return True
+        # what still holds does so against what does not
+        return bool(self.sags) and not self.world.energised
 
     def _carry_bounds(self, before: Point) -> None:
         """Have the bounds count from where the tip is carried that no command moves."""

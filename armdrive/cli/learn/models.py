@@ -13,7 +13,8 @@ from typing import Any
 
 from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
 from armdrive.cli.presenter import Result
-from armdrive.config.link_model import Model, is_model_file, read_model
+from armdrive.config.link_model import Model, read_model
+from armdrive.config.sections import is_model_file
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form
@@ -25,10 +26,15 @@ from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
+from kinematics.textbook.study import (
+    FRAME_COORDINATES,
+    Subject,
+    subject_of_chain,
+    subject_of_system,
+)
 from kinematics.textbook.systems import MODEL_NAMES, system
 from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import (
-    FRAME_COORDINATES,
     coordinates_text,
     frame_coordinates,
     frame_text,
@@ -46,7 +52,19 @@ def find_model(word: str) -> Model:
     if is_model_file(word):
         return read_model(word)
     found = find_system(word)
-    return Model(found.name, found.title, found.source, found.chain())
+    return Model(found.name, found.title, found.source, found.chain(), angles=found.angles)
+
+
+def find_subject(word: str) -> Subject:
+    """Return the named system or a model file as a subject of study.
+
+    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
+    that cannot be used.
+    """
+    if is_model_file(word):
+        model = read_model(word)
+        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
+    return subject_of_system(find_system(word))
 
 
 def find_system(word: str) -> System:

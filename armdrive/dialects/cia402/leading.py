@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.observer import DriveFinding
 from armdrive.dialects.bus.stages import Braking
@@ -21,7 +22,6 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     ObjectTransfers,
-    Obstructed,
     Script,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings

@@ -10,13 +10,13 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Phase, Signal
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     RESPONSE_S,
-    Obstructed,
     Script,
 )
 from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, WAIT_CYCLES, MotionLead
@@ -265,7 +265,9 @@ class ProfileMotion:
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
         self.given_up_s = self.lead.io.listened.s + 2.0 * lasts_s + SETTLE_S
         return (
-            yield from self.lead.carry_out(Phase.MOVING, self._send_goals, self._judge, self.MODE)
+            yield from self.lead.carry_out(
+                Phase.MOVING, self._send_goals, self._judge, self.MODE, released=let_go
+            )
         )
 
     def _point(self, goal: int, share: float, rate_hz: float) -> SetPoint:

@@ -71,7 +71,6 @@ T = TypeVar("T")
 WireScript: TypeAlias = ExchangeScript[Event, T]
 """A script on the wire, with its result."""
 Script: TypeAlias = WireScript[Reply]
-Obstacle: TypeAlias = WireScript[Timeout | RequestRejected | None]
 Answer: TypeAlias = Reading | SettingRead
 """A drive's answer to a question."""
 
@@ -159,14 +158,14 @@ class MksWire(ScriptIO[Event]):
     def send(self, node: int, order: MoveAbsoluteAxis) -> None:
         """Send a drive an order: target, speed and ramp."""
         self.put(node, order)
-        self.took(node, order)
+        self.note_order(node, order)
 
     def repeat(self, drive: ObservedDrive) -> None:
         """Send a moving drive its last order again, which is absolute."""
         if drive.moving:
             self.send(drive.node, self.orders[drive.node])
 
-    def took(self, node: int, order: MoveAbsoluteAxis) -> None:
+    def note_order(self, node: int, order: MoveAbsoluteAxis) -> None:
         """Record that a drive has received an order."""
         self.orders[node] = order
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)

@@ -31,8 +31,8 @@ from kinematics.frames.transforms import (
 )
 from kinematics.textbook.systems.named import (
     QUARTER_TURN,
-    Lost,
     NamedBranch,
+    NamedSingularity,
     Quantity,
     Solved,
     System,
@@ -44,7 +44,7 @@ from kinematics.textbook.systems.triangle import (
     FOLDED,
     STRAIGHT_SINE,
     STRETCHED,
-    elbow_losses,
+    elbow_singularities,
     root,
     to_half_turn,
     triangle,
@@ -174,24 +174,24 @@ def _signs(one: System, frame: Transform, joints: Values) -> tuple[float, float,
 
 def _named(one: System, branch: str, frame: Transform, joints: Values) -> NamedBranch:
     _, _, d2, a2, a3, d4, _ = one.sizes
-    losses, free = [], []
+    singularities, free = [], []
     x, y, _ = _wrist(one, frame)
     out = math.hypot(x, y)
     if out <= REACH_MM:
-        losses.append(BASE_FREE)
+        singularities.append(BASE_FREE)
         free.append("theta1")
     elif abs(out - abs(d2)) <= REACH_MM:
-        losses.append(BASE_EDGE)
+        singularities.append(BASE_EDGE)
     bend = math.atan2(d4, a3) - joints[2]
     if abs(math.sin(bend)) <= STRAIGHT_SINE:
-        losses.append(STRETCHED if math.cos(bend) > 0.0 else FOLDED)
+        singularities.append(STRETCHED if math.cos(bend) > 0.0 else FOLDED)
         if math.hypot(a3, d4) + a2 * math.cos(bend) <= REACH_MM:
             free.append("theta2")
     if abs(math.sin(joints[4])) <= STRAIGHT:
-        losses.append(WRIST_STRAIGHT)
+        singularities.append(WRIST_STRAIGHT)
         free.append("theta4")
     workings = _of_frame_by_formulas(one, frame, *one.signs[branch])[1]
-    return NamedBranch(branch, joints, workings, tuple(free), "; ".join(losses))
+    return NamedBranch(branch, joints, workings, tuple(free), "; ".join(singularities))
 
 
 def _wrist(one: System, frame: Transform) -> tuple[float, float, float]:
@@ -256,15 +256,15 @@ def _candidates(one: System, out: float, up: float) -> Iterator[tuple[float, flo
             yield longest + offset, 0.0
 
 
-def _losses(one: System, joints: Values) -> list[Lost]:
+def _singularities(one: System, joints: Values) -> list[NamedSingularity]:
     (_, a1, d2, a2, a3, d4, _), (_, second, third, _, fifth, _) = one.sizes, joints
     both = second + third
     out = a1 + a2 * math.cos(second)
     out += a3 * math.cos(both) + d4 * math.sin(both)
     return [
-        *elbow_losses(third - math.atan2(d4, a3), a2, math.hypot(a3, d4)),
-        Lost(WRIST_STRAIGHT, to_half_turn(fifth), None),
-        Lost(BASE_EDGE if d2 else BASE_FREE, None, abs(out)),
+        *elbow_singularities(third - math.atan2(d4, a3), a2, math.hypot(a3, d4)),
+        NamedSingularity(WRIST_STRAIGHT, to_half_turn(fifth), None),
+        NamedSingularity(BASE_EDGE if d2 else BASE_FREE, None, abs(out)),
     ]
 
 
@@ -324,6 +324,6 @@ wrist joints: theta4 = atan2(+-ay', +-ax'),  theta5 = atan2(+-sqrt(ax'^2 + ay'^2
     postures=_postures,
     coordinates_of=_coordinates_of,
     of_frame=_of_frame,
-    losses=_losses,
+    singularities=_singularities,
 )
 """A Puma of any lengths; by default those of the Puma 560 with its elbow offset neglected."""

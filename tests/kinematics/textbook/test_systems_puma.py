@@ -121,7 +121,7 @@ def test_the_names_say_where_base_elbow_and_wrist_are(joints):
 
 
 def test_degenerate_postures_say_what_they_lose():
-    def losses(arm, joints):
+    def singularities(arm, joints):
         (found,) = {
             b.degenerate
             for b, _ in arm.ik_frame(arm.fk(joints), joints)
@@ -129,11 +129,11 @@ def test_degenerate_postures_say_what_they_lose():
         } or {None}
         return found
 
-    assert losses(SIMPLE, (0.3, -0.5, 1.0, 0.5, 0.0, 0.2)).startswith("joint 5 is straight")
-    assert losses(SIMPLE, (0.3, -0.5, HALF, 0.5, 0.8, 0.2)).startswith("stretched")
+    assert singularities(SIMPLE, (0.3, -0.5, 1.0, 0.5, 0.0, 0.2)).startswith("joint 5 is straight")
+    assert singularities(SIMPLE, (0.3, -0.5, HALF, 0.5, 0.8, 0.2)).startswith("stretched")
     centred = PUMA.sized(d2=0.0, d4=431.8)
     above = (0.3, -HALF - 0.5, HALF + 1.0, 0.5, 0.8, 0.2)
-    assert "the base is free" in losses(centred, above)
+    assert "the base is free" in singularities(centred, above)
     assert all(
         math.isclose(b.joints[0], 0.3)
         for b, _ in centred.ik_frame(centred.fk(above), above)
