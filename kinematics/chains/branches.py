@@ -47,6 +47,9 @@ digits."""
 STRAIGHT = 5e-11
 """Below this sine only the outer joints' sum is defined. The hand is off by at most twice this."""
 
+UNEQUAL = 1e-6
+"""Links whose lengths differ by more than this share of the arm's never fold onto a joint."""
+
 CALLED = {
     "atan2": atan2,
     "cos": cos,
@@ -162,7 +165,17 @@ def _triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
         code, code.total((two, a)), code.total((two, b)), wanted, arm.free[2], arm.size**2
     )
     k = _carried(arm, 2, third, w)
+    if _unequal(hinge, w, arm.size):  # then the point is never on axis 2
+        return angle_from(code, k, g), third
     return angle_or_free(code, k, g, square, arm.free[1], arm.size), third
+
+
+def _unequal(u: Vector3, v: Vector3, size: float) -> bool:
+    """Whether two level vectors are of constant lengths that differ."""
+    if any(one.variable for one in (*u, *v)):
+        return False
+    lengths = [math.hypot(one[0].factor, one[1].factor) for one in (u, v)]
+    return abs(lengths[0] - lengths[1]) > UNEQUAL * size
 
 
 def _first_and_second_meet(arm: Layout) -> _Placed:

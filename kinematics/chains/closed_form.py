@@ -42,6 +42,9 @@ PROOFS = 6
 """Random postures that a structure's code has to find again before it is used; of an arm that is
 nearly of a class, more than half, since it is not relied on to find all."""
 
+ELSEWHERE_RAD = 0.123
+"""A joint that a structure's code leaves free stands here while postures are found again."""
+
 SWEEP_RAD = math.radians(7.5)
 """By how much the fixed joint of seven is moved on where no posture of the others serves."""
 
@@ -241,8 +244,10 @@ def _first_axis(chain: Chain) -> Sequence[float]:
 
 
 def _found_again(solver: Solver, values: Posture) -> bool:
-    goal = frame_goal(solver.fk(values))
-    checked = (solver.checked(goal, angles) for angles in solver.frames(goal.frame, values))
+    """Whether a posture is found for its frame, with other values for joints that may be free."""
+    goal, fixed = frame_goal(solver.fk(values)), solver.structure.fixed
+    near = [value if index == fixed else ELSEWHERE_RAD for index, value in enumerate(values)]
+    checked = (solver.checked(goal, angles) for angles in solver.frames(goal.frame, near))
     return any(one is not None and _same(one, values) for one in checked)
 
 
