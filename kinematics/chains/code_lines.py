@@ -31,6 +31,9 @@ Vector3 = tuple[Term, Term, Term]
 Rows3 = tuple[Vector3, Vector3, Vector3]
 """A matrix as its rows."""
 
+X: Vector3 = (ONE, ZERO, ZERO)
+Z: Vector3 = (ZERO, ZERO, ONE)
+
 Monomial = tuple[str, ...]
 
 INDENT = "    "

@@ -30,7 +30,7 @@ NO_MATTER = 1e-10
 TOUCHING = 1e-6
 """How far (squared, as a share) a goal may lie beyond an edge and still be solved at the edge.
 
-Rounding needs far less. Whoever solves checks what comes out by forward kinematics.
+Rounding needs far less. The solver compares every posture with the goal afterwards.
 """
 
 
