@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Iterator
 
 from armdrive.cli.presenter import Outcome, Result
+from armdrive.errors import BadRequest
 from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
 
@@ -17,6 +18,8 @@ def explain(options: argparse.Namespace) -> Outcome:
         from armdrive.cli.learn.explain_worked import explain_system
 
         return explain_system(options)
+    if options.axes or options.convention:
+        raise BadRequest("--axes needs a system or a model file: armdrive explain --axes puma")
     systems = [
         {
             "name": each.name,
