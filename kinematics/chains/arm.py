@@ -147,7 +147,7 @@ class ChainArm:
             goal = self.goal(pose)
         except KinematicsError:
             return None
-        if self.closed is not None and self.closed.solves(goal):
+        if self.closed is not None and self.closed.structure.exact and self.closed.solves(goal):
             found = self.closed.nearest(goal, seed.angles_rad)
         else:
             found = near_posture(self.chain, goal, seed.angles_rad)

@@ -27,7 +27,7 @@ any_arm = st.sampled_from(ARMS)
 
 def inverse(frame, arm, near=(0.0,) * 6):
     """Every posture that the closed form finds, before it is checked."""
-    return closed_form(arm.chain()).solver.frames.find(frame, near)
+    return closed_form(arm.chain()).solver.frames(frame, near)
 
 
 def test_the_textbook_posture_of_fu_gonzalez_and_lee():
