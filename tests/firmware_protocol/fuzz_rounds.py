@@ -23,7 +23,6 @@ CODECS = tuple(
 )
 """Whatever has a module fuzzing_NAME, with a HOST and a DEVICE, is registered by that."""
 
-MOST_HELD_BYTES = 1 << 17
 _Cache = functools._lru_cache_wrapper
 
 FRAMES_KEPT = 6
@@ -151,7 +150,7 @@ def run(case: FuzzCase, seed: int, frames: int) -> Tally:
             raise
         except Exception as error:
             raise Violation(number, f"raised {type(error).__name__}: {error}") from error
-        _weigh(machine, tally)
+        _weigh(case, machine, tally)
     return tally
 
 
@@ -161,7 +160,7 @@ def _resync(
     case.sign_of_good(machine)
     passed, sent, heard = 0, 0, False
     while not heard:
-        if passed >= longest:
+        if passed >= longest or sent >= case.most_good:
             raise Violation(tally.frames, f"{sent} good frames were not heard after bad bytes")
         frame = case.good(rng)
         feed(machine, rng, frame)
@@ -172,10 +171,10 @@ def _resync(
     tally.most_good_frames = max(tally.most_good_frames, sent)
 
 
-def _weigh(machine: Machine, tally: Tally) -> None:
+def _weigh(case: FuzzCase, machine: Machine, tally: Tally) -> None:
     held = getattr(machine, "buffered", 0)
     tally.held_bytes = max(tally.held_bytes, held)
-    if held > MOST_HELD_BYTES:
+    if held > case.most_held:
         raise Violation(tally.frames, f"{held} bytes are held")
 
 

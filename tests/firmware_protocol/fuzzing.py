@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,10 +22,14 @@ class FuzzCase:
     """One end of a codec: how to build it, what its peer sends, how to see that it understood.
 
     `good` gives the bytes of one random valid frame as the peer would send it; `sign_of_good`
-    fetches every waiting event and tells whether one of them was a valid frame.
+    fetches every waiting event and tells whether one of them was a valid frame. `most_held` bounds
+    the bytes in its buffers; after bad bytes, one of `most_good` good frames is heard, where a
+    codec promises so much.
     """
 
     name: str
     make: Callable[[], Any]
     good: Callable[[random.Random], bytes]
     sign_of_good: Callable[[Any], bool]
+    most_held: int = 1 << 17
+    most_good: float = math.inf

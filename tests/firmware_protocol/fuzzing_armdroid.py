@@ -72,12 +72,20 @@ def _device_saw_one(device: Device) -> bool:
     return any(not isinstance(event, Ignored | Overrun) for event in events(device))
 
 
+MOST_HELD = 256 * 80 + 80
 HOST = FuzzCase(
-    "armdroid host", Host, lambda rng: encode_answer(rng.choice(ANSWERS)(rng)), _host_saw_one
+    "armdroid host",
+    Host,
+    lambda rng: encode_answer(rng.choice(ANSWERS)(rng)),
+    _host_saw_one,
+    MOST_HELD,
+    most_good=2,
 )
 DEVICE = FuzzCase(
     "armdroid device",
     Device,
     lambda rng: encode_command(rng.choice(COMMANDS)(rng)),
     _device_saw_one,
+    MOST_HELD,
+    most_good=2,
 )

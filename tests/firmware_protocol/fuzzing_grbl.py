@@ -2,8 +2,8 @@
 
 import random
 
+from chunks import events
 from fuzzing import FuzzCase
-from grbl_strategies import events
 
 from firmware_protocol.grbl import (
     GRBLHAL,

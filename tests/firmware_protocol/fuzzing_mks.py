@@ -2,8 +2,8 @@
 
 import random
 
+from chunks import events
 from fuzzing import FuzzCase
-from mks_strategies import events
 
 from firmware_protocol import mks
 from firmware_protocol.frames import pack

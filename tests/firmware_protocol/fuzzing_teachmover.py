@@ -75,12 +75,18 @@ def _device_saw_one(device: Device) -> bool:
     return seen
 
 
+MOST_HELD = 256 * 256 + 256
 HOST = FuzzCase(
-    "teachmover host", Host, lambda rng: encode_reply(rng.choice(REPLIES)(rng)), _host_saw_one
+    "teachmover host",
+    Host,
+    lambda rng: encode_reply(rng.choice(REPLIES)(rng)),
+    _host_saw_one,
+    MOST_HELD,
 )
 DEVICE = FuzzCase(
     "teachmover device",
     Device,
     lambda rng: encode_command(rng.choice(COMMANDS)(rng), ATTENTION),
     _device_saw_one,
+    MOST_HELD,
 )

@@ -123,11 +123,3 @@ INFO = st.one_of(
 ANSWERS = st.one_of(
     *(st.just(Ok()), st.builds(Error, BYTE), st.builds(Alarm, BYTE), BANNERS, reports(), INFO)
 )
-
-
-def events(machine) -> list:
-    """Fetch every waiting event."""
-    found = []
-    while (event := machine.next_event()) is not None:
-        found.append(event)
-    return found

@@ -87,9 +87,3 @@ def readings_for(read):
     if isinstance(read, mks.ReadSetting):
         return setting_reads(read.setting)
     return PLAIN_READS[type(read)]
-
-
-def events(machine, data=b""):
-    """Feed bytes and return every event."""
-    machine.receive_data(data)
-    return list(iter(machine.next_event, None))

@@ -2,10 +2,9 @@
 
 import random
 
-import pytest
 from armdroid_strategies import COMMANDS, PLAIN, answer_to, events, some_answer
 from chunks import chunked
-from fuzzing_armdroid import DEVICE, HOST
+from fuzzing_armdroid import MOST_HELD
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,9 +21,6 @@ from firmware_protocol.armdroid import (
     Unreadable,
     Version,
 )
-
-MOST_HELD = 256 * 80 + 80
-FRAMES = 2000
 
 
 def carry(draw, data: bytes, machine: Host | Device) -> None:
@@ -74,37 +70,6 @@ def test_dropped_arguments_make_a_stray_letter_harmless(script):
         host.next_event()
     device.receive_data(b"@READ\r")
     assert DriveAll((0,) * 6) in events(device)
-
-
-def damaged(rng: random.Random, frame: bytes) -> bytes:
-    """Flip, drop, double or insert, up to three times."""
-    data = bytearray(frame)
-    for _ in range(rng.randrange(4)):
-        at = rng.randrange(len(data) + 1)
-        how = rng.randrange(4)
-        if how == 0 and at < len(data):
-            data[at] ^= 1 << rng.randrange(8)
-        elif how == 1:
-            del data[at : at + 2]
-        elif how == 2:
-            data[at:at] = data[at : at + rng.randrange(1, 200)]
-        else:
-            data[at:at] = rng.randbytes(rng.randrange(1, 4))
-    return bytes(data)
-
-
-@pytest.mark.parametrize("case", [HOST, DEVICE], ids=lambda case: case.name)
-def test_damaged_frames_never_raise_and_a_good_one_is_seen_after_them(case):
-    rng = random.Random(11)
-    machine = case.make()
-    for _ in range(FRAMES):
-        machine.receive_data(damaged(rng, case.good(rng)))
-        assert machine.buffered <= MOST_HELD
-        case.sign_of_good(machine)
-    machine.receive_data(case.good(rng))  # the tail of the damage may take this one along
-    case.sign_of_good(machine)
-    machine.receive_data(case.good(rng))
-    assert case.sign_of_good(machine)
 
 
 def test_floods_that_nobody_fetches_stay_bounded():

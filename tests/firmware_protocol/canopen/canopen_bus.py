@@ -2,14 +2,12 @@
 
 from collections import deque
 
+from chunks import events
+
 from firmware_protocol import canopen
 
 NODE = 5
 ENDINGS = (canopen.Uploaded, canopen.Downloaded, canopen.Aborted)
-
-
-def events(machine) -> list[object]:
-    return list(iter(machine.next_event, None))
 
 
 class SdoBus:

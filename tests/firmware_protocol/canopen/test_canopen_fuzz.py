@@ -4,7 +4,8 @@ import random
 
 import pytest
 from amounts import amount
-from canopen_bus import NODE, events
+from canopen_bus import NODE
+from chunks import events
 
 from firmware_protocol.canopen import (
     NmtNode,

@@ -1,7 +1,8 @@
 """An SDO client, and an SDO server, each by itself: what the other side's frames make of them."""
 
 import pytest
-from canopen_bus import NODE, events
+from canopen_bus import NODE
+from chunks import events
 
 from firmware_protocol import canopen
 from firmware_protocol.canopen.sdo import DownloadStarted, SegmentTaken

@@ -1,7 +1,7 @@
 """What a board's lines mean to the host's machine: positions, alarms, the firmware itself."""
 
 import pytest
-from grbl_strategies import events
+from chunks import events
 
 from firmware_protocol.grbl import (
     ALARMS,

@@ -1,7 +1,7 @@
 """The host's machine: what it may send and when, and whose answer is whose."""
 
 import pytest
-from grbl_strategies import events
+from chunks import events
 
 from firmware_protocol.errors import BadField, LocalProtocolError
 from firmware_protocol.grbl import (

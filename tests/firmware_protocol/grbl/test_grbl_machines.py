@@ -3,8 +3,8 @@
 import random
 
 import pytest
-from chunks import chunked
-from grbl_strategies import ANSWERS, COMMANDS, events
+from chunks import carried, events
+from grbl_strategies import ANSWERS, COMMANDS
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -38,14 +38,6 @@ from firmware_protocol.grbl import (
 X1 = Move({"X": 1}, 100)
 TEXT = X1.text
 NOISE = st.binary(min_size=1, max_size=300)
-
-
-def carried(draw, data: bytes, machine) -> list:
-    found = []
-    for chunk in draw(chunked(data)):
-        machine.receive_data(chunk)
-        found += events(machine)
-    return found
 
 
 def lines(found) -> list:

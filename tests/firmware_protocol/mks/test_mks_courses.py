@@ -1,6 +1,7 @@
 """Which motion of an MKS drive a reply is about, lost and unexpected ones among them."""
 
 import pytest
+from chunks import events
 from hypothesis import given
 from hypothesis import strategies as st
 from mks_bus import (
@@ -19,7 +20,7 @@ from mks_bus import (
     outcome,
     said,
 )
-from mks_strategies import MOTIONS, REQUESTS, events
+from mks_strategies import MOTIONS, REQUESTS
 
 from firmware_protocol import mks
 from firmware_protocol.errors import LocalProtocolError

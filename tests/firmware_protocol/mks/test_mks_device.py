@@ -1,9 +1,10 @@
 """A drive's end of the bus: what it hears, what it says, and what it keeps quiet about."""
 
 import pytest
+from chunks import events
 from hypothesis import given
 from hypothesis import strategies as st
-from mks_strategies import ACTIONS, MOTIONS, REPORTS, SETTINGS, events
+from mks_strategies import ACTIONS, MOTIONS, REPORTS, SETTINGS
 
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField, LocalProtocolError

@@ -1,8 +1,8 @@
 """The host's end of a bus of MKS drives: whose answer it is, and what does not belong."""
 
 import pytest
+from chunks import events
 from mks_bus import BY, HERE, NODES, ONE, STARTED, asked, said
-from mks_strategies import events
 
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField, LocalProtocolError

@@ -1,8 +1,6 @@
 """Host and device wired to each other, and what the wire may do to their bytes."""
 
-from collections.abc import Iterator
-
-from chunks import chunked
+from chunks import carried, chunked, events
 from hypothesis import given
 from hypothesis import strategies as st
 from robko01_strategies import ANSWERS, EXCHANGES, REQUESTS
@@ -34,11 +32,6 @@ PIECES = st.lists(
 )
 
 
-def drained(machine) -> Iterator[object]:
-    while (event := machine.next_event()) is not None:
-        yield event
-
-
 def split(chunks: list[bytes]) -> tuple[list[Frame | Noise], FrameSplitter]:
     splitter = FrameSplitter()
     found = []
@@ -47,14 +40,6 @@ def split(chunks: list[bytes]) -> tuple[list[Frame | Noise], FrameSplitter]:
         while (entry := splitter.next_frame()) is not None:
             found.append(entry)
     return found, splitter
-
-
-def carried(draw, data: bytes, machine) -> list[object]:
-    found = []
-    for chunk in draw(chunked(data)):
-        machine.receive_data(chunk)
-        found += drained(machine)
-    return found
 
 
 @given(st.lists(EXCHANGES, max_size=5), st.booleans(), st.data())
@@ -103,10 +88,10 @@ def test_after_noise_a_good_frame_is_heard_once_a_silence_follows(noise, exchang
     host.receive_data(noise)
     device.receive_data(sent)
     device.silence()
-    assert list(drained(device))[-1] == request
+    assert events(device)[-1] == request
     host.receive_data(device.send(answer))
     host.silence()
-    *before, last = drained(host)
+    *before, last = events(host)
     assert last == Answered(request, answer)
     assert all(isinstance(event, Garbled) for event in before)
 
@@ -132,7 +117,7 @@ def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
     for number in range(1000):
         host.receive_data(answer + bytes([number % 256]) * 40)
         assert host.buffered <= 256 * 64 + 64 + FRAME_MAX
-    first, *others = drained(host)
+    first, *others = events(host)
     assert first == Garbled(b"", "1743 frames or runs of noise were not fetched, and are lost")
     assert len(others) == 256
     assert isinstance(others[-1], Stray)
@@ -142,8 +127,8 @@ def test_an_endless_noise_is_told_in_runs():
     device = Device()
     for _ in range(64):
         device.receive_data(b"\xaa\x01")
-    runs = list(drained(device))
+    runs = events(device)
     assert [len(run.data) for run in runs] == [64]
     assert device.buffered == 64
     device.receive_data(encode_request(Stop()))
-    assert list(drained(device))[-1] == Stop()
+    assert events(device)[-1] == Stop()

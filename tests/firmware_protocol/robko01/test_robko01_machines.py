@@ -1,6 +1,7 @@
 """The host's and the device's machine: one request, one answer, and what does not belong."""
 
 import pytest
+from chunks import events
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -32,14 +33,6 @@ STOPPED = encode_answer(Acknowledged(Op.STOP))
 HERE = Positions(Axes((1, 2, 3, 4, 5, 6)))
 SWALLOWING = bytes.fromhex("AA 02 1C")
 """The header of the longest answer, which never comes."""
-
-
-def events(machine, data: bytes = b"") -> list[object]:
-    machine.receive_data(data)
-    found = []
-    while (event := machine.next_event()) is not None:
-        found.append(event)
-    return found
 
 
 def asked(request) -> Host:

@@ -1,8 +1,6 @@
 """Host and device wired to each other: what one sends the other reads, whatever the wire does."""
 
-from collections.abc import Iterator
-
-from chunks import chunked
+from chunks import carried, events
 from hypothesis import given
 from hypothesis import strategies as st
 from teachmover_strategies import COMMANDS, REGISTERS, ROWS, STATUSES
@@ -46,20 +44,6 @@ def expected(command: Command, replies: list[Reply]) -> Completed:
     return Completed(command, status, rows=tuple(rest))
 
 
-def events(machine: Host | Device) -> Iterator[object]:
-    while (event := machine.next_event()) is not None:
-        yield event
-
-
-def carried(draw, data: bytes, machine: Host | Device) -> list[object]:
-    """Carry bytes to a machine in portions, and fetch its events after each of them."""
-    found = []
-    for chunk in draw(chunked(data)):
-        machine.receive_data(chunk)
-        found += events(machine)
-    return found
-
-
 @given(st.lists(exchanges(), max_size=5), st.data())
 def test_every_script_arrives_whole_at_both_ends(script, data):
     host, device = Host(), Device()
@@ -70,7 +54,7 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
         if isinstance(command, QDump) and replies[0] is Status.DONE:
             assert found == []
             host.end_dump()
-            found = list(events(host))
+            found = events(host)
         assert found == [expected(command, replies)]
         assert host.attention == device.attention
         assert (host.outstanding, device.unanswered) == (None, None)
@@ -96,13 +80,13 @@ def test_after_noise_both_ends_agree_again_at_the_next_carriage_return(noise, ex
             device.send(Status.FAILED)
         elif device.unanswered is not None or event == QDump():
             device.forget()  # the noise happened to be a command
-    list(carried(data.draw, noise + b"\r", host))
+    carried(data.draw, noise + b"\r", host)
     command, replies = exchange
     assert carried(data.draw, host.send(command), device) == [command]
     found = carried(data.draw, b"".join(device.send(reply) for reply in replies), host)
     if isinstance(command, QDump) and replies[0] is Status.DONE:
         host.end_dump()
-        found = list(events(host))
+        found = events(host)
     assert found == [expected(command, replies)]
 
 

@@ -3,6 +3,8 @@
 import random
 
 import pytest
+from fuzz_rounds import damaged
+from fuzzing_teachmover import MOST_HELD
 
 from firmware_protocol.teachmover import (
     Arm,
@@ -30,28 +32,6 @@ REGISTERS = Registers((1, -2, 3, -4, 5, -6), 7, 65)
 COMMANDS = [Step(240, (1, -2, 3, -4, 5, -6), 3), Read(), Close(9), QDump(), QWrite(ROW), Delay(5)]
 REPLIES = [*Status, REGISTERS, ROW]
 FRAMES = 3000
-MOST_HELD = 256 * 256 + 256
-
-
-def damaged(rng: random.Random, frame: bytes) -> bytes:
-    """Flip, drop, double, insert or cut, up to four times."""
-    data = bytearray(frame)
-    for _ in range(rng.randrange(5)):
-        at = rng.randrange(len(data) + 1)
-        how = rng.randrange(6)
-        if how == 0 and at < len(data):
-            data[at] ^= 1 << rng.randrange(8)
-        elif how == 1 and at < len(data):
-            del data[at]
-        elif how == 2:
-            data[at:at] = data[at : at + rng.randrange(1, 300)]
-        elif how == 3:
-            data[at:at] = rng.randbytes(rng.randrange(1, 4))
-        elif how == 4:
-            data[at:at] = rng.choice([b"\r", b"\n", b"\0", b",", b" ", b"-", b"@", b"9" * 400])
-        else:
-            del data[at:]
-    return bytes(data)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -59,8 +39,12 @@ def test_a_device_survives_damaged_commands(seed):
     rng = random.Random(seed)
     device = Device()
     seen = set()
+
+    def good(rng):
+        return encode_command(rng.choice(COMMANDS), device.attention)
+
     for _ in range(FRAMES):
-        device.receive_data(damaged(rng, encode_command(rng.choice(COMMANDS), device.attention)))
+        device.receive_data(damaged(rng, good))
         assert device.buffered <= MOST_HELD
         while (event := device.next_event()) is not None:
             seen.add(type(event))
@@ -77,12 +61,16 @@ def test_a_host_survives_damaged_replies(seed):
     rng = random.Random(seed)
     host = Host()
     seen = set()
+
+    def good(rng):
+        return encode_reply(rng.choice(REPLIES))
+
     for _ in range(FRAMES):
         if host.outstanding is None:
             host.send(rng.choice([*COMMANDS, Arm("#"), Arm("@")]))
         elif rng.random() < 0.02:
             host.give_up()
-        host.receive_data(damaged(rng, encode_reply(rng.choice(REPLIES))))
+        host.receive_data(damaged(rng, good))
         assert host.buffered <= MOST_HELD
         while (event := host.next_event()) is not None:
             seen.add(type(event))

@@ -1,6 +1,7 @@
 """The host's machine: what each line of the arm means to it in each of its states."""
 
 import pytest
+from chunks import events
 
 from firmware_protocol.errors import BadField, LocalProtocolError
 from firmware_protocol.teachmover import (
@@ -33,14 +34,6 @@ ROW_LINE = encode_reply(ROW)
 EVERY_COMMAND = [
     *(STEP, Read(), Close(), Reset(), Set(), Run(), QDump(), QWrite(ROW), Arm("#"), Delay(1))
 ]
-
-
-def events(host: Host, data: bytes = b"") -> list[object]:
-    host.receive_data(data)
-    found = []
-    while (event := host.next_event()) is not None:
-        found.append(event)
-    return found
 
 
 def asked(command) -> Host:
