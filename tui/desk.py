@@ -241,15 +241,14 @@ class Desk(KeyApp):
         self.run_worker(work, thread=True, exit_on_error=False)
 
     def call(self, call: Callable[[], object], done: Done) -> None:
-        """Make a call in a thread, and say what came of it.
+        """Make a call in a thread, and show how it went.
 
-        `done` is said when it has gone well, or what it says of the status then; without it the
-        status speaks for itself.
+        `done` is the message after success, or makes one of the status; None shows no message.
         """
 
         def work() -> None:
-            if (said := outcome(self.arm, call, done)) is not None:
-                self.call_from_thread(self.say, said)
+            if (message := outcome(self.arm, call, done)) is not None:
+                self.call_from_thread(self.say, message)
 
         self.in_thread(work)
 
@@ -298,7 +297,7 @@ class Desk(KeyApp):
         look = self._left.look if self.no_color else self.looks.name
         arm = left_at(self.settings, self.manner, self.current_mode)
         left = replace(self._left.with_arm(self.link.status, arm), look=look)
-        with contextlib.suppress(OSError):  # a desk that is forgotten harms nobody
+        with contextlib.suppress(OSError):  # losing these settings does no harm
             remember(self._memory, left)
 
     def _end_by_signal(self, number: int) -> None:
@@ -307,7 +306,7 @@ class Desk(KeyApp):
         try:
             self.arm.close()
         except ArmError:
-            self.arm.request_stop()  # it would not confirm that it stands; nobody is there to tell
+            self.arm.request_stop()  # no one is left to read that the arm did not confirm
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)
 
 

@@ -191,10 +191,10 @@ class DeskScreen(Screen[None]):
             forbids=desk.spoken(conduct.forbids),
             position=desk.spoken(conduct.position),
         )
-        said = remarks(status, desk.message or self.hint, bannered=bool(conduct.forbids))
+        messages = remarks(status, desk.message or self.hint, bannered=bool(conduct.forbids))
         rows = desk.keys.next_keys(self.place, self.idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(conduct, self.settings_text)
-        self.text("remarks").show(desk.spoken(said))
+        self.text("remarks").show(desk.spoken(messages))
         self.query_one(KeyLine).show_keys(rows, self.query_one(KeyLine).content_size.width)
         self.show_body(status)
 

@@ -168,7 +168,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
             it leaves the terminal in the end as it stands now, not as it was before.
             """
             set_mode(self.fileno, self._mode)
-            self.write("\x1b[?1049h\x1b[?25l\x1b[?1004h")  # other screen, no cursor, focus told
+            self.write("\x1b[?1049h\x1b[?25l\x1b[?1004h")  # other screen, no cursor, report focus
             self._enable_mouse_support()
             self._enable_bracketed_paste()
             self._disable_line_wrap()
@@ -178,7 +178,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
 
 
 def suspends(driver: type[Driver]) -> bool:
-    """Return whether a driver is told of its suspension: those of Unix terminals are."""
+    """Return whether a driver reports a suspension: those of Unix terminals do."""
     return hasattr(driver, "_sigcont_application")
 
 

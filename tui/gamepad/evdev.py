@@ -17,7 +17,7 @@ SYN_DROPPED = 3
 """Numbers of Linux's input-event-codes.h."""
 
 WAKE_S = 0.5
-"""A read that hears nothing comes back after this."""
+"""Timeout of a read."""
 
 
 def check_gamepads() -> Any:
@@ -94,7 +94,7 @@ def open_gamepad(wanted: str, evdev: Any) -> EvdevPad | None:
         try:
             device = evdev.InputDevice(path)
         except OSError:
-            continue  # unplugged meanwhile, or somebody else's alone
+            continue  # unplugged meanwhile, or readable by another user only
         if is_gamepad(device) and wanted.lower() in str(device.name).lower():
             found.append(device)
         else:

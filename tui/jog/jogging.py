@@ -37,7 +37,7 @@ Aim = Callable[[], "Jog | None"]
 
 
 class Rings(Protocol):
-    """Something that calls `tick` once, so much later; a new time replaces the last."""
+    """Something that calls `tick` once after a delay; a new delay replaces the last."""
 
     def after(self, delay_s: float) -> None:
         """Ring once after this delay; infinite means never."""
@@ -162,7 +162,7 @@ class DeskJogging:
         if left_s <= 0.0:
             source = "mouse" if self._settings().pair_of(self._button) else self._button
             self.lift()
-            self._say(f"let go: nothing was heard of the {source} for {MOUSE_HOLDS_S:.0f} s")
+            self._say(f"let go: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
             return
         jog, moving = self._aim(), self._renew_s != math.inf
         if jog is None:

@@ -84,7 +84,7 @@ class StaleInput:
     def is_stale(self, came_s: float, *, of_keyboard: bool = True) -> bool:
         """Return whether what came then may have waited; if a key did, so may the next one.
 
-        A mouse reports so often that it would never be silent: it is stale as long as keys are.
+        A mouse that moves is never silent for long: its events are stale as long as keys are.
         """
         if came_s - self._stale_s >= SILENCE_S:
             return False

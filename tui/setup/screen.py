@@ -9,7 +9,7 @@ from typing import ClassVar
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
@@ -18,11 +18,13 @@ from armdrive.setup.filing import file_of
 from armdrive.status import Status
 from kinematics.errors import KinematicsError
 from tui.arm_view import SpaceView
+from tui.choices import ChoiceList
 from tui.keys.keyboard import bindings
-from tui.screens import DeskScreen, ScreenHost, panels
+from tui.painting import PlainText
+from tui.screens import DeskScreen, ScreenHost
 from tui.setup.arm_file import InterviewAsking, Ports
-from tui.setup.motors import MotorsStage
-from tui.setup.stage import Go, SetupStage, listed
+from tui.setup.motors import ANSWERS, MotorsStage
+from tui.setup.stage import Go, SetupStage, StageText
 
 # The first stage of setting up: the steps, which of them can be taken here, and why not.
 
@@ -49,20 +51,13 @@ class Steps(SetupStage):
         """Whether the arm on this desk is only simulated and has no file."""
         return self.desk.link.status.simulated and self.path is None
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """List the steps, and whose arm they are for."""
         width = max(len(title) for _, title, _ in STEPS)
-        rows = [f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1)]
+        rows = tuple(f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1))
         enter = self.desk.keys.label("setup-enter")
-        return "\n".join(
-            (
-                self._whose(),
-                "",
-                *listed(rows, self.marked),
-                "",
-                f"{enter} begins the marked step; a stop leaves it.",
-            )
-        )
+        tail = f"{enter} begins the marked step; a stop leaves it."
+        return StageText(self._whose(), rows, self.marked, tail)
 
     def _whose(self) -> str:
         status = self.desk.link.status
@@ -135,6 +130,11 @@ class SetupScreen(DeskScreen):
         if self._laid_out:
             self.query_one("#setup-panel").scroll_home(animate=False)
 
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The keys that turn a motor and say what was seen, while no motor is checked."""
+        return () if isinstance(self.stage, MotorsStage) else ("setup-turn", *ANSWERS)
+
     def disarm(self, reason: str) -> None:
         """Take a first press back; a stop also leaves the step."""
         self.stage.forget()
@@ -145,8 +145,12 @@ class SetupScreen(DeskScreen):
         """Lay the middle out: the arm, where it is drawn, and the words of the stage."""
         with Horizontal():
             yield from self.arm_panel()
-            with VerticalScroll(id="setup-panel", can_focus=False):
-                yield from panels(**{"setup-text": "Set up an arm"})
+            scrolled = VerticalScroll(id="setup-panel", can_focus=False)
+            with scrolled, Vertical(classes="panel") as panel:
+                panel.border_title = "Set up an arm"
+                yield PlainText(id="setup-head")
+                yield ChoiceList(self._mark_row, id="setup-rows")
+                yield PlainText(id="setup-tail")
 
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
@@ -155,7 +159,11 @@ class SetupScreen(DeskScreen):
         view, moment = self.query_one(SpaceView), self.stage.moment()
         self.query_one("#arm").display = moment is not None
         view.show(moment or Moment())
-        self.text("setup-text").show(self.stage.text())
+        text, rows = self.stage.text(), self.query_one(ChoiceList)
+        self.text("setup-head").show(text.head)
+        rows.show_rows(text.rows, text.marked)
+        rows.display = bool(text.rows)
+        self.text("setup-tail").show(text.tail)
 
     def take_typed(self, event: events.Key) -> bool:
         """Type into the stage where it is typed; other keys go on to the table of keys."""
@@ -186,6 +194,10 @@ class SetupScreen(DeskScreen):
             self._do(lambda: None)
         else:
             self.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
+
+    def _mark_row(self, row: int) -> None:
+        """Mark the line that was clicked."""
+        self.action_mark(row - (self.stage.text().marked or 0))
 
     def action_on(self) -> None:
         """Go on without opening."""

@@ -89,7 +89,7 @@ class TheoryPanel(Horizontal):
         self._show_pages(of)
 
     def turn(self, by: int) -> None:
-        """Turn so many pages on, from the last to the first."""
+        """Turn this many pages on; after the last comes the first."""
         pages = self.pages
         self.page = (self.page + by) % max(pages, 1)
         self._again()
