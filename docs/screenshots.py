@@ -208,10 +208,10 @@ async def program() -> str:
             return picture
 
 
-async def model() -> str:
+async def model(name: str, *keys: str) -> str:
     """Picture a model without an arm."""
-    app = ModelDesk(named_subject("puma"), braille=True)
-    return await keyed(app, ("q", "q", "w"), lambda: None)
+    app = ModelDesk(named_subject(name), braille=True)
+    return await keyed(app, keys, lambda: None)
 
 
 async def watch() -> str:
@@ -240,7 +240,8 @@ PICTURES: Mapping[str, Callable[[], Coroutine[Any, Any, str]]] = MappingProxyTyp
         "log": partial(desk, "f7"),
         "program": program,
         "watch": watch,
-        "model": model,
+        "model": partial(model, "puma", "q", "q", "w"),
+        "axes": partial(model, "alpha2-lecture", "A", *["N"] * 31),
         "first-run": first_run,
         "help": partial(desk, "question_mark"),
         "palette": partial(desk, "ctrl+p", *_typed("ref")),

@@ -6,7 +6,10 @@ A name is imported as itself to be public (what type checkers call a re-export):
 from kinematics.chains.arm import ChainArm as ChainArm
 from kinematics.chains.assignment import Assignment as Assignment
 from kinematics.chains.assignment import JointAxis as JointAxis
+from kinematics.chains.assignment import ZeroPosition as ZeroPosition
 from kinematics.chains.assignment import assign_frames as assign_frames
+from kinematics.chains.assignment import tip_frame as tip_frame
+from kinematics.chains.assignment import zero_position as zero_position
 from kinematics.chains.chain import Chain as Chain
 from kinematics.chains.chain import JointViolation as JointViolation
 from kinematics.chains.generated import Generated as Generated
@@ -38,8 +41,6 @@ from kinematics.chains.links import JointKind as JointKind
 from kinematics.chains.links import LinkType as LinkType
 from kinematics.chains.links import a_matrix as a_matrix
 from kinematics.chains.links import link_type as link_type
-from kinematics.chains.reach import Reach as Reach
-from kinematics.chains.reach import sampled_reach as sampled_reach
 from kinematics.chains.tables import chain_of_rows as chain_of_rows
 from kinematics.chains.tables import rows_of as rows_of
 from kinematics.chains.tables import table_text as table_text

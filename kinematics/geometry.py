@@ -1,6 +1,6 @@
-"""What every arm that can be driven answers about its geometry, whatever it is built of.
+"""The interface of every arm that can be driven, whatever its build.
 
-Units: mm and rad. Paths, guards, the driver and the simulator know an arm by this face alone.
+Units: mm and rad. Paths, guards, the driver and the simulator know an arm only by this interface.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ is far from both. On the axis the base may take any angle, and the tip is off by
 """
 
 Hand = tuple[float, ...]
-"""How the hand is held, in numbers of the follower's own kind: only that follower reads them."""
+"""How the hand is held, as numbers that only the follower which made them can read."""
 
 
 class NotFollowed(Exception):
@@ -36,11 +36,11 @@ class Follower(Protocol):
 
     @property
     def posture(self) -> str:
-        """The posture in words; empty where the arm's build gives no names to its postures."""
+        """The posture in words; empty if the arm's build has no names for its postures."""
 
     @property
     def first(self) -> Hand:
-        """How the hand is held where the following begins."""
+        """How the hand is held at the start of the curve."""
 
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand, by the shorter way round from another hand."""
@@ -52,7 +52,7 @@ class Follower(Protocol):
         """Return the pose of a tip and a hand."""
 
     def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
-        """Return the posture for a tip and a hand, near the one before; raises `NotFollowed`."""
+        """Return the posture for a tip and a hand, near the previous one. Raises `NotFollowed`."""
 
 
 class Curve(Protocol):
@@ -60,15 +60,15 @@ class Curve(Protocol):
 
     @property
     def shape(self) -> str:
-        """What it is, in words: a straight line, an arc."""
+        """The kind of curve, in words: a straight line, an arc."""
 
     @property
     def straight(self) -> bool:
-        """Whether every joint turns in proportion along it, so that its ends say all of it."""
+        """Whether every joint turns in proportion, so that the ends describe the curve fully."""
 
     @property
     def least_chords(self) -> int:
-        """How many equal shares it is cut into before anything is looked at."""
+        """How many equal parts the curve is cut into before it is examined."""
 
     def pose(self, fraction: float) -> Pose:
         """Return the curve's pose at a fraction (0 to 1) of its way."""
@@ -80,7 +80,7 @@ class Curve(Protocol):
         """Return the posture at a fraction, near the one before; raises `PathBroken`."""
 
     def leap(self, before: Joints, reached: Joints) -> str | None:
-        """Say why no single joint motion may lead from one posture to the next, if none may."""
+        """Return why one joint motion may not lead from one posture to the next, or None."""
 
 
 class StraightLine(Curve, Protocol):
@@ -88,13 +88,13 @@ class StraightLine(Curve, Protocol):
 
     @property
     def follower(self) -> Follower:
-        """What keeps the posture in which the line begins."""
+        """Return what keeps the posture in which the line begins."""
 
 
 class ArmGeometry(Protocol):
     """An arm: joints with ranges, forward and inverse kinematics, and its points in space.
 
-    It is a value: what was worked out about an arm may be kept with the arm as its key.
+    An arm is a value: results computed for it may be cached with the arm as their key.
     """
 
     def __hash__(self) -> int: ...
@@ -129,10 +129,10 @@ class ArmGeometry(Protocol):
         """Return the posture a small step from the seed, quickly; raises `Unreachable`."""
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
-        """Return what `ik` does, or None without reasons."""
+        """Return what `ik` does, or None instead of an error."""
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return a posture a small step from the seed, quickly, or None without reasons."""
+        """Return a posture a small step from the seed, quickly; None instead of an error."""
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return a pose in reach near this one."""
@@ -141,10 +141,10 @@ class ArmGeometry(Protocol):
         """Return points of the arm from the table to the tip."""
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
-        """Return the limits that a posture breaks."""
+        """Return the limits that a posture violates."""
 
     def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+        """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
@@ -153,12 +153,12 @@ class ArmGeometry(Protocol):
         """Return the straight line from a posture to a pose."""
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
-        """Return a distance that no point exceeds while the joints turn by this in proportion."""
+        """Return a bound on the travel of any point while the joints turn by this together."""
 
     def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
-        """Return each joint axis's distance from the tip; of no posture, the most there can be.
+        """Return each joint axis's distance from the tip; without a posture, the greatest possible.
 
-        0 where turning the joint never moves the tip, whatever the others do.
+        0 if turning the joint never moves the tip, whatever the others do.
         """
 
 
@@ -174,9 +174,9 @@ LONGEST_MM = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """The tool centre point, seen from the finger tips; no lengths are no tool.
+    """The tool centre point, relative to the finger tips; all zero means no tool.
 
-    `radius_mm` is how thick it is, for the guards that look at links.
+    `radius_mm` is the tool's thickness, for the guards that check links.
     """
 
     along_mm: float = 0.0

@@ -48,7 +48,7 @@ class JointRange:
         return min(max(angle_rad, self.low_rad), self.high_rad)
 
     def turned(self, angle_rad: float, seed_rad: float) -> float:
-        """Return the turn of an angle that a joint of this range should take; see `turn_into`."""
+        """Return the turn of an angle that a joint of this range should use; see `turn_into`."""
         return turn_into(angle_rad, self.low_rad, self.high_rad, seed_rad)
 
     def nearest(self, angle_rad: float, seed_rad: float) -> float:
@@ -56,12 +56,12 @@ class JointRange:
         return self.clamp(self.turned(angle_rad, seed_rad))
 
     def widened(self, angle_rad: float) -> JointRange:
-        """Return the range that holds this angle as well."""
+        """Return the range extended to include this angle."""
         return JointRange(min(self.low_rad, angle_rad), max(self.high_rad, angle_rad))
 
 
 def widened_to(limits: Iterable[JointRange], angles: Iterable[float]) -> tuple[JointRange, ...]:
-    """Return the ranges of joints, each widened to an angle beyond it."""
+    """Return the ranges of joints, each extended to include an angle beyond it."""
     return tuple(bounds.widened(angle) for bounds, angle in zip(limits, angles, strict=True))
 
 
@@ -80,21 +80,22 @@ class LimitViolation:
 
 
 def refuse_worst(broken: Sequence[LimitViolation]) -> None:
-    """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+    """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
     if broken:
         worst = max(broken, key=lambda violation: violation.excess_rad)
         raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
 
 
 TAU_REST = 2.4492935982947064e-16
-"""2 pi less `math.tau`, the nearest float: what a turn of `math.tau` leaves out."""
+"""2 pi minus `math.tau`, the nearest float: the part of a turn that `math.tau` leaves out."""
 
 
 def wrap(angle: float) -> float:
     """Return the same direction within (-pi, pi].
 
-    The sine and cosine of an angle count its turns by 2 pi and not by the nearest float. So does
-    this: else 1e8 turns would point the hand 2.4e-8 rad elsewhere, some 9 um at the tip.
+    The sine and cosine of an angle count its turns by 2 pi, not by the nearest float, and so does
+    this function. Otherwise 1e8 turns would point the hand 2.4e-8 rad elsewhere, some 9 um at the
+    tip.
     """
     turned = math.remainder(angle, math.tau)
     if turned != angle:
@@ -109,23 +110,32 @@ def turn_near(angle: float, near: float) -> float:
 
 
 MANY_TURNS_RAD = 100.0
-"""Beyond this an angle is wrapped before its turns are counted; below it they cost no digits."""
+"""Larger angles are wrapped before anything is added to them; below it that costs no digits."""
+
+FARTHEST_SEED_RAD = 1e6
+"""A seed beyond this counts as its direction: angles so large have 1e-10 rad left as last digit."""
+
+
+def few_turns(angle: float) -> float:
+    """Return an angle that can be added to without losing digits, in the same direction."""
+    return angle if -MANY_TURNS_RAD < angle < MANY_TURNS_RAD else wrap(angle)
 
 
 def turn_into(angle: float, low: float, high: float, seed: float) -> float:
-    """Return the turn of `angle` (by whole circles) that a joint of this range should take.
+    """Return the turn of `angle` (by whole circles) that a joint of this range should use.
 
     Of the turns within the range, the one nearest to `seed`; if none is within it, the one that
     misses it least. An angle within the tolerance of a limit becomes the limit. A range may be
-    endless on either side, or on both.
+    unbounded on either side, or on both.
     """
-    if not -MANY_TURNS_RAD < angle < MANY_TURNS_RAD:
-        angle = wrap(angle)
+    angle = few_turns(angle)
+    if not -FARTHEST_SEED_RAD < seed < FARTHEST_SEED_RAD:
+        seed = wrap(seed)
     near = angle + round((seed - angle) / math.tau) * math.tau
     floor, ceiling = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
     if floor <= near <= ceiling:
         return min(max(near, low), high)
-    # Only the end that the seed's turn is beyond is finite for sure: a joint may have one limit.
+    # Only the end that the seed's turn is beyond is certainly finite: a joint may have one limit.
     if near < floor:
         turns = math.ceil((floor - angle) / math.tau)  # the first turn above the lower end
         first, last = angle + turns * math.tau, angle + (turns - 1) * math.tau
@@ -140,6 +150,6 @@ def turn_into(angle: float, low: float, high: float, seed: float) -> float:
 
 
 def fitted(angle: float, low: float, high: float, seed: float) -> float:
-    """Return what `turn_into` does, or infinity where no turn of the angle is within the range."""
+    """Return what `turn_into` does, or infinity if no turn of the angle is within the range."""
     turned = turn_into(angle, low, high, seed)
     return turned if low <= turned <= high else math.inf

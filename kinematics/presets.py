@@ -33,13 +33,14 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class ArmModel:
-    """What is known of one kind of arm before anybody has measured a particular one.
+    """What is known of one kind of arm before a particular one has been measured.
 
-    `transmission` and `reference` are None where nothing is published. Joint speeds are in the
-    order of the joints, at full load and without load. `grip_steps_per_n` is how many steps of
-    closing add one newton once the fingers touch. `verified` says that programs which drive this
-    arm publish the numbers; where it is False, the preset is a template, and Cartesian motion is
-    to be refused until its owner has filled in the numbers. `notes` says where they come from.
+    `transmission` and `reference` are None if nothing is published. Joint speeds are in the order
+    of the joints, at full load and without load. `grip_steps_per_n` is how many steps of closing
+    add one newton once the fingers touch. `verified` says that programs which drive this arm
+    publish the numbers; if it is False, the preset is a template, and Cartesian motion is refused
+    until the owner has filled in the numbers. `notes` gives the sources, and `unused` what a
+    description of the arm holds and this model does not.
     """
 
     key: str
@@ -55,11 +56,12 @@ class ArmModel:
     guards: Guards
     verified: bool
     notes: str
+    unused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class ArmPreset(ArmModel):
-    """A model that this room knows by name: an arm of the Mini-mover's build."""
+    """A preset model of an arm of the Mini-mover's build."""
 
     arm: FiveAxisArm
 
@@ -86,7 +88,7 @@ def cable_transmission(
 
 
 def _left_wrist_first(transmission: Transmission) -> Transmission:
-    """Return the same mechanics with the two wrist motors on each other's channels."""
+    """Return the same mechanics with the two wrist motors swapped."""
     base, shoulder, elbow, right, left, gripper = transmission.motors
     return Transmission((base, shoulder, elbow, left, right, gripper), transmission.joint_names)
 
@@ -143,7 +145,7 @@ _MINIMOVER = replace(
 def _drives_on_shafts(
     *, key: str, title: str, drive: str, steps: str, unit: str, per_turn: int, per_mm: int
 ) -> ArmPreset:
-    """Return a template of the mechanics with a drive on each motor's shaft, for its counts."""
+    """Return a template of the mechanics with one drive per motor shaft, for its counts."""
     gears = {"base": 50, "shoulder": 50, "elbow": 40, "wrist": 20}
     per_rad = {name: gear * per_turn / math.tau for name, gear in gears.items()}
     return replace(
@@ -236,12 +238,12 @@ PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
         )
     }
 )
-"""The arms this room knows by name."""
+"""The preset arms by name."""
 
 
 def preset(key: str) -> ArmPreset:
-    """Return the preset of this key, or raise `UnknownPreset` that suggests the nearest one."""
-    found = PRESETS.get(key)
+    """Return the preset of this key. Raises `UnknownPreset` with the nearest name."""
+    found = PRESETS.get(key) if isinstance(key, str) else None
     if found is None:
         near = nearest_word(str(key).lower(), PRESETS, likeness=0.4)
         raise UnknownPreset(key, PRESETS, near)

@@ -26,9 +26,9 @@ from kinematics.spaces import JOINT_NAMES, Joints, Motors
 class MotorSpec:
     """What one motor sees of the joints, and what it adds for other motors.
 
-    `steps_per_unit` is per rad, or per mm for the gripper's motor; `sees` holds one coefficient
-    for each joint and, where the arm's gripper has a motor, a last one for the opening. `follows`
-    lists (index of an earlier motor, whole ratio): that many of its own steps for each of theirs.
+    `steps_per_unit` is per rad, or per mm for the gripper's motor. `sees` holds one coefficient for
+    each joint and, if the gripper has a motor, a last one for the opening. `follows` lists (index
+    of an earlier motor, whole ratio): that many of its own steps for each of theirs.
     """
 
     name: str
@@ -50,10 +50,10 @@ class MotorSpec:
 
 @dataclass(frozen=True, slots=True)
 class Transmission:
-    """All motors of an arm, as many as it has joints, plus one where the gripper has a motor.
+    """All motors of an arm: one for each joint, plus one if the gripper has a motor.
 
-    `matrix` gives steps per unit of each joint (and the opening), couplings included; `inverse`
-    its inverse. Raises `SingularTransmission` where the motors do not determine the joints.
+    `matrix` gives steps per unit of each joint (and the opening), couplings included; `inverse` is
+    its inverse. Raises `SingularTransmission` if the motors do not determine the joints.
     """
 
     motors: tuple[MotorSpec, ...]
@@ -88,7 +88,7 @@ class Transmission:
         return len(self.motors) > len(self.joint_names)
 
     def to_motors(self, joints: Joints, opening_mm: float = 0.0) -> Motors:
-        """Return absolute motor steps, rounded once; the opening is unused without its motor."""
+        """Return absolute motor steps, rounded once. The opening needs a gripper motor."""
         steps: list[int] = []
         for motor, own in zip(self.motors, self._own_steps(joints, opening_mm), strict=True):
             followed = sum(ratio * steps[earlier] for earlier, ratio in motor.follows)
@@ -103,7 +103,7 @@ class Transmission:
         return tuple(steps)
 
     def to_joints(self, motors: Sequence[int]) -> tuple[Joints, float]:
-        """Return joint angles and gripper opening in mm; 0 where the gripper has no motor."""
+        """Return joint angles and the gripper opening in mm, which is 0 without a gripper motor."""
         if len(motors) != len(self.motors):
             raise KinematicsError(f"{len(self.motors)} motors were expected, not {len(motors)}")
         own = tuple(
@@ -119,17 +119,17 @@ class Transmission:
     def motor_rates(
         self, joint_rates_rad_s: Sequence[float], gripper_mm_s: float = 0.0
     ) -> tuple[float, ...]:
-        """Return steps per second of each motor for these rates, couplings included."""
+        """Return the steps per second of each motor for these rates, couplings included."""
         return times(self.matrix, self._coordinates(joint_rates_rad_s, gripper_mm_s))
 
     def with_signs(
         self, motors: Sequence[int] = (), coordinates: Sequence[int] = ()
     ) -> Transmission:
-        """Return this transmission with some directions turned over, as calibration finds them.
+        """Return this transmission with some directions reversed, as calibration finds them.
 
-        `motors` holds 1 or -1 for each motor: -1 where it counts the other way. `coordinates`
-        holds 1 or -1 for each joint (and the opening): -1 where the joint's positive direction
-        is the other one. Left out, all stay.
+        `motors` holds 1 or -1 for each motor: -1 if it counts the other way. `coordinates` holds 1
+        or -1 for each joint (and the opening): -1 if the joint's positive direction is the other
+        one. Arguments that are left out change nothing.
         """
         turns = _signs(motors, len(self.motors), "motor")
         axes = _signs(coordinates, len(self.motors), "joint")
@@ -150,7 +150,7 @@ class Transmission:
         )
 
     def without_gripper(self) -> Transmission:
-        """Return the joints' motors alone, for an arm whose fingers something else moves."""
+        """Return only the joints' motors, for an arm whose fingers are moved by something else."""
         if not self.has_gripper:
             return self
         kept = self.motors[:-1]
@@ -159,7 +159,7 @@ class Transmission:
         )
 
     def _own_steps(self, joints: Joints, opening_mm: float) -> tuple[float, ...]:
-        """Return what each motor sees by itself, offset included, without what it follows."""
+        """Return what each motor sees by itself, offset included, without the motors it follows."""
         seen = times(self._own, self._coordinates(joints.angles_rad, opening_mm))
         return tuple(a + motor.offset_steps for a, motor in zip(seen, self.motors, strict=True))
 
@@ -174,7 +174,7 @@ class Transmission:
 
 
 def _check_shape(motors: tuple[MotorSpec, ...], joint_count: int) -> None:
-    """Raise unless the motors and what they see make a square matrix and follow backwards."""
+    """Raise unless there are as many motors as coordinates and each follows earlier ones only."""
     if len(motors) not in {joint_count, joint_count + 1}:
         raise KinematicsError(
             f"{joint_count} joints need {joint_count} motors, or one more for the gripper, "

@@ -184,7 +184,7 @@ class Desk(KeyApp):
 
     def _say_dropped(self, time_s: float) -> None:
         """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.say(f"a key was dropped: this program had stood still for {time_s:.1f} s; press again")
+        self.say(f"a key was dropped: this program was suspended for {time_s:.1f} s; press again")
 
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))

@@ -267,7 +267,7 @@ class Screens:
 
     def resumed(self, time_s: float) -> None:
         """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
-        self.disarm(f"this program had stood still for {time_s:.1f} s")
+        self.disarm(f"this program was suspended for {time_s:.1f} s")
 
     def starved(self, time_s: float) -> None:
         """Note that keys may have waited for the desk for this long; those move nothing."""

@@ -161,7 +161,7 @@ REQUESTS = (
         "docs/reference/programs.md explains every word.",
     ),
     CatalogueEntry(
-        "E114", "InputTimeout", "an input that did not come",
+        "E114", "InputTimeout", "an input did not change in time",
         "A program waited for an input to become high or low, and its timeout passed.",
         "None: waiting moves nothing, and the timeout stops nothing.",
         "Check the sensor, its cable and the input's number: inputs are counted from 1. "
@@ -266,8 +266,8 @@ POSITIONS = (
     ),
     CatalogueEntry(
         "E702", "RECORD_MATCHES", "the position comes from the last session",
-        "It was recorded, and the registers agree; but an arm without encoders may have been "
-        "moved by hand.",
+        "The last session saved it, and the registers match. An arm without encoders may still "
+        "have been moved by hand.",
         "The arm stands still. Planned motion is refused until a person confirms the posture.",
         "Compare the arm with the drawn posture, then call `confirm_restored()`, or connect "
         "with `allow_restored=True`.",
@@ -275,19 +275,19 @@ POSITIONS = (
     CatalogueEntry(
         "E703", "RECORD_DIFFERS", "the registers differ from the record",
         "The arm was moved with its pendant or by another program, or its power was off.",
-        "The arm stands still, its position is suspect. " + NO_PLANNING,
+        "The arm stands still, and its position is suspect. " + NO_PLANNING,
         _LOOK_AND_HOME,
     ),
     CatalogueEntry(
         "E704", "ENDED_IN_MOTION", "the last program ended during a motion",
-        "It was killed, or its computer lost power, while the arm moved.",
-        "The arm stands somewhere on its path, its position is suspect. " + NO_PLANNING,
+        "The program was killed, or its computer lost power, while the arm was moving.",
+        "The arm stands somewhere on its path, and its position is suspect. " + NO_PLANNING,
         _LOOK_AND_HOME,
     ),
     CatalogueEntry(
         "E705", "RECORD_UNUSABLE", "the recorded position cannot be used",
-        "Its file is damaged, or belongs to another arm or another calibration.",
-        "The arm stands still, its position is unknown. " + NO_PLANNING,
+        "The file is damaged, or was saved for another arm or another calibration.",
+        "The arm stands still, and its position is unknown. " + NO_PLANNING,
         "Call `home()`.",
     ),
     CatalogueEntry(
@@ -305,32 +305,32 @@ POSITIONS = (
         "Check power and cable, look at the arm, call `reset()`, then `home()`.",
     ),
     CatalogueEntry(
-        "E708", "READ_BACK_DIFFERS", "the motion ended elsewhere",
+        "E708", "READ_BACK_DIFFERS", "the motion missed its goal",
         "The registers differ from the goal of the motion: a byte was lost.",
         "The arm stands off its goal, its position is suspect, and error-stop is latched.",
         _LOOK_RESET_HOME,
     ),
     CatalogueEntry(
         "E709", "MOTION_REFUSED", "the controller refused a motion",
-        "The controller should have understood the motion; a byte may have been garbled.",
+        "The motion was valid: a byte was probably corrupted on the wire.",
         SUSPECT_LATCHED,
         _LOOK_RESET_HOME,
     ),
     CatalogueEntry(
         "E710", "HOMING_FAILED", "homing failed",
-        "A switch was not found or was met too early, or homing was stopped.",
-        "The arm stands somewhere on its path, its position is suspect. " + NO_PLANNING,
+        "A switch was not reached, or it closed too early, or homing was stopped.",
+        "The arm stands somewhere on its path, and its position is suspect. " + NO_PLANNING,
         "Look at the switches and the arm, call `reset()`, then `home()` again.",
     ),
     CatalogueEntry(
         "E711", "STOPPED_DEAD", "stopped without a ramp",
-        "An emergency stop ended the motion without a ramp: steps may have been lost.",
+        "An emergency stop ended the motion without a ramp, so motors may have lost steps.",
         SUSPECT_LATCHED,
         _LOOK_RESET_HOME,
     ),
     CatalogueEntry(
         "E712", "ALARM", "an alarm during a motion",
-        "The controller ended the motion by itself: a limit switch, or its own check.",
+        "A limit switch or a check of the controller ended the motion.",
         SUSPECT_LATCHED,
         _LOOK_RESET_HOME,
     ),
@@ -362,7 +362,7 @@ POSITIONS = (
         "E717", "MOVED_BY_OTHERS", "the arm was moved from elsewhere",
         "The registers changed although this program sent nothing: a pendant or a hand moved the "
         "arm.",
-        "The arm stands where it was moved to, its position is suspect. " + NO_PLANNING,
+        "The arm stands where it was moved to, and its position is suspect. " + NO_PLANNING,
         _LOOK_AND_HOME,
     ),
     CatalogueEntry(
@@ -381,19 +381,19 @@ POSITIONS = (
     ),
     CatalogueEntry(
         "E720", "LINK_BACK", "the connection was lost and is back",
-        "The registers agree with what they were; but an arm without encoders may have been moved "
-        "by hand in the meantime.",
+        "The registers have not changed, but an arm without encoders may have been moved by hand "
+        "in the meantime.",
         "The arm stands still, and error-stop is latched. After `reset()`, planned motion is "
         "refused until a person confirms the posture.",
         "Look at the arm, call `reset()`, then call `confirm_restored()`, "
         "or connect with `allow_restored=True`.",
     ),
     CatalogueEntry(
-        "E721", "OFF_ITS_MARK", "off its position at the mark",
-        "`verify` measured the arm with its finger tips on the mark, and the posture was not "
-        "accepted as the new reference: steps were lost, cables are slack, or the numbers in the "
-        "arm file are wrong.",
-        "The arm stands at its mark, its position is suspect. " + NO_PLANNING,
+        "E721", "OFF_ITS_MARK", "the position was wrong at the mark",
+        "`verify` found a difference between the counts and the mark, and nobody accepted the "
+        "posture as the new reference. Steps were lost, cables are slack, or the arm file has "
+        "wrong numbers.",
+        "The arm stands at its mark, and its position is suspect. " + NO_PLANNING,
         "Call `home()` where the arm stands. If the drift comes back, look for what slips.",
     ),
     CatalogueEntry(
@@ -512,20 +512,20 @@ CONTROLLERS = (
 
 BYTES = (
     CatalogueEntry(
-        "E801", "ProtocolError", "a message that the dialect does not have",
-        "A message to send or a message received does not exist in the controller's language.",
+        "E801", "ProtocolError", "a message that does not exist in the dialect",
+        "armdrive sent or received a message that the controller's language does not have.",
         "The message had no effect.",
         "Please report it: the driver should have caught it.",
     ),
     CatalogueEntry(
-        "E802", "LocalProtocolError", "a request that the dialect does not have",
+        "E802", "LocalProtocolError", "a request that the dialect does not support",
         "The controller's language has no such request, or not at this moment.",
         NOTHING_SENT,
         "Choose another request; the controller's page in docs/ lists what it can do.",
     ),
     CatalogueEntry(
-        "E803", "BadField", "a number that the dialect cannot carry",
-        "A field of a message is out of range for the controller's language.",
+        "E803", "BadField", "a number out of range for the dialect",
+        "A number does not fit into its field of the message.",
         NOTHING_SENT,
         "Use a number that the message allows.",
     ),
@@ -548,7 +548,7 @@ BYTES = (
 
 MATHEMATICS = (
     CatalogueEntry(
-        "E601", "KinematicsError", "the kinematics refuse",
+        "E601", "KinematicsError", "the kinematics refused",
         "The message says why.",
         NOTHING_SENT,
         "Correct what the message names.",
@@ -580,8 +580,9 @@ MATHEMATICS = (
         "Use a joint motion, or a path that keeps away from the point that the message names.",
     ),
     CatalogueEntry(
-        "E606", "SingularTransmission", "motors that do not tell the joints apart",
-        "Steps per turn or couplings in the arm file make two motors turn the same joints alike.",
+        "E606", "SingularTransmission", "joint angles that the motors do not determine",
+        "By the steps per turn and couplings in the arm file, two motors turn the same joints in "
+        "the same proportion, so motor steps do not determine the joint angles.",
         NO_ARM,
         "Correct the motor that the message names in the arm file.",
     ),

@@ -88,7 +88,7 @@ READINGS = 5  # attempts until two readings in succession agree
 def read_program(wire: MotionContext) -> TaskBody[tuple[Row, ...]]:
     """Return the program in the device's memory, after two equal readings. Raises `DeviceFault`."""
     seen: DeviceProgram | None = None
-    trouble = "no two readings agree, so the line is disturbed"
+    trouble = "no two readings agree, so the line is noisy"
     for _ in range(READINGS):
         if wire.stopping:
             raise wire.stopped("reading the program was stopped")
@@ -153,7 +153,7 @@ def _write_row(wire: MotionContext, row: Row) -> TaskBody[None]:
     if isinstance(trouble, NoAnswer):
         yield from wire.look()
         raise trouble
-    raise DeviceFault(f"the arm refuses row {row[0]}: its memory is full, or the line is disturbed")
+    raise DeviceFault(f"the arm refuses row {row[0]}: its memory is full, or the line is noisy")
 
 
 def _asked(wire: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[Reply | NoAnswer]:

@@ -70,7 +70,7 @@ def set_outputs(wire: MotionContext, bits: int) -> TaskBody[None]:
 # The position is restored at best, because the arm may have been moved by hand meanwhile.
 
 MEANWHILE = ". Meanwhile "
-BACK = "the wire was lost and is back{elsewhere}: look at the arm, then call `reset()`"
+BACK = "the connection was lost and is back{elsewhere}: look at the arm, then call `reset()`"
 
 
 def resume(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None]:

@@ -272,7 +272,7 @@ def take_reference(wire: MotionContext, confirmed: ConfirmedPosture) -> TaskBody
     core = wire.core
     difference = yield from wire.read()
     if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
-        raise wire.stopped("a stop came between: nothing was referenced")
+        raise wire.stopped("a stop interrupted this: nothing was referenced")
     registers = core.position.counts
     changed = registers != confirmed.registers
     late = wire.now_s > confirmed.at_s + PROMPT_S
@@ -290,7 +290,7 @@ def take_reference(wire: MotionContext, confirmed: ConfirmedPosture) -> TaskBody
     yield from _settled(wire)
 
 
-_MOVED = "the wire was disturbed, and the registers have changed meanwhile"
+_MOVED = "the line was noisy, and the registers changed meanwhile"
 
 
 # Verification: measuring an arm at its reference mark, where the operator has brought it.
@@ -323,7 +323,7 @@ def doubt_position(wire: MotionContext, detail: str) -> TaskBody[None]:
 
 def _require_homing(wire: MotionContext) -> None:
     if wire.stopping or wire.core.state is not State.HOMING:
-        raise wire.stopped("a stop came between: nothing was changed")
+        raise wire.stopped("a stop interrupted this: nothing was changed")
 
 
 # Drift: the difference between the position and the truth, measured at the reference mark.

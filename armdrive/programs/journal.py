@@ -363,6 +363,6 @@ def _elsewhere(here: ArmCoordinates, began: Standing, how: str, move: str) -> st
     joints = " ".join(f"--joint {name}={angle:.2f}" for name, angle in began.joints_deg.items())
     return (
         f"the arm does not stand where the program was interrupted ({', '.join(apart)}): bring it "
-        f"back with `{move} {joints} --gripper {began.opening_mm:.1f}`, look whether what "
-        f"it held is still there, then `{how}`; or start the program again"
+        f"back with `{move} {joints} --gripper {began.opening_mm:.1f}`, check that the fingers "
+        f"still hold what they held, then run `{how}`; or start the program again"
     )

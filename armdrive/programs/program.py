@@ -152,7 +152,7 @@ class Program:
         if snapshot.get("format") != FORMAT:
             raise ProgramError("this state of a program was written by another version of armdrive")
         if (snapshot.get("program"), snapshot.get("code")) != (self.digest, self.code_digest):
-            raise ProgramError("the program was changed since: start it again")
+            raise ProgramError("the program has changed since: start it again")
         try:
             values = by_name(VALUE).read(snapshot["points"], "points")
             points = {name: place(value) for name, value in values.items()}
@@ -205,7 +205,7 @@ def _in_book(
     if len(alike) == 1:
         return book[alike[0]]
     if alike:
-        return f'{" and ".join(alike)} differ by capitals alone: write taught("{alike[0]}")'
+        return f'{" and ".join(alike)} differ only in capital letters: write taught("{alike[0]}")'
     near = suggestion(name, (*book, *own))
     return f"{name!r} is not defined, and no saved point has that name{near}"
 
@@ -309,7 +309,7 @@ class Machine:
     def _run_on(self) -> RunStage | None:
         """Go on to the next act. If a line fails, the state stays as it was after the last act."""
         before = STATE.write(self._state)
-        wrong = "the program loops here without asking anything of the arm"
+        wrong = "the program loops here without giving the arm anything to do"
         for _ in range(MOST_STEPS):
             line = LineContext(self._state, self._row, self._points, self._fk)
             try:

@@ -181,7 +181,7 @@ class Rehearser(Performer):
         if (on and off) or act.within_s is None:
             self._assumptions.note(f"{act} at once")
             return True
-        self._assumptions.note(f"it is not so within {act.within_s:g} s that {act}")
+        self._assumptions.note(f"in {act.within_s:g} s it does not happen that {act}")
         self.arm.sleep(min(act.within_s, NAP_S))
         return False
 
@@ -307,7 +307,7 @@ def rehearsing_arm(
 def _likely_position(seen: SeenArm) -> tuple[ArmCoordinates | None, str]:
     """Return where an arm probably stands, and what that place is called."""
     if seen.last_seen is not None:
-        return seen.last_seen, "the place where it was seen last"
+        return seen.last_seen, "the place where it was last seen"
     model, homing = seen.config.model, seen.config.homing
     if model.reference is not None:
         joints = model.arm.ik(model.reference.pose)

@@ -167,7 +167,7 @@ class Session:
         """
         body = tuple(line for line in program.tree.body if _given(line))
         if not body:
-            raise BadRequest(f"{name} has no subprograms, points or values to be taken from it")
+            raise BadRequest(f"{name} has no subprograms, points or values to take")
         lines = unparse(Tree(body)).splitlines()
         self.typed.add(name, lines)
         return self._checked(lines, name)
@@ -363,7 +363,7 @@ class ArmSession:
         """
         text = self.session.text
         if not text.strip():
-            raise BadRequest("there is nothing to save: no line was carried out yet")
+            raise BadRequest("there is nothing to save: no line has run yet")
         if path.exists() and not over and path.absolute() not in self._saved:
             raise BadRequest(
                 f"{path} exists already: choose another name, or type `save {path} {OVER}`"

@@ -275,7 +275,7 @@ class Engine:
                 task.since_s += time_s
         if self._next is not None or (self._task is not None and not self._task.routine):
             self.stop_asked = True
-            self.stop_why = f": this program had stood still for {time_s:.1f} s"
+            self.stop_why = f": this program was suspended for {time_s:.1f} s"
 
     def close(self) -> None:
         """Close the connection: the running task and every later one fail with `LinkLost`."""

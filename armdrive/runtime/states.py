@@ -28,7 +28,7 @@ class Event(Enum):
 
     OPENED_HELD = "the port was opened"
     OPENED_SWITCHED = "the port was opened and the motors are off"
-    LOST = "the wire was lost or closed"
+    LOST = "the connection was lost or closed"
     ENABLE = "enable"
     DISABLE = "disable"
     HOME = "home"

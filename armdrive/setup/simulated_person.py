@@ -68,7 +68,7 @@ class SimulatedPerson:
     def _plug(self, motor: int, *, on: bool) -> None:
         board: Any = self._twin.board
         if isinstance(board, DrivesOnBus):
-            board.drives().plug(motor, on)
+            board.drives.plug(motor, on)
 
     def _press(self, motor: int, state: SwitchState) -> bool:
         """Press or release a limit switch; return False if the simulated arm has none."""

@@ -1,10 +1,10 @@
-"""The simulated device that every dialect shares, its board, their abilities, options and report.
+"""The simulated device shared by all dialects: its board, optional abilities, options and report.
 
-A `WireDevice` (wire.py) takes and returns bytes on a clock that is handed to it. A `SimDevice` is
-that, with the physical arm and the person at the arm. It holds a `Board`, the dialect's controller:
-to add a dialect, write a subclass of `Board`. Only some boards have a pendant, limit switches and
-so on: each such ability is a protocol, asked of the board by `isinstance`. `lacks` is the refusal
-of boards that do not have it.
+A `WireDevice` (wire.py) consumes and produces bytes on a clock that its caller sets. A `SimDevice`
+adds the physical arm and the person at the arm. It holds a `Board`, the dialect's controller: to
+add a dialect, write a subclass of `Board`. Only some boards have a pendant, limit switches and so
+on. Each such ability is a protocol that callers test with `isinstance`; `lacks` returns the error
+for a board without it.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from kinematics.spaces import Joints, Motors
 
 
 class TeachPendant(Protocol):
-    """A teach pendant, to which the host can hand control over."""
+    """A teach pendant, to which the host can hand over control."""
 
     def press_named(self, name: str) -> None:
-        """Press a key by its name. Raises `BadRequest` for a key that the pendant lacks."""
+        """Press a key by its name. Raises `BadRequest` if the pendant has no such key."""
 
     def return_control(self) -> bool:
-        """Give control back to the host; return False where the host has it already."""
+        """Return control to the host. Returns False if the host already has it."""
 
 
 @runtime_checkable
@@ -56,98 +56,100 @@ class HasPendant(Protocol):
 
 @runtime_checkable
 class HasSpeedError(Protocol):
-    """A board whose motors can be set to turn faster or slower than it believes."""
+    """A board whose motors can turn faster or slower than its registers assume."""
 
     motor_speed: MotorSpeed
 
 
 @runtime_checkable
 class Resettable(Protocol):
-    """A board with a reset that leaves the power on: a button, a watchdog, DTR."""
+    """A board that can be reset with the power on: by a button, a watchdog or DTR."""
 
     def reset(self) -> None:
-        """Restart the firmware; what that does to position and current depends on the board."""
+        """Restart the firmware. Whether position and motor current survive depends on the board."""
 
 
 class SwitchState(Enum):
-    """What a limit switch does."""
+    """How a limit switch behaves."""
 
     FREE = "free"
-    """It follows the arm, as it should."""
+    """Follows the arm; works normally."""
     OPEN = "open"
-    """It is stuck, and never seen pressed."""
+    """Stuck open: never reads as pressed."""
     CLOSED = "closed"
-    """It is stuck, and always seen pressed."""
+    """Stuck closed: always reads as pressed."""
 
 
 @runtime_checkable
 class HasSwitches(Protocol):
-    """A board with a limit switch on each of its axes."""
+    """A board with one limit switch per axis."""
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
-        """Have the switch of an axis (counted from 0) stick, or free it."""
+        """Make the switch of an axis (counted from 0) stick, or free it."""
 
 
 class DriveControls(Protocol):
-    """What can be done to single drives on a bus, counted from 0 as the motors."""
+    """Controls for the single drives on a bus, counted from 0 like the motors."""
 
     @property
     def bits_s(self) -> int:
-        """The speed of their bus."""
+        """The bit rate of the bus."""
 
     def mute(self, drive: int, on: bool) -> None:
-        """Have a drive send nothing, although it receives and obeys; or send again."""
+        """Make a drive send nothing while it still receives and obeys, or let it send again."""
 
     def plug(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: then the drive neither receives nor sends."""
+        """Connect or disconnect a drive's CAN cable.
+
+        A disconnected drive neither sends nor receives.
+        """
 
     def power(self, drive: int, on: bool) -> None:
-        """Take a drive's supply away, and what it holds comes down; or give it back."""
+        """Switch a drive's supply off, so that its load sags, or back on."""
 
     def reset(self, drive: int) -> None:
-        """Have a drive's firmware begin again, in motion or not."""
+        """Restart a drive's firmware, even in motion."""
 
     def set_id(self, drive: int, node: int) -> int:
-        """Give a drive an id, another one's perhaps; return the old. Raises `BadRequest`."""
+        """Change a drive's id, possibly to one in use; return the old id. Raises `BadRequest`."""
 
     def set_mode(self, drive: int, mode: int) -> int:
-        """Give a drive a mode, as at its own keys; return the old. Raises `BadRequest`."""
+        """Change a drive's mode, as its own keys do; return the old mode. Raises `BadRequest`."""
 
     def withhold_done(self, drive: int, on: bool) -> None:
-        """Have a drive not say that a motion is done, or say it again."""
+        """Suppress a drive's message that a motion is done, or allow it again."""
 
 
-@runtime_checkable
-class DrivesOnBus(Protocol):
-    """A board that sends and receives packed frames."""
+class DrivesOnBus:
+    """The interface of a board that sends and receives packed frames."""
 
-    def drives(self) -> DriveControls:
-        """Return what can be done to its drives."""
+    drives: DriveControls
+    """The controls for its drives."""
 
 
 class DriveErrors(Protocol):
-    """What can be wrong with single drives that say error codes by themselves."""
+    """Faults for single drives that send error codes on their own."""
 
     def ail(self, drive: int, code: int) -> None:
-        """Have something be wrong with a drive: it fails, until it is mended and reset."""
+        """Give a drive a fault. The drive fails until the fault is mended and then reset."""
 
     def mend(self, drive: int, code: int) -> None:
-        """Have what was wrong with a drive be right again; its fault is to be reset yet."""
+        """Remove the cause of a drive's fault. The fault itself still has to be reset."""
 
     def warn(self, drive: int, code: int) -> None:
-        """Have a drive say an error code, and go on."""
+        """Make a drive send an error code and carry on."""
 
 
 @runtime_checkable
 class SaysEmergencies(Protocol):
-    """A board whose drives say error codes by themselves."""
+    """A board whose drives send error codes on their own."""
 
     def errors(self) -> DriveErrors:
-        """Return what can be wrong with its drives."""
+        """Return the fault controls of its drives."""
 
 
 def lacks(board: Board, what: str) -> BadRequest:
-    """Return the refusal for a board that has no such thing."""
+    """Return the error for a board without the requested ability."""
     return BadRequest(f"the simulated {board.title} has no {what}")
 
 
@@ -156,9 +158,9 @@ def lacks(board: Board, what: str) -> BadRequest:
 
 @dataclass(slots=True, eq=False)
 class SharedState:
-    """What a board and its device both see; the device sets the time, the power and the inputs.
+    """State shared by a board and its device, which sets the time, the power and the inputs.
 
-    `outgoing` is what waits to be sent: boards append to it, and never replace it.
+    `outgoing` holds the bytes waiting to be sent. Boards append to it and never replace it.
     """
 
     now_s: float = 0.0
@@ -168,21 +170,22 @@ class SharedState:
 
 
 class Board(abc.ABC):
-    """A dialect's controller: what its electronics and firmware do with bytes and with time.
+    """A dialect's controller: how its electronics and firmware react to bytes and time.
 
-    A board knows the arm (`world`) and the motors (`drive`), and shares its state with its device.
-    `baud` is the pace of its serial line; None where bytes arrive at once, as from a network.
+    A board controls the arm (`world`) through its motors (`drive`) and shares state with its
+    device. `baud` sets the speed of the serial line; None means that bytes arrive at once, as on a
+    network.
     """
 
     title: ClassVar[str]
-    """What it is, for people: `TeachMover`, say."""
+    """The name shown to people, for example `TeachMover`."""
     input_bits: ClassVar[int] = 8
     register_range: ClassVar[tuple[int, int]] = (-(1 << 15), (1 << 15) - 1)
-    """The least and the greatest number that a register can hold."""
+    """The smallest and largest value of a position register."""
     remembered: ClassVar[Mapping[str, Form]] = {}
-    """What a saved board knows: its attributes, each with its form."""
+    """The attributes saved with the world, each with its form."""
     byte_gap_s: float = 0.0
-    """The pause after each byte that it sends."""
+    """A pause after each byte that the board sends."""
 
     def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
         self.world = world
@@ -190,93 +193,92 @@ class Board(abc.ABC):
         self.baud = baud
         self.shared = SharedState()
         self.line: Callable[[WireDevice], PacedDevice] = partial(PacedDevice, baud=baud)
-        """Makes the line to the device that has this board: a serial one at its pace."""
+        """Makes the line to the device: by default a serial line at the board's baud rate."""
 
     @property
     def now_s(self) -> float:
-        """The present time."""
+        """The current time."""
         return self.shared.now_s
 
-    # What can be seen.
+    # Observable state.
 
     @property
     @abc.abstractmethod
     def busy(self) -> bool:
-        """Whether it is at work on something that the host has asked for."""
+        """Whether the board is carrying out a request of the host."""
 
     @property
     @abc.abstractmethod
     def registers(self) -> Motors:
-        """The positions that it would tell its host: they know only what was commanded."""
+        """The positions reported to the host. They count commanded motion only."""
 
     @property
     def inputs(self) -> int:
-        """The input bits as the host would read them."""
+        """The input bits as the host reads them."""
         return self.shared.inputs_set
 
     def details(self) -> dict[str, Json]:
-        """Return what only this kind of board has to show."""
+        """Return extra state that only this kind of board reports."""
         return {}
 
-    # The wire and time.
+    # Bytes and time.
 
     @abc.abstractmethod
     def hear(self, data: bytes) -> None:
-        """Take bytes that have arrived now; called only with power."""
+        """Receive bytes that arrive now. Called only while the power is on."""
 
     def due_s(self) -> float:
-        """Tell when the board next acts by itself: by default when the motion ends."""
+        """Return when the board next acts on its own; by default when the motion ends."""
         return self.drive.done_s
 
     def happen(self) -> None:
-        """Do what is due now; afterwards `due_s` must be later, or this comes again."""
+        """Do what is due now. Afterwards `due_s` must be later, or this is called again."""
         self.drive.settle(self.now_s)
         self.motion_ended()
 
     def motion_ended(self) -> None:  # noqa: B027 - a host may have to ask
-        """Act on the end of a motion, now."""
+        """React to the end of a motion."""
 
     # Power.
 
     def boot(self) -> None:  # noqa: B027 - most boards have nothing to say
-        """Do what the firmware does when power comes, a banner say."""
+        """Start the firmware after power-on, for example with a banner."""
 
     @abc.abstractmethod
     def forget(self) -> None:
-        """Lose what is lost with the power; registers, motion and current are gone already."""
+        """Clear volatile state. Registers, motion and current have already been cleared."""
 
-    # What a person does.
+    # Actions of a person.
 
     def set_input(self, bit: int, on: bool) -> None:
-        """Set an input bit, which keeps its place through a loss of power."""
+        """Set an input bit, which survives a loss of power."""
         if not 0 <= bit < self.input_bits:
             raise BadRequest(f"input bits are 0 to {self.input_bits - 1}, not {bit}")
         self.shared.inputs_set = self.shared.inputs_set & ~(1 << bit) | on << bit
 
     def moved_by_hand(self, *, counted: bool) -> None:  # noqa: B027 - most boards see nothing of it
-        """Act on a person's having turned motors: at the controls, which counts, or by force."""
+        """React to motors turned by a person: at the controls (counted) or by force."""
 
     # The saved world.
 
     def count_from(self, registers: Sequence[int]) -> None:
-        """Have the registers stand as a saved controller's did; nothing turns."""
+        """Set the registers to those of a saved controller. Nothing moves."""
         self.drive.set_counts(registers, self.now_s)
 
     def known(self) -> dict[str, Json]:
-        """Return what the board knows, to be saved together with the world."""
+        """Return the board's own state, to be saved with the world."""
         return write(self, self.remembered)
 
     def recall_known(self, saved: Saved) -> None:
-        """Take all that `known` wrote out of `saved`. Raises `StateFileError`."""
+        """Restore everything that `known` wrote. Raises `StateFileError`."""
         for name, value in read(saved, self.remembered).items():
             setattr(self, name, value)
 
 
 # --- The device, which is the same for every board ----------------------------------------------
-#
-# Times are in seconds on the clock that is handed in. A person acts at the device's present time,
-# or through `at` at a stated one. If a thread drives the device, call these methods on that thread
-# or under its lock.
+# Times are in seconds on the caller's clock. A person acts at the device's current time, or at a
+# given time through `at`. If a thread drives the device, call these methods on that thread or under
+# its lock.
 
 
 Action = Callable[[], None]
@@ -285,8 +287,8 @@ Action = Callable[[], None]
 class SimDevice:
     """A simulated device on a physical arm: its board, and the person at the arm.
 
-    It keeps the clock, the agenda and the power, takes the bytes to and from the wire, and saves
-    all of it. What a board has besides is asked of `board`, by its abilities.
+    It keeps the clock, the agenda and the power state, passes bytes between wire and board, and
+    saves all of it. Abilities of particular boards are reached through `board`.
     """
 
     def __init__(self, board: Board) -> None:
@@ -298,16 +300,16 @@ class SimDevice:
     # The wire's side.
 
     def line(self) -> PacedDevice:
-        """Make a line to it."""
+        """Make a line to the device."""
         return self.board.line(self)
 
     @property
     def byte_gap_s(self) -> float:
-        """The pause after each byte that it sends."""
+        """The pause after each byte that the device sends."""
         return self.board.byte_gap_s
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes that have arrived by now; without power they are lost."""
+        """Receive bytes that have arrived by now. Without power they are lost."""
         self._advance(now_s)
         if self.powered:
             self.board.hear(data)
@@ -322,91 +324,94 @@ class SimDevice:
         return sent
 
     def next_s(self) -> float:
-        """Tell when a motion ends or something on the agenda is due; infinity while it waits."""
+        """Return when a motion ends or an agenda item is due; infinity if nothing is pending."""
         return self._shared.now_s if self._shared.outgoing else self._next_event_s()
 
-    # What can be seen.
+    # Observable state.
 
     @property
     def now_s(self) -> float:
-        """The device's present time."""
+        """The device's current time."""
         return self._shared.now_s
 
     @property
     def powered(self) -> bool:
-        """Whether it is switched on."""
+        """Whether the device is switched on."""
         return self._shared.powered
 
     @property
     def busy(self) -> bool:
-        """Whether it is at work on something that the host has asked for."""
+        """Whether the device is carrying out a request of the host."""
         return self.board.busy
 
     @property
     def registers(self) -> Motors:
-        """The positions that it would tell its host: they know only what was commanded."""
+        """The positions reported to the host. They count commanded motion only."""
         return self.board.registers
 
     @property
     def moving(self) -> bool:
-        """Whether motors turn."""
+        """Whether any motor is turning."""
         return self.board.drive.moving
 
     @property
     def inputs(self) -> int:
-        """The input bits as the host would read them."""
+        """The input bits as the host reads them."""
         return self.board.inputs
 
-    # What a person can do.
+    # Actions of a person.
 
     def at(self, time_s: float, action: Action) -> None:
-        """Have something done when the device's clock shows this time."""
+        """Schedule an action at a time of the device's clock."""
         self._agenda.put(time_s, action)
 
     def jog(self, steps: Sequence[int]) -> None:
-        """Move by hand of a person at the controls, at once; counted. `BadRequest` in motion."""
+        """Move motors from the device's own controls, which count the steps.
+
+        `BadRequest` in motion.
+        """
         if self.moving or not self.powered:
             raise BadRequest("a person moves the arm only when it is switched on and still")
         self.board.drive.turn(steps, self.now_s)
         self.board.moved_by_hand(counted=True)
 
     def bring_to(self, joints: Joints, opening_mm: float) -> None:
-        """Jog to a physical posture, as an operator does who looks at the arm."""
+        """Jog to a physical posture, as an operator does by eye."""
         goal = self.world.body.transmission.to_motors(joints, opening_mm)
         self.jog(self.world.play.turns_for(goal - self.world.motors))
 
     def push(self, steps: Sequence[int]) -> None:
-        """Turn motors by force: the registers know nothing of it."""
+        """Turn motors by force. The registers do not notice."""
         self.world.force(steps, self.now_s)
         self.board.moved_by_hand(counted=False)
 
     def set_input(self, bit: int, on: bool) -> None:
-        """Set an input bit. Raises `BadRequest` for one that the board has not."""
+        """Set an input bit. Raises `BadRequest` if the board has no such input."""
         self.board.set_input(bit, on)
 
     def power_off(self) -> None:
-        """Switch off: motion stops dead, the arm sags, and whatever the board knew is lost."""
+        """Switch off: motion stops dead, the arm sags, and the board loses its state."""
         self.board.drive.lose_power(self.now_s)
         self._shared.powered = False
         self._shared.outgoing.clear()
         self.board.forget()
 
     def power_on(self) -> None:
-        """Switch on: registers at zero, as one finds the controller in the morning."""
+        """Switch on, with the registers at zero, as after a cold start."""
         self._shared.powered = True
         self.board.boot()
 
     def set_power(self, on: bool) -> None:
-        """Switch on or off, unless it is."""
+        """Switch on or off; no effect if the device is already in that state."""
         if on != self.powered:
             (self.power_on if on else self.power_off)()
 
     # The saved world.
 
     def to_json(self) -> dict[str, Json]:
-        """Return everything that a standing device needs to be made again.
+        """Return everything needed to recreate the device at rest.
 
-        A motion under way is not saved: the arm stands where the motion had brought it.
+        A motion in progress is not saved: the arm stands where it was at that moment.
         """
         return {
             "world": world_to_json(self.world),
@@ -417,7 +422,7 @@ class SimDevice:
         }
 
     def recall(self, saved: Saved) -> None:
-        """Know again what `to_json` wrote, apart from the world. Raises `StateFileError`."""
+        """Restore what `to_json` wrote, except for the world. Raises `StateFileError`."""
         board, shared = self.board, self._shared
         board.count_from(saved.wholes("registers", len(self.world.motors), *board.register_range))
         shared.inputs_set = saved.whole("inputs", 0, (1 << board.input_bits) - 1)
@@ -432,7 +437,7 @@ class SimDevice:
         return min(agenda_s, own_s)
 
     def _advance(self, now_s: float) -> None:
-        """Live through everything up to now, each thing at its own time."""
+        """Process everything due up to now, each event at its own time."""
         shared, drive = self._shared, self.board.drive
         while (due_s := self._next_event_s()) <= now_s:
             shared.now_s = max(shared.now_s, due_s)
@@ -446,8 +451,7 @@ class SimDevice:
 
 
 # --- Options that a person or a test may choose by name ------------------------------------------
-#
-# The values are numbers, texts or true and false. On the command line they are written NAME=VALUE.
+# Values are numbers, texts, true or false. On the command line they are written NAME=VALUE.
 
 Value: TypeAlias = bool | int | float | str
 _FLAGS = {"yes": True, "true": True, "on": True, "1": True}
@@ -456,7 +460,7 @@ _FLAGS |= {"no": False, "false": False, "off": False, "0": False}
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """One setting: its kind is that of its default; `choices` bounds a text."""
+    """One setting, of the same type as its default; `choices` lists the texts allowed."""
 
     name: str
     default: Value
@@ -464,7 +468,7 @@ class Option:
     choices: tuple[str, ...] = ()
 
     def parse(self, text: str) -> Value:
-        """Read a value as a person types it. Raises `BadRequest`."""
+        """Parse a value typed by a person. Raises `BadRequest`."""
         if isinstance(self.default, bool):
             if text.lower() not in _FLAGS:
                 raise BadRequest(f"{self.name} must be yes or no, not {text!r}")
@@ -480,7 +484,7 @@ class Option:
         return self.checked(value)
 
     def checked(self, value: Value) -> Value:
-        """Return a value of the right kind, or raise `BadRequest`."""
+        """Return a value of the right type. Raises `BadRequest`."""
         if isinstance(self.default, float) and type(value) is int:
             value = float(value)
         if type(value) is not type(self.default):
@@ -493,7 +497,10 @@ class Option:
 
 
 class Options:
-    """The chosen settings, the rest at their defaults; read with the type that is expected."""
+    """The chosen settings; all others have their defaults.
+
+    Each reader names the type it expects.
+    """
 
     def __init__(self, table: Iterable[Option], chosen: Mapping[str, Value] | None = None) -> None:
         rows = {row.name: row for row in table}
@@ -503,7 +510,7 @@ class Options:
 
     @classmethod
     def parse(cls, table: Iterable[Option], words: Iterable[str]) -> dict[str, Value]:
-        """Read NAME=VALUE words. Raises `BadRequest` with the nearest name."""
+        """Parse NAME=VALUE words. Raises `BadRequest` with the nearest known name."""
         rows = {row.name: row for row in table}
         chosen: dict[str, Value] = {}
         for word in words:
@@ -516,7 +523,7 @@ class Options:
 
     @property
     def values(self) -> dict[str, Any]:
-        """Return all of them by their names."""
+        """Return all settings by name."""
         return dict(self._values)
 
     def flag(self, name: str) -> bool:
@@ -585,7 +592,7 @@ def state_json(device: SimDevice) -> dict[str, Json]:
 
 
 def state_line(device: SimDevice) -> str:
-    """Return the state in one line."""
+    """Return the state as one line of text."""
     world = device.world
     words = [
         f"power {'on' if device.powered else 'off'}",

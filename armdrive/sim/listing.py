@@ -1,4 +1,4 @@
-"""What there is to choose of simulated devices, for people: dialects, their settings and faults."""
+"""Lists what people can choose for simulated devices: dialects, their settings and faults."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FAULT_NOTE = (
 
 
 def listing(kinds: Mapping[str, SimDeviceKind]) -> str:
-    """Return the tables of these dialects, made from the tables themselves."""
+    """Return the tables of these dialects."""
     return "\n\n".join([*(_one(name, kind) for name, kind in kinds.items()), _FAULT_NOTE])
 
 

@@ -1,4 +1,4 @@
-"""A simulated arm for one process: its world, its controller, the wire to it, and its operator."""
+"""A simulated arm in one process: its world, its controller, the wire to it and its operator."""
 
 from __future__ import annotations
 
@@ -23,30 +23,29 @@ if TYPE_CHECKING:
     from armdrive.sim.faults.table import Faults
 
 # --- The operator --------------------------------------------------------------------------------
-#
-# The operator does what a person would: looks at the physical posture, which no register knows,
-# first lifts the hand over the mark, then lowers it, in steps of the arm's own motors through the
-# driver. Motors with backlash are brought there from one side.
+# The operator does what a person would: looks at the physical posture, which no register holds,
+# raises the hand over the mark, and then lowers it, jogging through the driver. Motors with
+# backlash approach the posture from one side.
 
 LIFT_MM = 60.0
 LOOKS = 4
 SIDE = 2
-"""How many times its backlash he turns a motor away, and back again."""
+"""How far past the goal to jog a motor before coming back, in multiples of its backlash."""
 SEEN_RAD = math.radians(1.0)
-"""How well he can see whether an arm stands as it is drawn."""
+"""The posture error that an operator can see."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedOperator:
-    """Answers `home` for a simulated arm. He cannot lift an arm whose motors have no current."""
+    """Answers `home` for a simulated arm. It cannot lift an arm whose motors have no current."""
 
     world: World
     speed: float = 1.0
     backlash_steps: tuple[int, ...] = ()
-    """What the driver takes up, by the arm file."""
+    """The backlash that the driver compensates, from the arm file."""
 
     def __call__(self, request: PostureRequest) -> bool:
-        """Bring the arm to the posture; True when it stands there to the step."""
+        """Bring the arm to the posture. Returns True once it stands there to the step."""
         arm = request.arm.model.arm
         pose = request.pose
         above = replace(pose, z_mm=pose.z_mm + LIFT_MM)
@@ -57,14 +56,14 @@ class SimulatedOperator:
         return any(not self._bring(request, request.joints).largest for _ in range(LOOKS))
 
     def stands_at(self, joints: Joints) -> bool:
-        """Compare the physical arm with a drawn posture."""
+        """Return whether the physical arm stands in a drawn posture."""
         return all(
             abs(seen - drawn) <= SEEN_RAD
             for seen, drawn in zip(self.world.joints, joints, strict=True)
         )
 
     def _bring(self, request: PostureRequest, joints: Joints) -> Motors:
-        """Jog towards a posture; return the steps that were missing."""
+        """Jog towards a posture; return the number of steps still missing."""
         transmission = self.world.body.transmission
         missing = transmission.to_motors(joints, request.opening_mm) - self.world.motors
         if missing.largest:
@@ -82,7 +81,7 @@ def recalled(
     *,
     what: str = "device",
 ) -> SimDevice:
-    """Make the world and the device again; `StateFileError` for what no such device has saved."""
+    """Recreate the world and the device. Raises `StateFileError` if the saved data do not fit."""
     saved = Saved(data, what)
     device = SimDevice(make(world_from_json(saved.table("world").data, body)))
     device.recall(saved)
@@ -91,9 +90,9 @@ def recalled(
 
 
 DIALECT = "dialect"
-"""The entry of a saved world that names the dialect."""
+"""The key of a saved world that names the dialect."""
 TITLE = "simulated arm"
-"""What links call the far end of their wire."""
+"""The name that links give to the far end of the wire."""
 
 
 @dataclass(slots=True, eq=False)
@@ -105,14 +104,14 @@ class SimulatedArm:
     link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
     wire: MemoryLink[PacedDevice]
-    """What faults befall: the link itself, or the one that it was put in front of."""
+    """The link on which faults act: the driver's own, or the one in front of which it was put."""
     _faults: Faults | None = field(default=None, init=False)
 
     @classmethod
     def of(
         cls, config: ArmConfig, device: SimDevice, link: MemoryLink[PacedDevice] | None = None
     ) -> Self:
-        """Return an arm's counterpart with a device, on a link of its own or on this one."""
+        """Return the counterpart of an arm, on a new link or on the given one."""
         operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
         wire = link or link_to(device)
         return cls(config.connection.dialect, device, wire, operator, wire)
@@ -120,7 +119,7 @@ class SimulatedArm:
     @property
     def faults(self) -> Faults:
         """Makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`."""
-        from armdrive.sim.faults.table import Faults, link_cable  # nothing goes wrong by itself
+        from armdrive.sim.faults.table import Faults, link_cable  # loaded only for faults
 
         if self._faults is None:
             self._faults = Faults(self.device, self.wire.line, link_cable(self.wire))
@@ -128,12 +127,12 @@ class SimulatedArm:
 
     @property
     def board(self) -> Board:
-        """The board of its device."""
+        """The board of the device."""
         return self.device.board
 
     @property
     def world(self) -> World:
-        """The physical arm and what is around it."""
+        """The physical arm and its surroundings."""
         return self.device.world
 
     def save(self) -> dict[str, Json]:
@@ -142,17 +141,17 @@ class SimulatedArm:
 
 
 def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
-    """Return a wire within this process to a device."""
+    """Return an in-process link to a device."""
     return MemoryLink(device.line(), TITLE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimDeviceKind:
-    """How the simulated device of one dialect is made, and what can be set of it.
+    """How to build the simulated device of one dialect, and its settings.
 
-    `make(config, world, options)` builds its board as it stands when its power has come; a saved
-    one is made the same way and then recalls what it knew. `board` is the board's class, which
-    tells what it is able to do.
+    `make(config, world, options)` builds the board as it is just after power-on. A saved board is
+    built the same way and then restored. `board` is the board's class, which tells what abilities
+    it has.
     """
 
     title: str
@@ -161,7 +160,7 @@ class SimDeviceKind:
     options: tuple[Option, ...] = ()
 
     def twin(self, config: ArmConfig, device: SimDevice) -> SimulatedArm:
-        """Return the counterpart of an arm, with its device on a wire within this process."""
+        """Return the counterpart of an arm, with its device on an in-process link."""
         return SimulatedArm.of(config, device)
 
     def simulate(
@@ -174,13 +173,13 @@ class SimDeviceKind:
         stand: Stand | None = None,
         settings: Mapping[str, Value] | None = None,
     ) -> SimDevice:
-        """Build the simulated device: as it was saved, or as one finds it in the morning.
+        """Build the simulated device: restored from `saved`, or as after a cold start.
 
-        `play` is the lost motion of every motor's train, or of each, in steps: without it, the
-        backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
-        with others, which a saved world cannot be put on. `settings` are those of its device,
-        `speed_error=0.2` say. Raises `StateFileError` where what was saved fits no such arm, and
-        `BadRequest` for the rest.
+        `play` is the backlash in steps, for every motor or for each; by default it is the backlash
+        that the arm file has the driver compensate. `stand` places the arm on a table shared with
+        others, which is not possible for a saved world. `settings` are the device's own, such as
+        `speed_error=0.2`. Raises `StateFileError` if the saved data do not fit this arm, and
+        `BadRequest` for any other mistake.
         """
         body = ArmBody.of_preset(config.model)
         widths = (
@@ -198,7 +197,7 @@ class SimDeviceKind:
 
 
 def _of_dialect(saved: object, dialect: str) -> object:
-    """Return a saved world without its dialect, which must be this one."""
+    """Return a saved world without its dialect entry. Raises unless the dialect is this one."""
     if not isinstance(saved, Mapping):
         return saved
     spoken = saved.get(DIALECT)

@@ -1,6 +1,6 @@
-"""The line to a simulated device: bytes paced by a baud rate, and what may go wrong with them.
+"""The line to a simulated device: bytes paced by a baud rate, and the faults of the line.
 
-Without a baud rate the line is that of a network: what is pushed at once arrives at once, as one.
+Without a baud rate the line acts like a network: bytes pushed together arrive together, at once.
 Times are in seconds on the caller's clock.
 """
 
@@ -20,7 +20,7 @@ from typing import Generic, Protocol, TypeVar
 BITS_A_BYTE = 10
 """A start bit, eight data bits and a stop bit."""
 _ROUNDING = 1e-3
-"""The share of a byte's time that may be missing through floating-point rounding."""
+"""Tolerance for floating-point rounding, as a share of one byte's time."""
 
 
 @dataclass(slots=True, eq=False)
@@ -34,7 +34,7 @@ class _Piece:
         return self.start_s + len(self.data) * self.byte_s
 
     def arrived(self, now_s: float) -> int:
-        """Count the bytes whose last bit has arrived."""
+        """Return how many bytes have arrived completely."""
         if not self.byte_s:
             return len(self.data) if now_s >= self.start_s else 0
         count = math.floor((now_s - self.start_s) / self.byte_s + _ROUNDING)
@@ -51,7 +51,7 @@ class PacedWire:
         self._free_s = -math.inf
 
     def push(self, data: bytes, now_s: float) -> None:
-        """Put bytes on the line, behind those that are still under way."""
+        """Put bytes on the line, after those already under way."""
         if not data:
             return
         start_s = max(now_s, self._free_s)
@@ -60,11 +60,11 @@ class PacedWire:
         self._free_s = piece.end_s
 
     def pull(self, now_s: float) -> bytes:
-        """Take the bytes that have arrived whole by now."""
+        """Take the bytes that have arrived completely by now."""
         return b"".join(self.pull_each(now_s))
 
     def pull_each(self, now_s: float) -> list[bytes]:
-        """Take them apart as they were pushed."""
+        """Take the arrived bytes in the pieces in which they were pushed."""
         taken: list[bytes] = []
         while self._pieces:
             piece = self._pieces[0]
@@ -80,44 +80,43 @@ class PacedWire:
 
     @property
     def waiting(self) -> int:
-        """How many bytes are still under way, or were not taken yet."""
+        """How many bytes are under way or have not been taken yet."""
         return sum(len(piece.data) for piece in self._pieces)
 
     def next_s(self) -> float:
-        """Tell when the bytes of the oldest `push` will all have arrived; infinity when idle.
+        """Return when all bytes of the oldest `push` will have arrived; infinity when idle.
 
-        One moment for each push, not one for each byte: a whole line is what a reader waits for.
+        One time for each push instead of one for each byte, because readers wait for whole lines.
         """
         return self._pieces[0].end_s if self._pieces else math.inf
 
     def clear(self) -> None:
-        """Lose what is under way."""
+        """Drop the bytes under way."""
         self._pieces.clear()
         self._free_s = -math.inf
 
 
 # --- Faults: bytes lost, changed, repeated or late, in each direction by itself ------------------
-#
-# A message is what is put on the wire at once. Random faults come from a seeded generator, so that
-# a run can be repeated.
+# A message is what is put on the wire in one call. Random faults come from a seeded generator, so
+# that a run can be repeated.
 
 
 class Amount(ABC):
-    """How much of what passes is struck, and which bytes of it."""
+    """Decides which messages, and which of their bytes, a fault affects."""
 
     spent = False
 
     @abstractmethod
     def strike(self, length: int) -> tuple[int, ...]:
-        """Return the indices of the bytes of the next message that are struck."""
+        """Return the indices of the affected bytes of the next message."""
 
     def strikes(self, length: int) -> bool:
-        """Tell whether the next message is struck, for what befalls messages only as a whole."""
+        """Return whether the next message is affected, for faults that act on whole messages."""
         return bool(self.strike(length))
 
 
 class Share(Amount):
-    """Each byte (or message) with a probability."""
+    """Affects each byte (or message) with a given probability."""
 
     def __init__(self, share: float, draw: random.Random) -> None:
         self._share = share
@@ -128,18 +127,18 @@ class Share(Amount):
         return tuple(index for index in range(length) if self._draw.random() < self._share)
 
     def strikes(self, length: int) -> bool:  # noqa: ARG002 - one draw, however long it is
-        """Draw once."""
+        """Draw once for the message."""
         return self._draw.random() < self._share
 
 
 class Nth(Amount):
-    """One byte alone: the n-th from now, counted from 1."""
+    """Affects a single byte: the n-th from now, counted from 1."""
 
     def __init__(self, number: int) -> None:
         self._left = number
 
     def strike(self, length: int) -> tuple[int, ...]:
-        """Count on."""
+        """Count the bytes of the message."""
         self._left -= length
         if self.spent or self._left > 0:
             return ()
@@ -148,10 +147,10 @@ class Nth(Amount):
 
 
 class Next(Amount):
-    """The whole of the next message."""
+    """Affects the whole of the next message."""
 
     def strike(self, length: int) -> tuple[int, ...]:
-        """Strike all of it, once."""
+        """Affect all of the message, once."""
         if self.spent:
             return ()
         self.spent = True
@@ -159,12 +158,12 @@ class Next(Amount):
 
 
 Effect = Callable[[bytes, Amount], tuple[bytes, float]]
-"""Turns a message into what passes, and how many seconds late."""
+"""Turns a message into the bytes that pass, and a delay in seconds."""
 
 
 @dataclass(slots=True, eq=False)
 class Rule:
-    """One fault on one lane, until its amount is spent."""
+    """One fault in one direction, until its amount is used up."""
 
     effect: Effect
     amount: Amount
@@ -174,38 +173,38 @@ T = TypeVar("T")
 
 
 class TimeQueue(Generic[T]):
-    """Things by their time in seconds; of two at the same time the one put first comes first."""
+    """Items ordered by their time in seconds; items with the same time keep their order."""
 
     def __init__(self) -> None:
         self._entries: list[tuple[float, int, T]] = []
         self._number = itertools.count()
         self.next_s = math.inf
-        """When the next one is due; infinity while there is none."""
+        """When the next item is due; infinity if there is none."""
 
     def put(self, time_s: float, thing: T) -> None:
-        """Have something come at a time."""
+        """Schedule an item."""
         heapq.heappush(self._entries, (time_s, next(self._number), thing))
         self.next_s = self._entries[0][0]
 
     def pop(self) -> T:
-        """Take the next one out."""
+        """Remove and return the next item."""
         thing = heapq.heappop(self._entries)[2]
         self.next_s = self._entries[0][0] if self._entries else math.inf
         return thing
 
     def due(self, now_s: float) -> Iterator[T]:
-        """Take out one after the other that is due by now."""
+        """Remove and yield every item that is due by now."""
         while self.next_s <= now_s:
             yield self.pop()
 
     def clear(self) -> None:
-        """Have nothing come any more."""
+        """Drop all items."""
         self._entries.clear()
         self.next_s = math.inf
 
 
 class WireDirection:
-    """One direction of the wire, with its faults; what is late stays in its order."""
+    """One direction of the wire, with its faults. Delayed messages keep their order."""
 
     def __init__(self) -> None:
         self.rules: list[Rule] = []
@@ -214,16 +213,16 @@ class WireDirection:
 
     @property
     def next_s(self) -> float:
-        """When the next late message is due; infinity while there is none."""
+        """When the next delayed message is due; infinity if there is none."""
         return self._late.next_s
 
     @property
     def clear(self) -> bool:
-        """Whether all passes at once as it is."""
+        """Whether messages pass immediately and unchanged."""
         return not self.rules and self._late.next_s == math.inf
 
     def passed(self, data: bytes, now_s: float) -> list[bytes]:
-        """Return what of a message passes at once; the rest is lost, or comes by `due`."""
+        """Return the part of a message that passes now; `due` returns the delayed part later."""
         late_s = 0.0
         for rule in self.rules:
             data, more_s = rule.effect(data, rule.amount)
@@ -236,16 +235,16 @@ class WireDirection:
         return []
 
     def due(self, now_s: float) -> list[bytes]:
-        """Take the late messages whose time has come."""
+        """Return the delayed messages that are due."""
         return list(self._late.due(now_s)) if self._late.next_s <= now_s else []
 
     def lose_late(self) -> None:
-        """Lose what is late."""
+        """Drop the delayed messages."""
         self._late.clear()
 
 
 class WireFaults:
-    """The two lanes: what the host says, and what the device says."""
+    """Both directions: from the host and from the device."""
 
     def __init__(self) -> None:
         self.host = WireDirection()
@@ -253,24 +252,24 @@ class WireFaults:
 
     @property
     def next_s(self) -> float:
-        """When a late message is due on either lane."""
+        """When a delayed message is due in either direction."""
         host_s, device_s = self.host.next_s, self.device.next_s
         return min(device_s, host_s)
 
     def lose_late(self) -> None:
-        """Lose what is late in both directions."""
+        """Drop the delayed messages of both directions."""
         self.host.lose_late()
         self.device.lose_late()
 
 
 def lost(message: bytes, amount: Amount) -> tuple[bytes, float]:
-    """Lose the bytes that are struck."""
+    """Drop the affected bytes."""
     struck = amount.strike(len(message))
     return bytes(byte for index, byte in enumerate(message) if index not in struck), 0.0
 
 
 def repeated(message: bytes, amount: Amount) -> tuple[bytes, float]:
-    """Say the bytes that are struck twice; a whole message, one time after the other."""
+    """Send each affected byte twice; send a wholly affected message twice in a row."""
     struck = amount.strike(len(message))
     if len(struck) == len(message):
         return message * 2, 0.0
@@ -279,7 +278,7 @@ def repeated(message: bytes, amount: Amount) -> tuple[bytes, float]:
 
 
 def changed(draw: random.Random) -> Effect:
-    """Flip a bit in each byte that is struck; in one byte of a message that is struck whole."""
+    """Return the effect that flips a bit in each affected byte, or one bit of a whole message."""
 
     def effect(message: bytes, amount: Amount) -> tuple[bytes, float]:
         struck = amount.strike(len(message))
@@ -294,7 +293,7 @@ def changed(draw: random.Random) -> Effect:
 
 
 def late(delay_s: float) -> Effect:
-    """Delay messages; those behind a late one wait for it."""
+    """Return the effect that delays messages. Later messages wait for a delayed one."""
 
     def effect(message: bytes, amount: Amount) -> tuple[bytes, float]:
         return message, delay_s if amount.strikes(len(message)) else 0.0
@@ -308,28 +307,28 @@ _LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
 
 
 class WireDevice(Protocol):
-    """The device side of a dialect, as its wire knows it."""
+    """The device side of a dialect, as the wire sees it."""
 
     @property
     def byte_gap_s(self) -> float:
-        """How long the device pauses after each byte that it sends, beyond the baud rate's time."""
+        """The pause after each byte that the device sends, on top of the byte's own time."""
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes that have arrived at the device by now."""
+        """Receive bytes that have arrived at the device by now."""
 
     def transmit(self, now_s: float) -> bytes:
-        """Advance the arm to now and return the bytes that it has to say since the last call."""
+        """Advance the arm to now and return the bytes sent since the last call."""
 
     def next_s(self) -> float:
-        """Tell when the device next does something by itself; infinity while it only waits."""
+        """Return when the device next acts on its own; infinity while it only waits."""
 
 
 class PacedDevice:
-    """A `Line` to a device: carries bytes both ways at a baud rate, or at once where there is none.
+    """A `Line` to a device: carries bytes both ways at a baud rate, or at once without one.
 
-    Time may be advanced in steps of any size: what happens in between happens at its own moment,
-    so that an answer is as late as if the line had been looked at all the time. Of lines that
-    are put on a paced line at once, each arrives at its own moment.
+    Time may advance in steps of any size. Events in between happen at their own time, so replies
+    are exactly as late as if the line had been polled continuously. Text lines sent together on a
+    paced line each arrive at their own time.
     """
 
     def __init__(self, device: WireDevice, baud: int | None) -> None:
@@ -342,12 +341,12 @@ class PacedDevice:
 
     @property
     def pace(self) -> str:
-        """How fast bytes travel, for people."""
+        """The speed of the line, as text for people."""
         return f"at {self._baud} baud" if self._baud else ""
 
     @property
     def trouble(self) -> str:
-        """Return nothing: only a pulled cable cuts the host off."""
+        """Return nothing: only a pulled cable disconnects the host."""
         return ""
 
     @property
@@ -356,52 +355,52 @@ class PacedDevice:
         return self._in.waiting
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Put bytes on the line to the device."""
+        """Send bytes to the device."""
         self.advance(now_s)
         if self._plugged:
             for piece in self.faults.host.passed(data, now_s):
                 self._push(piece, now_s)
 
     def receive(self, now_s: float) -> bytes:
-        """Take what has come back by now."""
+        """Return the bytes that have come back by now."""
         self.advance(now_s)
         return self._out.pull(now_s)
 
     def advance(self, now_s: float) -> None:
-        """Let everything happen that is due by now."""
+        """Process everything that is due by now."""
         while (due_s := self._due_s()) < now_s:
             self._exchange(due_s)
         self._exchange(now_s)
 
     def next_s(self) -> float:
-        """Tell when something next happens on either side; infinity while all is quiet."""
+        """Return when something next happens on either side; infinity if nothing is pending."""
         return min(self._due_s(), self._out.next_s())
 
     def readable_s(self) -> float:
-        """Return when what is on its way to the host has arrived; infinity while nothing is."""
+        """Return when the bytes under way to the host have arrived; infinity if there are none."""
         return self._out.next_s()
 
     def unplug(self) -> None:
-        """Pull the cable: what is under way is lost in both directions; the device lives on."""
+        """Pull the cable. Bytes under way are lost in both directions; the device keeps running."""
         self._plugged = False
         self._in.clear()
         self._out.clear()
         self.faults.lose_late()
 
     def replug(self, now_s: float) -> None:
-        """Put the cable back; what the device sent meanwhile is lost."""
+        """Plug the cable back in. What the device sent in the meantime is lost."""
         self.advance(now_s)
         self.plug()
 
     def plug(self) -> None:
-        """Put the cable back at the device's present moment."""
+        """Plug the cable back in at the device's current time."""
         self._plugged = True
 
     def reopen(self) -> None:
-        """Do nothing: a serial line does not notice when its host opens the port again."""
+        """Do nothing: a serial line does not notice when its host reopens the port."""
 
     def say(self, data: bytes, now_s: float) -> None:
-        """Put bytes on the line to the host that the device itself never sent."""
+        """Send bytes to the host that the device itself never sent."""
         if self._plugged:
             self._out.push(data, now_s)
 
@@ -410,7 +409,7 @@ class PacedDevice:
             self._in.push(line, now_s)
 
     def _due_s(self) -> float:
-        """Tell when something next happens that is more than an arrival at the host."""
+        """Return when something happens other than an arrival at the host."""
         return min(self._in.next_s(), self.device.next_s(), self.faults.next_s)
 
     def _exchange(self, now_s: float) -> None:
@@ -428,23 +427,23 @@ class PacedDevice:
 
 
 # --- Faults of whole CAN frames: one is lost, or overtaken by the next one -----------------------
-#
-# A single wrong bit is no fault here: a frame's CRC finds it, and its controller sends it again.
+# A single wrong bit is not a fault here, because the frame's CRC detects it and the CAN controller
+# repeats the frame.
 
 
 def frame_lost(frame: bytes, amount: Amount) -> tuple[bytes, float]:
-    """Lose whole frames: an adapter's or a drive's buffer was full."""
+    """Return the effect that loses whole frames, as when a buffer overflows."""
     return (b"" if amount.strikes(len(frame)) else frame), 0.0
 
 
 def overtaken(amount: Amount) -> Rule:
-    """Return the rule that has frames come after the next one; without a next one they are lost."""
+    """Return the rule that delivers a frame after the next one; without a next one it is lost."""
     holding = _Holding(amount)
     return Rule(holding.passed, holding)
 
 
 class _Holding(Amount):
-    """Holds a frame back; it is spent when its amount is, and nothing is held any more."""
+    """Holds a frame back. The rule ends when its amount is used up and no frame is held."""
 
     def __init__(self, amount: Amount) -> None:
         self._amount = amount
@@ -455,7 +454,7 @@ class _Holding(Amount):
         return self._amount.strike(length)
 
     def passed(self, frame: bytes, _: Amount) -> tuple[bytes, float]:
-        """Hold a frame that is struck, and let it go behind the next one."""
+        """Hold an affected frame back, and release it after the next one."""
         if self._held:
             frame, self._held = frame + self._held, b""
             self.spent = self._amount.spent

@@ -153,7 +153,9 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
     try:
         with called(str(notice["address"])) as connection:
             if not is_ours(connection.fileno()):
-                raise ArmError(f"another user's program answers for {name}: it was sent no request")
+                raise ArmError(
+                    f"another user's program answers for {name}: so no request was sent to it"
+                )
             yield connection
     except (ConnectionRefusedError, FileNotFoundError):
         raise ArmError(

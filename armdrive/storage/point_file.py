@@ -358,7 +358,9 @@ class Points(MutableMapping[str, Point]):
         point = replace(self._here(), note=note)
         before = self.read().points.get(check_name(name))
         if before is not None and not again:
-            raise BadRequest(f"there is a point {name!r} already: teach it again, or take another")
+            raise BadRequest(
+                f"there is a point {name!r} already: teach it again, or choose another name"
+            )
         if before is not None and not note:
             point = replace(point, note=before.note)
         self.put(name, point, instead_of=before)
@@ -437,7 +439,7 @@ class Points(MutableMapping[str, Point]):
             taken += [name for name in sequences if name in taught.sequences]
             if taken and not again:
                 raise BadRequest(
-                    f"there is {', '.join(taken)} already: take another name, or say --again"
+                    f"there is {', '.join(taken)} already: choose another name, or add --again"
                 )
             return Taught({**taught.points, **points}, {**taught.sequences, **sequences})
 

@@ -38,6 +38,7 @@ from kinematics.frames.vectors import (
     Y_AXIS,
     Vector,
     add,
+    angle_between,
     any_normal,
     cross,
     distance,
@@ -135,6 +136,12 @@ def relate(first: AxisLine, second: AxisLine, level: Vector) -> AxisPair:
 _LEANS = 1e-9
 """Dot product of unit vectors above which one leans towards the other."""
 
+SQUARE = 1e-6
+"""Dot product of two unit vectors, as people type them, that are at a right angle."""
+
+BASE_FRAME, Z_AXIS, ORIGIN, X_AXIS_OF_FRAME, LAST_FRAME = 2, 3, 4, 5, 8
+"""Steps of the algorithm that leave something free (Asokan, lecture 2.7)."""
+
 
 @dataclass(frozen=True, slots=True)
 class JointAxis:
@@ -158,10 +165,61 @@ class JointAxis:
 
 
 @dataclass(frozen=True, slots=True)
+class ZeroPosition:
+    """An arm with every joint at zero: its joint axes, and the tool's frame, in the world."""
+
+    axes: tuple[JointAxis, ...]
+    tool: Transform = IN_PLACE
+
+
+def zero_position(chain: Chain) -> ZeroPosition:
+    """Return a chain's joint axes and tool with every joint at zero."""
+    rows = zip(chain.axes(chain.zero), chain.links, chain.joint_names, strict=True)
+    axes = tuple(
+        JointAxis(point, direction, link.kind, name, link.low, link.high)
+        for (point, direction), link, name in rows
+    )
+    return ZeroPosition(axes, chain.fk(chain.zero))
+
+
+def tip_frame(
+    last: JointAxis, point: Vector, approach: Vector | None = None, normal: Vector | None = None
+) -> Transform:
+    """Return the frame of a tool at a point: z along its approach, x along its normal.
+
+    Without an approach, z keeps the last joint's direction (McKerrow, section 4). Without a normal,
+    x points as four link parameters need it: away from the last axis, or normal to it and to the
+    approach. Raises `ZeroVector` for a direction of length zero, and `KinematicsError` for a normal
+    that is not at a right angle to the approach.
+    """
+    axis = last.line
+    tip = numbers("the tip's point", point, "xyz")
+    z = axis.direction if approach is None else unit(numbers("the approach", approach, "xyz"))
+    if normal is not None:
+        x = unit(numbers("the normal", normal, "xyz"))
+        if abs(dot(x, z)) > SQUARE:
+            apart = math.degrees(angle_between(x, z))
+            raise KinematicsError(
+                f"the tip's normal must be at 90° to its approach, not at {apart:.6g}°"
+            )
+        return _frame(tip, x, z)
+    across, away = cross(axis.direction, z), subtract(tip, axis.foot(tip))
+    if norm(across) > SAME_DIRECTION:
+        return _frame(tip, across, z)
+    if norm(away) > TOUCHING_MM:
+        return _frame(tip, away, z)
+    return _frame(tip, _world_x(z)[0], z)
+
+
+@dataclass(frozen=True, slots=True)
 class Choice:
-    """Something that the rules leave free at one frame, and what was taken."""
+    """Something that the rules leave free at one frame, and what was taken.
+
+    `step` is the step of the algorithm that leaves it free (`kinematics.textbook.thirteen_steps`).
+    """
 
     frame: int
+    step: int
     sentence: str
 
     def __str__(self) -> str:
@@ -170,12 +228,61 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """A chain with its frames 0 to n in the zero position, how neighbouring axes lie, choices."""
+    """A chain with its frames 0 to n in the zero position, the pairs of neighbouring axes, choices.
 
+    `pairs` hold how axes 1 and 2, 2 and 3, ... lie to each other.
+    """
+
+    zero: ZeroPosition
     chain: Chain
     frames: tuple[Transform, ...]
-    relations: tuple[Relation, ...]
+    pairs: tuple[AxisPair, ...]
     choices: tuple[Choice, ...]
+
+    @property
+    def relations(self) -> tuple[Relation, ...]:
+        """How neighbouring axes lie to each other."""
+        return tuple(pair.relation for pair in self.pairs)
+
+    @property
+    def points(self) -> tuple[Vector, ...]:
+        """The points b1 to bn, where the x axis of each link meets the z axis of its joint.
+
+        The link's distance d leads along z from or to this point, its length a along x.
+        """
+        standard = self.chain.convention is Convention.STANDARD
+        found = []
+        for number, link in enumerate(self.chain.links, 1):
+            frame = self.frames[number if standard else number - 1]
+            x = frame[0][0], frame[1][0], frame[2][0]
+            along = -link.a_mm if standard else link.a_mm
+            found.append(add(position_of(frame), scale(along, x)))
+        return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class FoundFrame:
+    """A frame as far as it has been found: `parts` has z, o (the origin), x and y."""
+
+    number: int
+    frame: Transform
+    parts: str
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFrames:
+    """What is known of an assignment on the way: frames, and then the points b1, b2, ...
+
+    `index` is the number of the frame that is being found, or, once there are points, the link.
+    """
+
+    index: int
+    frames: tuple[FoundFrame, ...] = ()
+    points: tuple[Vector, ...] = ()
+
+    def is_new(self, found: FoundFrame) -> bool:
+        """Whether this is the frame that is being found."""
+        return not self.points and found.number == self.index
 
 
 def assign_frames(
@@ -208,7 +315,8 @@ def assign_frames(
         theta, d, a, alpha = assigned_parameters(number, step, convention)
         links.append(DHLink(theta, d, a, alpha, axis.kind, 0.0, axis.low, axis.high))
     chain = Chain(tuple(links), convention, frames[0], tip, name, names)
-    return Assignment(chain, tuple(frames), tuple(work.relations), tuple(work.choices))
+    zero = ZeroPosition(given, work.tool)
+    return Assignment(zero, chain, tuple(frames), tuple(work.pairs), tuple(work.choices))
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,20 +325,32 @@ class _Work:
 
     axes: tuple[JointAxis, ...]
     tool: Transform
-    relations: list[Relation]
+    pairs: list[AxisPair]
     choices: list[Choice]
 
-    def chose(self, frame: int, sentence: str) -> None:
-        self.choices.append(Choice(frame, sentence))
+    def chose(self, frame: int, step: int, sentence: str) -> None:
+        self.choices.append(Choice(frame, step, sentence))
+
+    def say_free_origin(self, frame: int, pair: AxisPair, axis: JointAxis) -> None:
+        """Note that the origin of a frame on this axis is free, if it is."""
+        if pair.relation in (Relation.PARALLEL, Relation.COINCIDENT):
+            self.chose(frame, ORIGIN, "its origin may lie anywhere along its axis; it makes d zero")
+        if axis.kind is JointKind.PRISMATIC:
+            self.chose(
+                frame,
+                Z_AXIS,
+                "a slide has a direction and no place; its axis is taken through the given point",
+            )
 
     def pair(self, index: int, level: Vector) -> AxisPair:
         """Return the common normal of axes `index` and `index` + 1, counted from 1."""
         near, far = self.axes[index - 1], self.axes[index]
         found = relate(near.line, far.line, level)
-        self.relations.append(found.relation)
+        self.pairs.append(found)
         if EXACTLY_PARALLEL < found.sine <= SAME_DIRECTION:
             self.chose(
                 index,
+                ORIGIN,
                 f"axes {index} and {index + 1} are nearly parallel ({found.sine:.1g} rad apart), "
                 "and taken as parallel",
             )
@@ -240,14 +360,14 @@ class _Work:
 def _standard(work: _Work) -> tuple[list[Transform], Transform]:
     """Return frames 0 to n and the tool's frame in the last one."""
     first = work.axes[0]
-    origin, x = first.line.point, _first_x(work, first.line.direction, 0)
+    origin, (x, why) = first.line.point, _world_x(first.line.direction)
+    work.chose(0, BASE_FRAME, "its origin may lie anywhere on axis 1; it is the given point")
+    work.chose(0, BASE_FRAME, f"x may point anywhere about axis 1; it points along {why}")
     frames = [_frame(origin, x, first.line.direction)]
     for k in range(1, len(work.axes)):
         pair = work.pair(k, origin)
         x = _x_axis(work, k, pair, x)
-        if pair.relation in (Relation.PARALLEL, Relation.COINCIDENT):
-            work.chose(k, "its origin may lie anywhere along its axis; it makes d zero")
-        _say_slide(work, k, work.axes[k])
+        work.say_free_origin(k, pair, work.axes[k])
         origin = pair.far
         frames.append(_frame(origin, x, work.axes[k].line.direction))
     last, tip = _standard_tip(work, frames[-1])
@@ -263,6 +383,7 @@ def _standard_tip(work: _Work, before: Transform) -> tuple[Transform, Transform]
     last = compose(before, translation(0.0, 0.0, position_of(step)[2]))
     work.chose(
         number,
+        LAST_FRAME,
         "four parameters do not lead to the tool's frame, so z keeps joint "
         f"{number}'s direction and a constant tool transform does the rest",
     )
@@ -273,46 +394,53 @@ def _craig(work: _Work) -> tuple[list[Transform], Transform]:
     """Return frames 0 to n and the tool's frame in the last one."""
     count = len(work.axes)
     level = work.axes[0].line.point
-    x = _first_x(work, work.axes[0].line.direction, 1)
+    x, why = _world_x(work.axes[0].line.direction)
     frames: list[Transform] = []
     for i in range(1, count):
         pair = work.pair(i, level)
-        x = _x_axis(work, i, pair, x)
-        if pair.relation in (Relation.PARALLEL, Relation.COINCIDENT):
-            work.chose(i, "its origin may lie anywhere along its axis; it makes d zero")
-        _say_slide(work, i, work.axes[i - 1])
+        free = pair.relation is Relation.COINCIDENT and i == 1
+        x = _x_axis(work, i, pair, x, f"points along {why}" if free else AS_BEFORE)
+        work.say_free_origin(i, pair, work.axes[i - 1])
         frames.append(_frame(pair.near, x, work.axes[i - 1].line.direction))
         level = pair.far
     frames.append(_frame(level, x, work.axes[-1].line.direction))
     if count > 1:
-        work.chose(count, "the last frame is free along and about its axis; theta and d are zero")
-    work.chose(0, "frame 0 is frame 1 in the zero position")
+        work.chose(
+            count, LAST_FRAME, "it is free along and about its axis; theta and d are made zero"
+        )
+    else:
+        work.chose(1, LAST_FRAME, f"x may point anywhere about axis 1; it points along {why}")
+    work.chose(0, BASE_FRAME, "it is free along and about axis 1; it is frame 1 at zero")
     frames.insert(0, frames[0])
     return frames, compose(inverted(frames[-1]), work.tool)
 
 
-def _first_x(work: _Work, z: Vector, frame: int) -> Vector:
-    """Return an x for the first frame: the world's, or one near it where z is in the way."""
+def _world_x(z: Vector) -> tuple[Vector, str]:
+    """Return an x for the first frame and its name: the world's x, or y where z is in the way."""
     for name, towards in (("x", X_AXIS), ("y", Y_AXIS)):
         across = reject(towards, z)
         if norm(across) > _LEANS:
-            work.chose(
-                frame, f"x may point anywhere about its axis; it points along the world's {name}"
-            )
-            return unit(across)
-    return any_normal(z)
+            return unit(across), f"the world's {name}"
+    return any_normal(z), "any normal"
 
 
-def _x_axis(work: _Work, number: int, pair: AxisPair, before: Vector) -> Vector:
+AS_BEFORE = "stays as the frame before has it"
+
+
+def _x_axis(
+    work: _Work, number: int, pair: AxisPair, before: Vector, free: str = AS_BEFORE
+) -> Vector:
     """Return x of a frame: along the common normal, or normal to both axes where they meet.
 
-    In both conventions frame `number` lies on the normal of the axes `number` and the next.
+    In both conventions frame `number` lies on the normal of the axes `number` and the next. `free`
+    says where x points if the axes are the same.
     """
     if pair.relation is Relation.COINCIDENT:
         work.chose(
             number,
-            f"axes {number} and {number + 1} are the same, so x may point anywhere "
-            "about them; it stays as the frame before has it",
+            X_AXIS_OF_FRAME,
+            f"axes {number} and {number + 1} are the same, so x may point anywhere about them; "
+            f"it {free}",
         )
         return before
     if pair.relation is not Relation.INTERSECTING:
@@ -322,6 +450,7 @@ def _x_axis(work: _Work, number: int, pair: AxisPair, before: Vector) -> Vector:
     towards, why = _nearer(normal, before)
     work.chose(
         number,
+        X_AXIS_OF_FRAME,
         f"axes {number} and {number + 1} intersect, so x may point either way along "
         f"their normal; it points {why}",
     )
@@ -341,14 +470,6 @@ def _nearer(normal: Vector, before: Vector) -> tuple[Vector, str]:
         if abs(lean) > _LEANS:
             return scale(math.copysign(1.0, lean), normal), why
     return normal, "along the cross product of the axes"
-
-
-def _say_slide(work: _Work, frame: int, axis: JointAxis) -> None:
-    if axis.kind is JointKind.PRISMATIC:
-        work.chose(
-            frame,
-            "a slide has a direction and no place; its axis is taken through the given point",
-        )
 
 
 def _frame(origin: Vector, x: Vector, z: Vector) -> Transform:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import KinematicsError, Unreachable, finite
+from kinematics.errors import KinematicsError, Unreachable, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
@@ -40,8 +40,10 @@ from kinematics.frames.transforms import Transform, check_transform
 from kinematics.geometry import AXIS_MM, ArmGeometry
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
+    MANY_TURNS_RAD,
     JointRange,
     LimitViolation,
+    few_turns,
     refuse_worst,
     wrap,
 )
@@ -63,6 +65,11 @@ class Elbow(Enum):
     DOWN = "down"
 
 
+POSE_EXAMPLE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
+JOINTS_EXAMPLE = "Joints.of(0, 40, -60, -70, 0)"
+"""What an error shows where something else is given."""
+
+
 @dataclass(frozen=True, slots=True)
 class Branch:
     """One posture that holds the hand at a pose, and the limits it would break."""
@@ -72,7 +79,7 @@ class Branch:
     elbow: Elbow
     violations: tuple[LimitViolation, ...]
     base_free: bool = False
-    """True where the tip is on the base axis: any base angle serves, the seed's was taken."""
+    """True if the tip is on the base axis: any base angle is valid, and the seed's was used."""
 
     @property
     def within_limits(self) -> bool:
@@ -136,7 +143,7 @@ class FiveAxisArm:
         A wrist roll of more than half a turn is therefore reported as the same direction nearer
         to zero; `ik` with the posture as its seed finds the turn again.
         """
-        angles = _angles(joints)
+        angles = _directions(joints)
         x, y, z, pitch, roll = closed_form.forward(angles, self.lengths)
         if roll_frame is RollFrame.TABLE:
             roll = angles[4] - angles[0]  # the same from the front and from the back
@@ -144,7 +151,7 @@ class FiveAxisArm:
 
     def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
         """Return base (on the table), shoulder, elbow, wrist and tip as (x, y, z) in mm."""
-        base, shoulder, elbow, wrist, _ = _angles(joints)
+        base, shoulder, elbow, wrist, _ = _directions(joints)
         cos_base, sin_base = math.cos(base), math.sin(base)
         r, z = 0.0, self.base_height_mm
         found = [(0.0, 0.0, 0.0), (0.0, 0.0, z)]
@@ -156,11 +163,11 @@ class FiveAxisArm:
         return tuple(found)
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
-        """Return the limits that a posture breaks."""
+        """Return the limits that a posture violates."""
         return _violations(_angles(joints), self.limits)
 
     def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+        """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
         refuse_worst(self.violations(joints))
 
     def branches(
@@ -168,11 +175,13 @@ class FiveAxisArm:
     ) -> tuple[Branch, ...]:
         """Return every posture for a pose: base front and back, elbow up and down.
 
-        Four; two where the tip is on the base axis (the base is then free and taken from the
-        seed, and the pitch counts with the base in front); none where upper arm and forearm
-        cannot span the distance. Postures beyond the limits are included and say so. Each angle
-        is of the turn nearest to the seed (the zero posture by default) that the limits allow.
+        Normally four. If the tip is on the base axis there are two: the base is then free and taken
+        from the seed, and the pitch counts with the base in front. There are none if upper arm and
+        forearm cannot span the distance. Postures beyond the limits are included and marked. Each
+        angle is of the turn nearest to the seed (the zero posture by default) that the limits
+        allow.
         """
+        require("a pose", pose, Pose, POSE_EXAMPLE)
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
         found = closed_form.inverse(goal, self.lengths, float(roll_frame.value), near)
@@ -203,13 +212,13 @@ class FiveAxisArm:
 
     def transform(self, joints: Joints) -> Transform:
         """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
-        return forward_frame(_angles(joints), self.lengths)
+        return forward_frame(_directions(joints), self.lengths)
 
     def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
-        """Return how far a goal given as a full frame is met, and the posture that does it.
+        """Return how well a goal given as a full frame can be met, and the posture that does so.
 
-        A direction that five axes cannot give is never bent in silence: the answer says by how
-        much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for what is no frame.
+        A direction that five axes cannot give is never changed silently: the answer says by how
+        much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for an invalid frame.
         """
         near = _seed(seed, self.limits)
         return frame_solution(solve_frame(check_transform(goal), self._build, near))
@@ -221,15 +230,16 @@ class FiveAxisArm:
     def ik(
         self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
     ) -> Joints:
-        """Return the posture within the limits nearest to the seed (as `solve` measures it).
+        """Return the posture within the limits nearest to the seed (measured as in `solve`).
 
-        Raises `Unreachable`, which says which constraint fails, by how much, and the nearest
-        pose that can be reached. A wrist roll of more than half a turn is found where the seed
-        is nearer to it. An angle less than 1e-7 rad beyond a limit becomes the limit. On the base
-        axis, where the base is free and no direction is outwards, a pitch and its mirror image
-        are one elevation of the hand: the mirror image is taken where only it can be held.
-        Raises `KinematicsError` for a pose with a yaw, which `solve` and `branches` do not look at.
+        Raises `Unreachable`, which says which constraint fails, by how much, and which reachable
+        pose is nearest. A wrist roll of more than half a turn is found if the seed is nearer to it.
+        An angle less than 1e-7 rad beyond a limit becomes the limit. On the base axis, where the
+        base is free and no direction is outwards, a pitch and its mirror image are the same
+        elevation of the hand: the mirror image is used if only it can be held. Raises
+        `KinematicsError` for a pose with a yaw, which `solve` and `branches` ignore.
         """
+        require("a pose", pose, Pose, POSE_EXAMPLE)
         if pose.yaw_rad is not None:
             raise KinematicsError(
                 "this arm has five joints: it cannot take a yaw, which follows from the position"
@@ -249,11 +259,11 @@ class FiveAxisArm:
         return joints
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
-        """Return what `ik` does, which is quick enough for every small step."""
+        """Return what `ik` does; it is fast enough for every small step."""
         return self.ik(pose, seed)
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return what `ik` does, or None without reasons."""
+        """Return what `ik` does, or None instead of an error."""
         try:
             return self.ik(pose, seed)
         except KinematicsError:
@@ -265,7 +275,8 @@ class FiveAxisArm:
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
-        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = forward_frame(_angles(joints), self.lengths)
+        frame = forward_frame(_directions(joints), self.lengths)
+        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = frame
         return (a, b, c), (d, e, f), (g, h, i)
 
     def line(self, start: Joints, goal: Pose) -> Line:
@@ -273,10 +284,10 @@ class FiveAxisArm:
         return line_from(self, start, self.fk(start), goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
-        """Return a distance that no point exceeds while the joints turn by this in proportion.
+        """Return a bound on the travel of any point while the joints turn by this together.
 
-        Each link turns by the sum of the joints before it: where those turn against one another,
-        as on a line along which the hand keeps its pitch, it travels little.
+        Each link turns by the sum of the joints before it. If those turn against one another, as on
+        a line along which the hand keeps its pitch, the link travels little.
         """
         base, shoulder, elbow, wrist, _ = changes_rad
         _, upper, fore, hand = self.lengths
@@ -285,7 +296,7 @@ class FiveAxisArm:
         return own_mm + abs(base) * (upper + fore + hand)
 
     def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
-        """Return each joint axis's distance from the tip, stretched out where none are given.
+        """Return each joint axis's distance from the tip; without joints, of the stretched arm.
 
         Rolling does not move the tip.
         """
@@ -303,7 +314,7 @@ class FiveAxisArm:
         )
 
     def _refusal(self, pose: Pose, seed: Joints | None, roll_frame: RollFrame) -> Unreachable:
-        """Return why no posture was found: of all branches, what the least broken one breaks."""
+        """Return why no posture was found: the violation of the branch that comes closest."""
         instead = nearest(self, pose, seed, roll_frame).pose
         branches = self.branches(pose, seed, roll_frame)
         if not branches:
@@ -323,14 +334,23 @@ class FiveAxisArm:
 
 
 def _angles(joints: Joints) -> Angles:
-    """Return the five angles, or say that these are not this build's joints."""
+    """Return the five angles. Raises if these are not the joints of this build."""
+    require("joints", joints, Joints, JOINTS_EXAMPLE)
     if len(joints.angles_rad) != len(JOINT_NAMES):
         raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
     return joints.angles_rad  # type: ignore[return-value]
 
 
+def _directions(joints: Joints) -> Angles:
+    """Return the five angles, those of many turns as the same direction: formulas add them."""
+    angles = _angles(joints)
+    if max(angles) < MANY_TURNS_RAD and min(angles) > -MANY_TURNS_RAD:
+        return angles
+    return tuple(map(few_turns, angles))  # type: ignore[return-value]
+
+
 def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
-    """Return the seed's angles, its base within its limits: a free base must be one to take."""
+    """Return the seed's angles, with the base within its limits, because a free base takes it."""
     near = (0.0, 0.0, 0.0, 0.0, 0.0) if seed is None else _angles(seed)
     if limits[0].low_rad <= near[0] <= limits[0].high_rad:
         return near
@@ -338,7 +358,7 @@ def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
 
 
 def _joints(angles: Angles) -> Joints:
-    """Return angles that are floats already as joints, without checking them again."""
+    """Return float angles as joints without checking them again."""
     made = object.__new__(Joints)
     object.__setattr__(made, "angles_rad", angles)
     object.__setattr__(made, "names", JOINT_NAMES)
@@ -349,7 +369,7 @@ def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Ang
     b, s, e, w, r = (
         bounds.turned(angle, seed) for angle, bounds, seed in zip(angles, limits, near, strict=True)
     )
-    if limits[2].clamp(e) != e:  # no elbow turns further than half a circle: say what it needs
+    if limits[2].clamp(e) != e:  # an elbow turns by half a circle at most: report the turn needed
         e = angles[2]
     return b, s, e, w, r
 
@@ -362,16 +382,16 @@ def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitVi
     )
 
 
-# Every posture that an arm of any build has for one pose, by name where its build names them: this
-# build has four, base front or back and elbow up or down. Of an arm that is solved by numbers only
-# the posture nearest to the seed is known.
+# Every posture that an arm of any build has for a pose, named if the build has names: this build
+# has four, base front or back and elbow up or down. For an arm that is solved numerically, only the
+# posture nearest to the seed is known.
 
 
 @dataclass(frozen=True, slots=True)
 class Posture:
-    """One posture that holds the hand at a pose, and the limits it would break.
+    """One posture that holds the hand at a pose, and the limits it would violate.
 
-    `name` is empty where the arm's build gives no names to its postures.
+    `name` is empty if the arm's build has no names for its postures.
     """
 
     name: str
@@ -388,10 +408,11 @@ class Branching(Protocol):
 
 
 def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:
-    """Return the postures for a pose, each angle of the turn nearest to the seed that is allowed.
+    """Return the postures for a pose, each angle of the allowed turn nearest to the seed.
 
-    Those beyond the limits are among them. None where no posture holds the hand there, whatever
-    the limits; of an arm that is solved by numbers, also where no posture within them was found.
+    Postures beyond the limits are included. The result is empty if no posture holds the hand there,
+    whatever the limits; for an arm that is solved numerically, also if no posture within the limits
+    was found.
     """
     if isinstance(arm, Branching):
         return tuple(_named(branch) for branch in arm.branches(pose, seed))

@@ -1,8 +1,8 @@
 """The closed form of the five-axis build on bare floats: forward, every branch, the nearest one.
 
-Source: McKerrow, chapter 4, section 16 (the Mini-mover 5), whose elbow triangle is here written for
-an upper arm and a forearm of any lengths. Lengths in mm, angles in rad; nothing is checked and
-nothing but floats and tuples is made, because planners call this thousands of times.
+Source: McKerrow, chapter 4, section 16 (the Mini-mover 5), with the elbow triangle generalised to
+an upper arm and a forearm of any lengths. Lengths in mm, angles in rad. Arguments are not checked,
+and only floats and tuples are created, because planners call these functions thousands of times.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted
 from kinematics.spaces import Joints, Pose
 
 REACH_MM = 1e-9
-"""How far beyond full stretch (or within full fold) rounding may put a wrist that touches it."""
+"""How far rounding may put a wrist beyond full stretch, or within full fold."""
 
 Lengths = tuple[float, float, float, float]
 """Height of the shoulder axis, upper arm, forearm, hand."""
@@ -28,7 +28,7 @@ Angles = tuple[float, float, float, float, float]
 
 
 class Dimensions(Protocol):
-    """Lengths and joint ranges of an arm of this build, from which all its answers follow."""
+    """Lengths and joint ranges of an arm of this build; they determine everything else."""
 
     @property
     def lengths(self) -> Lengths:
@@ -77,10 +77,10 @@ def wrist_distance(r: float, z: float, pitch: float, lengths: Lengths) -> float:
 def elbow_triangle(
     wrist_r: float, wrist_z: float, upper: float, fore: float, free_shoulder: float
 ) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Return (shoulder, elbow) with the elbow up, and down; None where the sides cannot meet.
+    """Return (shoulder, elbow) with the elbow up, and down; None if the sides cannot meet.
 
-    The wrist is given from the shoulder axis. Where it lies on that axis (equal lengths, folded)
-    the shoulder is free and takes `free_shoulder`.
+    The wrist is given relative to the shoulder axis. If it lies on that axis (equal lengths,
+    folded), the shoulder is free and takes `free_shoulder`.
     """
     square = wrist_r * wrist_r + wrist_z * wrist_z
     cosine = elbow_cosine(square, upper, fore)
@@ -96,10 +96,10 @@ def elbow_triangle(
 
 
 def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
-    """Return the cosine of the elbow's bend by the cosine rule; None where no triangle closes.
+    """Return the cosine of the elbow's bend by the cosine rule; None if no triangle closes.
 
-    `square` is the wrist's squared distance from the shoulder axis. One that rounding has put a
-    hair beyond full stretch or within full fold counts as touching it.
+    `square` is the wrist's squared distance from the shoulder axis. A distance that rounding has
+    put slightly beyond full stretch or within full fold counts as touching it.
     """
     cosine = (square - (upper * upper + fore * fore)) / (2.0 * upper * fore)
     if -1.0 <= cosine <= 1.0:
@@ -116,14 +116,14 @@ def inverse(
     table_roll: float,
     seed: Angles,
 ) -> list[tuple[bool, bool, Angles]]:
-    """Return every branch as (base is back, elbow is down, angles); none where out of reach.
+    """Return every branch as (base is back, elbow is down, angles); none if out of reach.
 
-    The angles are of any turn. `table_roll` is 1 where the goal's roll is given in the table's
-    frame and 0 where in the hand's. A tip on the base axis leaves the base free: it takes the
-    seed's base and only front branches, of which the pitch on the axis is the convention.
+    The angles are of any turn. `table_roll` is 1 if the goal's roll is given in the table's frame,
+    and 0 for the hand's. A tip on the base axis leaves the base free: it takes the seed's base and
+    has only front branches, whose pitch is the convention on the axis.
 
-    The back branches are the front ones mirrored in the base axis: the links stand where they
-    stood, driven from the other side.
+    The back branches mirror the front ones in the base axis: the links are in the same place,
+    driven from the other side.
     """
     x, y, z, pitch, roll = goal
     height, upper, fore, hand = lengths
@@ -146,12 +146,12 @@ def inverse(
     return found
 
 
-# The branch nearest a seed within limits, in one straight piece of code.
+# The branch nearest to a seed within limits, written as one straight piece of code.
 #
-# Planners and jogging solve one pose thousands of times, and what costs time in Python is calls and
-# containers: so the elbow triangle, its mirror image behind the base axis, the turns of every angle
-# and the comparison with the seed are written out here once. The functions above hold the same
-# formulas one by one.
+# Planners and jogging solve poses thousands of times, and in Python calls and containers are what
+# costs time. So the elbow triangle, its mirror image behind the base axis, the turns of every angle
+# and the comparison with the seed are written out here once. The functions above contain the same
+# formulas separately.
 
 Span = tuple[float, float]
 """The lowest and the highest of a range."""
@@ -160,10 +160,10 @@ _FOLDED_MM2 = REACH_MM * REACH_MM
 
 
 class ArmBuild(NamedTuple):
-    """What the choice needs of an arm, worked out once.
+    """What the choice of a branch needs of an arm, computed once.
 
-    `square_sum` is a2^2 + a3^2 and `double_product` 2 a2 a3, of the cosine rule. No base or elbow
-    angle within half a turn either way and outside of its gate has a turn within its limits.
+    `square_sum` is a2^2 + a3^2 and `double_product` 2 a2 a3, of the cosine rule. A base or elbow
+    angle within half a turn either way and outside its gate has no turn within its limits.
     """
 
     height: float
@@ -178,7 +178,7 @@ class ArmBuild(NamedTuple):
 
 
 def build(lengths: Lengths, bounds: tuple[Span, ...]) -> ArmBuild:
-    """Return what `nearest_posture` needs of an arm with these lengths and limits."""
+    """Return the values that `nearest_posture` needs of an arm with these lengths and limits."""
     height, upper, fore, hand = lengths
     base, shoulder, elbow, wrist, roll = bounds
     return ArmBuild(
@@ -227,8 +227,8 @@ def nearest_posture(
     """Return the posture within limits with the least sum of squared changes from `near`.
 
     The wrist is given in the arm's plane from the shoulder axis, and the base within half a turn
-    either way. None where the elbow triangle does not close or every branch breaks a limit. The
-    base turned by half a circle is tried where `mirrored_too`.
+    either way. Returns None if the elbow triangle does not close or every branch violates a limit.
+    With `mirrored_too`, the base turned by half a circle is tried as well.
     """
     _, upper, fore, _, square_sum, double_product, base_gate, elbow_gate, bounds = arm
     square = wrist_r * wrist_r + wrist_z * wrist_z
@@ -275,40 +275,40 @@ def nearest_posture(
                 w = fitted(w, w_low, w_high, w_near)
             db, ds, de, dw, dr = b - b_near, s - s_near, e - e_near, w - w_near, r - r_near
             change = db * db + ds * ds + de * de + dw * dw + dr * dr
-            if change < least:  # never where a joint found no turn: that is infinitely far
+            if change < least:  # infinite, so never true, if a joint has no valid turn
                 best, least = (b, s, e, w, r), change
     return best
 
 
 def _gate(low: float, high: float) -> Span:
-    """Return the gate of a range: none where a second turn of an angle may lie within it."""
+    """Return the gate of a range; no gate if a second turn of an angle may lie within the range."""
     low, high = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
     return (low, high) if -pi < low and high < pi else (-inf, inf)
 
 
-# The hand as a full frame: forward to a 4x4, and the inverse of any 4x4, honest about five axes.
+# The hand as a full frame: forward to a 4x4, and the inverse of any 4x4 within the limits of five
+# axes.
 #
-# Lengths in mm, angles in rad. Axes of the hand's frame: z along the hand (the approach), x up
-# from
+# Lengths in mm, angles in rad. Axes of the hand's frame: z along the hand (the approach), x up from
 # the hand's back where the roll is zero, y to complete a right-handed frame: the last frame of the
 # arm's link table (McKerrow, chapter 4, section 16), with alpha = 90, 0, 0, 90, 0 degrees.
 #
 # Five axes cannot turn the hand out of the vertical plane through the base axis and the tip, so
-# most frames in space have no posture. The sine of the angle by which the goal's approach leaves
-# that plane is what a five-axis arm must be told of, and what a general solver keeps to itself.
+# most frames in space have no posture. The caller is told the angle by which the goal's approach
+# leaves that plane; a general solver keeps it to itself.
 
 UPRIGHT = 1e-9
 """A hand whose horizontal part is smaller than this is vertical, and lies in every plane."""
 
 ON_MANIFOLD_RAD = 1e-6
-"""A frame this near to one that five axes can give counts as one of them."""
+"""A frame this near to one that five axes can give counts as reachable."""
 
 
 class FrameAngles(NamedTuple):
-    """What the bare solver answers: the angles, or None, and how the goal's plane was found.
+    """The bare solver's result: the angles, or None, and how the goal's plane was found.
 
-    `off_rad` is how far the approach leaves the arm's plane, `base_free` true where the tip is
-    on the base axis and the hand vertical, so that the seed's base was taken.
+    `off_rad` is how far the approach leaves the arm's plane. `base_free` is true if the tip is on
+    the base axis and the hand vertical, so that the seed's base was used.
     """
 
     angles: Angles | None
@@ -319,11 +319,11 @@ class FrameAngles(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class FrameSolution:
-    """How far an arm meets a goal given as a full frame.
+    """How well an arm meets a goal given as a full frame.
 
-    `pose` is the goal as far as five axes can give it, the position kept and the approach turned
-    by `off_manifold_rad` into the arm's plane; `joints` the posture within the limits nearest to
-    the seed that holds it, or None where none does (`FiveAxisArm.ik` of `pose` says why).
+    `pose` is the goal as far as five axes can give it: the position kept, and the approach turned
+    by `off_manifold_rad` into the arm's plane. `joints` is the posture within the limits nearest to
+    the seed that holds it, or None if there is none (`FiveAxisArm.ik` of `pose` says why).
     """
 
     joints: Joints | None
@@ -333,12 +333,12 @@ class FrameSolution:
 
     @property
     def on_manifold(self) -> bool:
-        """Whether the goal's direction is one that five axes can give at that place."""
+        """Whether five axes can give the goal's direction at that place."""
         return self.off_manifold_rad <= ON_MANIFOLD_RAD
 
     @property
     def met(self) -> bool:
-        """Whether the posture holds the whole goal: position, direction and roll."""
+        """Whether the posture meets the whole goal: position, direction and roll."""
         return self.joints is not None and self.on_manifold
 
 
@@ -375,8 +375,8 @@ def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
 def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameAngles:
     """Return the posture within limits nearest to `near`, and how far the goal is off.
 
-    Nothing is checked: `goal` must be a transform of finite numbers. A goal off the manifold is
-    answered by the frame nearest to it of those with the same position.
+    Arguments are not checked: `goal` must be a transform of finite numbers. A goal off the manifold
+    is replaced by the nearest frame on it with the same position.
     """
     (ux, vx, hx, x), (uy, vy, hy, y), (uz, vz, hz, z), _ = goal
     r = hypot(x, y)
@@ -419,7 +419,7 @@ def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameAngles:
 
 
 def frame_solution(found: FrameAngles) -> FrameSolution:
-    """Return what the bare solver found in the types of the three spaces."""
+    """Return the bare solver's result in the types of the three spaces."""
     x, y, z, pitch, roll = found.goal
     return FrameSolution(
         None if found.angles is None else Joints(found.angles),

@@ -1,7 +1,6 @@
 """One posture of the five-axis build, kept along a straight line or any other curve of the tip.
 
-Units: mm and rad. A hand is its pitch, seen outwards and of any turn, and the angle of the wrist
-roll.
+Units: mm and rad. A hand is its pitch (seen outwards, of any turn) and the angle of the wrist roll.
 """
 
 from __future__ import annotations
@@ -22,7 +21,8 @@ from kinematics.paths.curves import Line, in_proportion, straight_between
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
 STRAIGHT_RAD = 1e-6
-"""An elbow nearer to straight than this is on neither side; the side its range allows is taken."""
+"""An elbow nearer to straight than this is on neither side; the side allowed by its range is used.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +50,7 @@ class FiveAxisFollower:
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand: pitch and roll turn the shorter way round.
 
-        The roll takes the longer way where the wrist's range forbids the shorter one.
+        The roll takes the longer way if the wrist's range forbids the shorter one.
         """
         pitch = turn_near(pose.pitch_rad, near[0])
         change = wrap(pose.roll_rad + self.roll_offset - near[1])
@@ -64,13 +64,13 @@ class FiveAxisFollower:
         return in_proportion(a, b, share)
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
-        """Return the pose of a tip and a hand, its pitch and roll of any turn."""
+        """Return the pose of a tip and a hand, with pitch and roll of any turn."""
         return Pose(*tip, hand[0], hand[1] - self.roll_offset)
 
     def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
-        """Return the posture, its base's turn nearest to the posture before.
+        """Return the posture, with the base's turn nearest to the previous posture.
 
-        Raises `NotFollowed` where the wrist is out of reach or a joint beyond its range.
+        Raises `NotFollowed` if the wrist is out of reach or a joint beyond its range.
         """
         x, y, z = tip
         pitch, roll = hand
@@ -94,7 +94,7 @@ class FiveAxisFollower:
         return Joints(self._limited((base, shoulder, elbow, wrist, roll)))
 
     def _limited(self, angles: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the angles, snapped to limits that rounding has passed."""
+        """Return the angles, snapped to limits that they exceed by rounding only."""
         snapped = []
         for name, angle, bounds in zip(JOINT_NAMES, angles, self.ranges, strict=True):
             inside = bounds.clamp(angle)
@@ -120,7 +120,7 @@ class FiveAxisFollower:
 
 
 def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
-    """Return the line to a pose, its turns of pitch and roll and its branch chosen.
+    """Return the line to a pose, with the turns of pitch and roll and its branch chosen.
 
     It begins in the posture `start`, whose pose is `origin`.
     """
@@ -138,7 +138,7 @@ def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
 
 
 def _elbow_sign(elbow: float, bounds: JointRange) -> float:
-    """Return the side that the forearm is bent to: that of the start, or one that is allowed."""
+    """Return the side to which the forearm is bent: that of the start, or the allowed one."""
     if abs(elbow) > STRAIGHT_RAD:
         return math.copysign(1.0, elbow)
     return -1.0 if bounds.low_rad < -STRAIGHT_RAD else 1.0

@@ -1,8 +1,8 @@
-"""The reachable pose nearest to a goal, pitch and roll held if they can be, and why not the goal.
+"""The reachable pose nearest to a goal, keeping pitch and roll if possible, and why not the goal.
 
 Units: mm and rad. In the plane of the arm the answer is exact. The base takes the angle nearest to
 the goal's direction for a tip in front of the axis, and nearest to the opposite one for a tip
-behind it; for each of the two the best distance in the plane does not depend on the base, so these
+behind it. For each of the two, the best distance in the plane does not depend on the base, so these
 two candidates are enough.
 """
 
@@ -38,7 +38,7 @@ from kinematics.spaces import Joints, Pose, RollFrame
 # goal's height.
 
 SLACK_RAD = 1e-9
-"""An edge shorter than nothing by this much is a corner that rounding has turned inside out."""
+"""An edge whose length is negative by this much is a corner turned inside out by rounding."""
 
 PlaneAngles = tuple[float, float, float]
 """Shoulder, elbow, wrist pitch."""
@@ -82,7 +82,7 @@ class Arc:
 
 
 def nearest_in_plane(problem: PlaneProblem) -> tuple[float, PlaneAngles] | None:
-    """Return the distance to the goal in mm and the posture nearest to it, or None if none is.
+    """Return the distance to the goal in mm and the posture nearest to it, or None.
 
     None means that no posture within the limits holds this pitch on this side.
     """
@@ -129,7 +129,7 @@ def _solutions(problem: PlaneProblem, r: float, z: float) -> Iterator[PlaneAngle
 
 
 def arcs(problem: PlaneProblem) -> Iterator[Arc]:
-    """Yield the polygon's edges and the folds across it that are not empty, as arcs."""
+    """Yield the polygon's non-empty edges and the folds across it, as arcs."""
     shoulder, elbow = problem.shoulder, problem.elbow
     for s in (shoulder.low_rad, shoulder.high_rad):
         yield from _shoulder_arc(problem, s)
@@ -180,7 +180,7 @@ def _forearm_arc(problem: PlaneProblem, forearm: float) -> Iterator[Arc]:
 
 
 def _turning_points(problem: PlaneProblem, arc: Arc) -> Iterator[float]:
-    """Yield the angles of an arc at which its point nearest to the goal can be."""
+    """Yield the angles of an arc at which its nearest point to the goal can be."""
     yield arc.low
     yield arc.high
     r, z = problem.goal
@@ -196,10 +196,10 @@ def _turning_points(problem: PlaneProblem, arc: Arc) -> Iterator[float]:
 
 
 BEHIND_MM = 2.0 * AXIS_MM
-"""A tip on the base axis counts as in front of it; one behind it keeps this far away."""
+"""A tip on the base axis counts as in front of it; a tip behind it stays this far away."""
 
 PITCH_SCAN_RAD = math.radians(1.0)
-"""Step of the search for a pitch that can be held; the end of that step is then bisected."""
+"""Step of the search for a pitch that can be held; the last step is then bisected."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,10 +219,10 @@ def nearest(
 ) -> Nearest:
     """Return the reachable pose nearest in position to `pose`, with its pitch and roll.
 
-    Where no posture within limits has this roll, the roll is the nearest that the wrist can take
-    at the base angle nearest to the goal; where none has this pitch, the pitch is the nearest
-    that some posture has (to 1e-9 rad), and then the position is the nearest at that pitch.
-    The roll is in the hand's frame unless `roll_frame` says otherwise.
+    If no posture within limits has this roll, the result has the nearest roll that the wrist can
+    take at the base angle nearest to the goal. If none has this pitch, the result has the nearest
+    possible pitch (to 1e-9 rad), and the nearest position at that pitch. The roll is in the hand's
+    frame unless `roll_frame` says otherwise.
     """
     table_roll = float(roll_frame.value) if roll_frame else 0.0
     near = seed.angles_rad if seed else (0.0,) * len(arm.limits)
@@ -248,7 +248,7 @@ def _held(
 def _at_nearest_pitch(
     arm: Dimensions, pose: Pose, near: tuple[float, ...], table_roll: float
 ) -> Nearest:
-    """Return the nearest pose of the pitch nearest to this one; some pitch can always be held."""
+    """Return the nearest pose of the nearest possible pitch; some pitch can always be held."""
 
     def at(change: float) -> Nearest | None:
         turned = replace(pose, pitch_rad=wrap(pose.pitch_rad + change))
@@ -338,7 +338,7 @@ def _answer(arm: Dimensions, pose: Pose, angles: Angles, roll_missed: float) -> 
 
 
 def _base_ranges(arm: Dimensions, roll: float, table_roll: float) -> tuple[JointRange, ...]:
-    """Return the base angles at which the wrist can give this roll; none where nowhere."""
+    """Return the base angles at which the wrist can give this roll; empty if there are none."""
     base, wrist_roll = arm.limits[0], arm.limits[4]
     if not table_roll:
         turned = wrist_roll.turned(roll, 0.0)
@@ -355,11 +355,11 @@ def _base_ranges(arm: Dimensions, roll: float, table_roll: float) -> tuple[Joint
     return tuple(found)
 
 
-# Why a pose cannot be reached, by how much, and what could be reached instead.
+# Why a pose cannot be reached, by how much, and the alternative.
 
 
 def limit_refusal(pose: Pose, worst: LimitViolation, instead: Pose) -> Unreachable:
-    """Return the error for a pose whose every posture breaks a limit, the best one this limit."""
+    """Return the error for a pose all of whose postures violate a limit; the best, this one."""
     return Unreachable(
         limit_sentence(worst.joint, worst.value_rad, worst.bound_rad),
         constraint=Constraint.JOINT_LIMIT,

@@ -12,17 +12,18 @@ from kinematics.guards.guards import GuardedArm, Guards, Violation
 from kinematics.guards.links import BOX
 from kinematics.spaces import Joints, Pose
 
-# Ways out of one guard on the arm's links or on a sum of its joints, as poses to try next. The hand
-# is moved as if the link went with it; where that is not so, the next of several moves mends it.
+# Ways out of a guard on the arm's links or on a sum of its joints, as poses to try next. The hand
+# is moved as if the link moved with it; if that is inaccurate, the next of several moves corrects
+# it.
 
 PROBE_MM = 0.5
-"""How far a pose is moved to see which way leads out."""
+"""How far a pose is moved to find out which way leads out."""
 
 BEYOND = 1.01
-"""How much further than just out: the last digits are nobody's."""
+"""How much further than the bound to move, so that rounding does not matter."""
 
 FURTHEST_MM = 300.0
-"""The furthest that one move leads, where hardly any way seems to lead out."""
+"""The longest single move, if hardly any direction seems to lead out."""
 
 
 def out_of_box(
@@ -42,7 +43,7 @@ def out_of_box(
 def steepest(
     guarded: GuardedArm, violation: Violation, pose: Pose, joints: Joints
 ) -> Iterator[Pose]:
-    """Yield the pose that leaves a guard by the way on which it gets shallower fastest."""
+    """Yield the pose that leaves a guard in the direction in which its depth decreases fastest."""
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     here = guarded.arm.fk(joints)
     slopes = [
@@ -63,7 +64,7 @@ def at_radius(pose: Pose, radius: float, direction: float) -> Pose:
 
 
 def distance_mm(a: Pose, b: Pose) -> float:
-    """Return the distance of the finger tips in two poses."""
+    """Return the distance between the finger tips in two poses."""
     return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm))
 
 
@@ -86,29 +87,29 @@ def _moved(pose: Pose, way: tuple[float, float, float], by_mm: float) -> Pose:
 
 
 MOVES = 4
-"""How many bounds a goal is moved to, one after another, before that way is given up."""
+"""How many bounds a goal is moved to in turn before the attempt is given up."""
 
 MOST_TRIES = 12
 """How many goals are tried after each move, the nearest ones first."""
 
 HALVINGS = 12
-"""How often the way back to where the arm stands is halved, where nothing else was found."""
+"""How often the path back to the arm's present pose is halved, if nothing else was found."""
 
 Try = tuple[Pose, Joints | None]
-"""A goal, and the posture beside which it is looked for."""
+"""A goal, and the posture near which to look for it."""
 
 
 def nearest_allowed(
     arm: ArmGeometry, guards: Guards, pose: Pose, seed: Joints | None = None
 ) -> Pose | None:
-    """Return a reachable pose near `pose` that breaks no guard, its pitch and roll held if any.
+    """Return a reachable pose near `pose` that violates no guard, with its pitch and roll if any.
 
-    The goal is moved to the bounds of the guards that it breaks, alone and one after another,
-    each time to the nearest pose in reach. Of the poses that `arm.ik` then solves (with this
-    seed) outside every guard, the one nearest to the goal is returned. Where `MOVES` such moves
-    find none, it is the furthest allowed pose found on the straight way from the seed's, and None
-    where there is no seed that is itself allowed. With one guard on points of the arm broken and
-    the bound in reach, the answer is exact; with one on its links it is near the bound.
+    The goal is moved to the bounds of the guards that it violates, separately and one after
+    another, each time to the nearest pose in reach. Of the poses that `arm.ik` then solves (with
+    this seed) outside every guard, the one nearest to the goal is returned. If `MOVES` such moves
+    find none, the result is the furthest allowed pose on the straight path from the seed's pose, or
+    None if there is no allowed seed. If a single guard on points of the arm is violated and its
+    bound is in reach, the answer is exact; for a guard on links it is near the bound.
     """
     search = _Search(arm, guards.over(arm), pose, seed)
     seen: set[Pose] = set()
@@ -122,7 +123,7 @@ def nearest_allowed(
 
 @dataclass(slots=True, eq=False)
 class _Search:
-    """The best pose so far, and where to go from one that is not allowed."""
+    """The best pose so far, and where to go from a pose that is not allowed."""
 
     arm: ArmGeometry
     guarded: GuardedArm
@@ -132,10 +133,10 @@ class _Search:
     least_mm: float = math.inf
 
     def look(self, goal: Pose, beside: Joints | None) -> Iterator[Try]:
-        """Keep the pose in reach nearest to a goal if it is allowed, else yield ways out of it."""
+        """Keep the reachable pose nearest to a goal if it is allowed; otherwise yield ways out."""
         near = self._in_reach(goal, beside)
         joints = self.arm.solve(near, self.seed)
-        if joints is None:  # pragma: no cover - what is in reach has a posture
+        if joints is None:  # pragma: no cover - a reachable pose has a posture
             return
         broken = self.guarded.violations(joints)
         away_mm = distance_mm(near, self.pose)
@@ -147,9 +148,9 @@ class _Search:
                     yield escape, joints
 
     def _in_reach(self, goal: Pose, beside: Joints | None) -> Pose:
-        """Return a goal, or the pose in reach near it, searched for beside a posture if given.
+        """Return a goal, or the reachable pose near it, looked for near a posture if one is given.
 
-        An arm whose postures are found by numbers takes long to be sure that there is none.
+        An arm that is solved numerically takes long to be sure that there is no posture.
         """
         if beside is None:
             return self.arm.nearest_pose(goal, self.seed)
@@ -160,7 +161,7 @@ class _Search:
         return goal
 
     def on_the_way(self) -> Pose | None:
-        """Return an allowed pose between the seed's and the goal, None without such a seed."""
+        """Return an allowed pose between the seed's and the goal; None without an allowed seed."""
         if self.seed is None or self.guarded.violations(self.seed):
             return None
         found, beside = self.arm.fk(self.seed), self.seed
@@ -176,7 +177,7 @@ class _Search:
         return found
 
     def _allowed(self, pose: Pose, beside: Joints) -> Joints | None:
-        """Return the posture that `arm.ik` gives a pose, None where it is not allowed."""
+        """Return the posture that `arm.ik` gives for a pose; None if it is not allowed."""
         try:
             self.arm.ik_near(pose, beside)
         except Unreachable:
@@ -211,7 +212,7 @@ class _Search:
 
 
 def _new(pose: Pose, seen: set[Pose]) -> bool:
-    """Say whether a pose was not tried yet, to a thousandth of a mm, and note it."""
+    """Return whether a pose is new, to a thousandth of a mm, and remember it."""
     rounded = replace(
         pose, x_mm=round(pose.x_mm, 3), y_mm=round(pose.y_mm, 3), z_mm=round(pose.z_mm, 3)
     )
@@ -222,7 +223,7 @@ def _new(pose: Pose, seen: set[Pose]) -> bool:
 
 
 def _between(start: Pose, end: Pose, share: float) -> Pose:
-    """Return the pose at a share of the way in x, y and z, and in the angles the shorter way."""
+    """Return the pose at a share of the path in x, y, z and, the shorter way round, the angles."""
     x, y, z = (
         a + share * (b - a)
         for a, b in (

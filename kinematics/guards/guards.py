@@ -1,7 +1,7 @@
-"""Places where the arm would hit the table, itself, or what stands about it, as a table of rules.
+"""Places where the arm would hit the table, itself, or its surroundings, as a table of rules.
 
 Lengths in mm, angles in rad. r is the distance from the base axis. Source of the numbers: the
-guards that public TeachMover programs carry. docs/how-to/guards-and-backlash.md explains each.
+guards in public TeachMover programs. docs/how-to/guards-and-backlash.md explains each of them.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from kinematics.guards.links import (
 from kinematics.guards.shapes import Box
 from kinematics.spaces import Joints
 
-# What each broken guard says to a person.
+# The message for each violated guard.
 
 
 def sentence_of(reading: Reading, guarded: GuardedArm) -> str:
-    """Return the sentence of a guard that this reading breaks."""
+    """Return the message for the guard that this reading violates."""
     kind = BOX if reading.guard.startswith(BOX) else reading.guard
     return _SENTENCES[kind](reading, guarded.guards)
 
@@ -128,22 +128,22 @@ class Guards:
     sums: tuple[AngleSum, ...] = ()
 
     def over(self, arm: ArmGeometry) -> GuardedArm:
-        """Return these guards about an arm; raises `KinematicsError` where they do not fit it."""
+        """Return these guards for an arm. Raises `KinematicsError` if they do not fit it."""
         links = None
         if self.radii_mm or self.boxes or self.base_radius_mm is not None:
             links = links_of(arm, self.radii_mm, self.boxes, self.base_radius_mm, self.base_top_mm)
         return GuardedArm(self, arm, links)
 
     def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[Violation, ...]:
-        """Return every guard that a posture breaks."""
+        """Return every guard that a posture violates."""
         return self.over(arm).violations(joints)
 
     def violation(self, arm: ArmGeometry, joints: Joints) -> Violation | None:
-        """Return the guard that a posture breaks most, or None."""
+        """Return the guard that a posture violates most, or None."""
         return worst(self.violations(arm, joints))
 
     def depth_mm(self, arm: ArmGeometry, joints: Joints) -> float:
-        """Return how deep a posture is inside the guards, 0 outside all: leaving makes it less."""
+        """Return how deep a posture is inside the guards; 0 outside all. Leaving decreases it."""
         broken = self.violation(arm, joints)
         return broken.excess_mm if broken else 0.0
 
@@ -154,20 +154,20 @@ def deepest(broken: tuple[Violation, ...]) -> Violation:
 
 
 def worst(broken: tuple[Violation, ...]) -> Violation | None:
-    """Return the deepest of the violations, None where there are none."""
+    """Return the deepest of the violations; None if there are none."""
     return deepest(broken) if broken else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GuardedArm:
-    """Guards that know their arm, for many postures of it."""
+    """Guards bound to an arm, for checking many postures."""
 
     guards: Guards
     arm: ArmGeometry
     links: Links | None
 
     def violations(self, joints: Joints) -> tuple[Violation, ...]:
-        """Return every guard that a posture breaks."""
+        """Return every guard that a posture violates."""
         return (
             *(
                 GuardViolation(*reading[:4], -reading.clearance_mm, sentence_of(reading, self))
@@ -178,9 +178,9 @@ class GuardedArm:
         )
 
     def room(self, joints: Joints) -> Room:
-        """Return how far the arm may move from a posture without a guard being broken.
+        """Return how far the arm may move from a posture without violating a guard.
 
-        Sums of angles give no room of their own: along a joint motion they are worst at its ends.
+        Sums of angles are left out: along a joint motion they are worst at its ends.
         """
         points = self.arm.points(joints)
         tolerance = self.guards.tolerance_mm
@@ -195,7 +195,7 @@ class GuardedArm:
         return Room(min(own, default=math.inf), boxes)
 
     def readings(self, joints: Joints) -> Iterator[Reading]:
-        """Yield what every guard on a distance measures of a posture."""
+        """Yield the reading of every distance guard for a posture."""
         points = self.arm.points(joints)
         yield from self._own(joints, points)
         if self.links is not None:
@@ -216,7 +216,7 @@ class GuardedArm:
     def _tip(
         self, joints: Joints, points: tuple[tuple[float, float, float], ...]
     ) -> Iterator[Reading]:
-        """Yield what the guards measure that know the tip, wrist and pitch alone."""
+        """Yield the readings that depend only on tip, wrist and pitch."""
         guards = self.guards
         tip_r, wrist_r = math.hypot(*points[-1][:2]), math.hypot(*points[-2][:2])
         tip_z = points[-1][2]

@@ -1,8 +1,8 @@
 """Guards on the arm's links as capsules: against keep-out boxes, the base column, one another.
 
 Lengths in mm, angles in rad. A link is the straight line between two neighbouring points of the arm
-with a radius about it. Neighbours always touch, and so do links that only short ones separate:
-those pairs are left out, as is a link whose joint at its beginning stands within the base column.
+with a radius around it. Neighbours always touch, and so do links separated only by short ones:
+those pairs are left out, as is a link whose first joint stands within the base column.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from kinematics.guards.shapes import Box, Column, segment_distance_mm
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints
 
-# What a guard says of a posture: readings of every guard, and the ones that are broken.
+# What a guard measures in a posture: readings of every guard, and the violations.
 
 ROUNDING_MM = 1e-6
-"""A pose that stands on a guard's bound is allowed, whichever way its last digit fell."""
+"""A pose on a guard's bound is allowed, whichever way its last digit was rounded."""
 
 
 class Reading(NamedTuple):
-    """How one guard measures a posture: `value_mm` of `quantity` against `bound_mm`.
+    """What one guard measures in a posture: `value_mm` of `quantity` against `bound_mm`.
 
-    `clearance_mm` is how far the arm is from the bound, below 0 beyond it. While no point of the
-    arm travels further than some distance, it changes by no more than `pace` times that.
+    `clearance_mm` is how far the arm is from the bound, negative beyond it. While no point of the
+    arm travels further than some distance, it changes by no more than `pace` times that distance.
     """
 
     guard: str
@@ -44,15 +44,16 @@ class Reading(NamedTuple):
 
     @property
     def room_mm(self) -> float:
-        """How far the arm may travel without breaking this guard; below 0 where it is broken."""
+        """How far the arm may travel without violating this guard; negative if it is violated."""
         return (self.clearance_mm + self.tolerance_mm + ROUNDING_MM) / self.pace
 
 
 class Room(NamedTuple):
-    """How far every point of the arm may travel, at least, before a guard is broken.
+    """How far, at least, every point of the arm may travel before a guard is violated.
 
-    `own_mm` for the guards about the base axis, which the base's turning leaves alone, `boxes_mm`
-    for those of places in the room. One that is broken already makes it less than 0.
+    `own_mm` is for the guards about the base axis, which the turning of the base does not affect;
+    `boxes_mm` is for guards on places in the room. A guard that is already violated makes it
+    negative.
     """
 
     own_mm: float
@@ -60,16 +61,16 @@ class Room(NamedTuple):
 
     @property
     def free(self) -> bool:
-        """Whether no guard is broken."""
+        """Whether no guard is violated."""
         return self.own_mm >= 0.0 and self.boxes_mm >= 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class GuardViolation:
-    """One guard that a posture breaks.
+    """One guard that a posture violates.
 
-    `value_mm` of `quantity` against `bound_mm`; `excess_mm` is the least distance that would
-    free the arm of this guard. `sentence` says it to a person.
+    `value_mm` of `quantity` against `bound_mm`; `excess_mm` is the least distance that would free
+    the arm from this guard. `sentence` explains it to a person.
     """
 
     guard: str
@@ -82,10 +83,10 @@ class GuardViolation:
 
 @dataclass(frozen=True, slots=True)
 class SumViolation:
-    """A sum of joint angles out of its range.
+    """A sum of joint angles outside its range.
 
-    `excess_mm` is how far the tip of the stretched arm travels while one joint turns by the
-    excess: so that it compares with the guards on distances.
+    `excess_mm` is how far the tip of the stretched arm travels while one joint turns by the excess,
+    which makes it comparable with the guards on distances.
     """
 
     guard: str
@@ -109,7 +110,7 @@ Violation = GuardViolation | SumViolation
 
 @dataclass(frozen=True, slots=True)
 class AngleSum:
-    """A sum of joint angles and the range it must stay in, as where cables couple two links.
+    """A sum of joint angles and its range, for example for two links coupled by cables.
 
     The forearm's elevation is 1 shoulder + 1 elbow. `shares` are pairs of joint and factor.
     """
@@ -120,25 +121,25 @@ class AngleSum:
     high_rad: float
 
     def excess_rad(self, value_rad: float) -> float:
-        """Return how far beyond a bound, 0 within the range."""
+        """Return how far the sum is beyond a bound; 0 within the range."""
         excess = max(self.low_rad - value_rad, value_rad - self.high_rad)
         return excess if excess > LIMIT_TOLERANCE_RAD else 0.0
 
     def bound_rad(self, value_rad: float) -> float:
-        """Return the bound that is nearest."""
+        """Return the nearest bound."""
         return min(max(value_rad, self.low_rad), self.high_rad)
 
 
 BASE_COLUMN = "base column"
 AGAINST_ITSELF = "arm against itself"
 BOX = "box "
-"""How the names of the guards of boxes begin."""
+"""The prefix of the names of box guards."""
 
 FAR_MM = 40.0
-"""A link at least this far from a box need not be measured exactly: a bound will do."""
+"""A link at least this far from a box need not be measured exactly: a bound is enough."""
 
 LOOKS = 4
-"""Random postures to look at: what holds in all of these holds in every other one."""
+"""The number of random postures to test: a property that all of them share holds in general."""
 
 STILL_MM = 1e-6
 """Lengths that differ by less than this are the same in different postures."""
@@ -150,14 +151,14 @@ _ENDING_AT = {
     "wrist pitch": "forearm",
     "tip": "hand",
 }
-"""Links by the point where they end; others are called after that point."""
+"""Links named by the point where they end; the others are called after that point."""
 
 Segments = tuple[tuple["Point", "Point"], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Which links of one arm are looked at, against what; made by `links_of`."""
+    """Which links of an arm are checked against what; made by `links_of`."""
 
     names: tuple[str, ...]
     radii_mm: tuple[float, ...]
@@ -172,7 +173,7 @@ class Links:
         return tuple(pairwise(ends))
 
     def readings(self, points: tuple[Point, ...], tolerance_mm: float) -> Iterator[Reading]:
-        """Yield what every box, the base column and every pair of links measure."""
+        """Yield the readings of every box, the base column and every pair of links."""
         lines = self.segments(points)
         for box in self.boxes:
             for name, radius, (a, b) in zip(self.names, self.radii_mm, lines, strict=True):
@@ -181,7 +182,7 @@ class Links:
         yield from self.own_readings(lines, tolerance_mm)
 
     def own_readings(self, lines: Segments, tolerance_mm: float) -> Iterator[Reading]:
-        """Yield what the base column and every pair of links measure."""
+        """Yield the readings of the base column and every pair of links."""
         if self.column is not None:
             for index in self.over_base:
                 off = self.column.distance_mm(*lines[index]) - self.radii_mm[index]
@@ -192,9 +193,9 @@ class Links:
             yield Reading(AGAINST_ITSELF, both, off, 0.0, off, tolerance_mm, 2.0)
 
     def clear_of_boxes_mm(self, lines: Segments) -> float:
-        """Return how far the nearest link is from the nearest box, or a bound that is far enough.
+        """Return how far the nearest link is from the nearest box, or a sufficient bound.
 
-        Most links are far from most boxes: the sphere about a link decides, and is cheap.
+        Most links are far from most boxes: then the sphere around a link decides, which is cheap.
         """
         spheres = [
             (
@@ -221,9 +222,9 @@ def links_of(
     base_radius_mm: float | None,
     base_top_mm: float,
 ) -> Links:
-    """Return what is to be looked at on an arm; the same question is not worked out twice.
+    """Return what must be checked on an arm; results are cached.
 
-    Raises `KinematicsError` where there are not as many radii as links.
+    Raises `KinematicsError` if the number of radii differs from the number of links.
     """
     names = link_names(arm)
     if len(radii_mm) != len(names):
@@ -248,14 +249,14 @@ def links_of(
 
 
 def link_names(arm: ArmGeometry) -> tuple[str, ...]:
-    """Return what the links are called that end at the arm's moving points."""
+    """Return the names of the links that end at the arm's moving points."""
     return tuple(_ENDING_AT.get(name, f"link to the {name}") for name in arm.moving_points)
 
 
 def _free_of_base(arm: ArmGeometry, column: Column, radii_mm: tuple[float, ...]) -> tuple[int, ...]:
-    """Return the links that do not stand in the base column with their first joint.
+    """Return the links whose first joint does not stand in the base column.
 
-    That joint stays where it is while the arm moves, or goes round the base axis with it.
+    That joint stays in place while the arm moves, or turns around the base axis with it.
     """
     draw = random.Random(1)  # noqa: S311 - any postures will do
     count = len(radii_mm)

@@ -1,10 +1,10 @@
-"""Guards over whole paths: proved between the postures looked at, not only at them.
+"""Guards over whole paths: proved between the sampled postures, not only at them.
 
 Lengths in mm, angles in rad. Conservative advancement (Mirtich, 1996): while no point of the arm
-travels further than its room (`links.Room`), no guard can be broken. Two postures whose rooms
-together cover the travel between them prove all that lies between; where they do not, the motion
-is halved, until the travel is `step_mm` or less. So nowhere is the arm further beyond a guard
-than half of `step_mm`, and mostly a few looks are enough.
+travels further than its room (`links.Room`), no guard can be violated. Two postures whose rooms
+together cover the travel between them prove everything in between. If they do not, the motion is
+halved, until the travel is `step_mm` or less. So the arm is nowhere further beyond a guard than
+half of `step_mm`, and usually a few samples are enough.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from kinematics.paths.chords import JointPath
 from kinematics.spaces import Joints
 
 STEP_MM = 2.0
-"""How near to one another postures are looked at, at most, where a guard is near."""
+"""The largest distance between sampled postures near a guard."""
 
 SLACK_MM = 1e-6
-"""A depth that rounding alone makes greater has not grown."""
+"""A depth that grows by rounding alone has not grown."""
 
 Key = tuple[str, str]
-"""A guard and what it measures: each of them may get no deeper, by itself."""
+"""A guard and its quantity: each of them on its own may get no deeper."""
 
 
 def first_violation(
@@ -41,12 +41,12 @@ def first_violation(
     *,
     way_out: bool = False,
 ) -> tuple[float, Violation] | None:
-    """Return where a path of joint motions first breaks a guard, or None.
+    """Return where a path of joint motions first violates a guard, or None.
 
-    The fraction (0 to 1) of the answer is the share of a bound of the travel, over the whole
-    path, that lies before it. With `way_out`, a guard that the start breaks is held against the
-    path only where it gets deeper: every such guard by itself, from one look to the next, at
-    most `step_mm` of travel apart, until the arm is free of it.
+    The fraction (0 to 1) in the result is the share of the total travel bound that lies before the
+    violation. With `way_out`, a guard violated at the start counts only if it gets deeper: every
+    such guard separately, from one sample to the next, at most `step_mm` of travel apart, until the
+    arm is free of it.
     """
     step = positive("step_mm", step_mm)
     if not waypoints:
@@ -71,9 +71,9 @@ def first_violation(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Travel:
-    """One joint motion, and how far no point of the arm travels on it.
+    """One joint motion, and a bound on the travel of any point during it.
 
-    `own_mm` without the turning of a base whose axis is the vertical through the origin.
+    `own_mm` leaves out the turning of a base whose axis is the vertical through the origin.
     """
 
     path: JointPath
@@ -90,7 +90,7 @@ def _travel(arm: ArmGeometry, path: JointPath, upright: bool) -> _Travel:
 
 @lru_cache(maxsize=32)
 def turns_upright(arm: ArmGeometry) -> bool:
-    """Tell whether the base turns the whole arm about the vertical through the origin.
+    """Return whether the base turns the whole arm about the vertical through the origin.
 
     Then no distance from that axis, from the table, or between links depends on it.
     """
@@ -114,7 +114,7 @@ def _turned_by(angle: float, ahead: tuple[Point, ...], turned: tuple[Point, ...]
 
 
 class _Watch:
-    """One pass along a path: the room where it stands, and how deep each guard still may be."""
+    """One pass along a path: the room at the present posture, and how deep each guard may be."""
 
     def __init__(self, guarded: GuardedArm, step_mm: float) -> None:
         self._guarded = guarded
@@ -123,7 +123,7 @@ class _Watch:
         self._room = Room(0.0, 0.0)
 
     def begin(self, joints: Joints) -> Violation | None:
-        """Stand at the start; return the worst guard that it breaks."""
+        """Start at the first posture; return the worst guard that it violates."""
         self._room = self._guarded.room(joints)
         if self._room.free:
             return None
@@ -132,7 +132,7 @@ class _Watch:
         return deepest(broken)
 
     def along(self, travel: _Travel) -> tuple[float, Violation] | None:
-        """Go along one joint motion; return the share of it where a guard is first broken."""
+        """Follow one joint motion; return the share at which a guard is first violated."""
         share = 0.0
         if self._depths:
             count = int(travel.whole_mm / self._step_mm) + 1
@@ -151,7 +151,7 @@ class _Watch:
         return found, deepest(self._guarded.violations(travel.path.at(found)))
 
     def _deeper(self, joints: Joints) -> Violation | None:
-        """Return the guard that is deeper than a moment ago, or newly broken."""
+        """Return a guard that is deeper than at the previous sample, or newly violated."""
         broken = self._guarded.violations(joints)
         now = {(one.guard, one.quantity): one.excess_mm for one in broken}
         grown = tuple(
@@ -166,7 +166,7 @@ class _Watch:
         return deepest(grown) if grown else None
 
     def _prove(self, travel: _Travel, low: float) -> float | None:
-        """Return the first share looked at that breaks a guard, None where all is proved free."""
+        """Return the first sampled share that violates a guard; None if all is proved free."""
         look, path = self._guarded.room, travel.path
         ahead = [(1.0, look(path.goal))]
         while ahead:
@@ -191,16 +191,16 @@ class _Watch:
         )
 
 
-# How near an arm comes to each of its guards along a way, and where on it. Only guards on distances
-# are looked at; sums of joint angles are not among them.
+# How near an arm comes to each of its guards along a path, and where. Only guards on distances are
+# considered; sums of joint angles are not.
 
 
 @dataclass(frozen=True, slots=True)
 class Clearance:
-    """The least distance from one guard, below 0 beyond it, and what comes so near to it.
+    """The least distance from one guard, negative beyond it, and what comes so near to it.
 
-    `quantity` is the part of the arm, or the measure, that the guard is about; `index` is that of
-    the posture, and `joints` the posture itself.
+    `quantity` is the part of the arm, or the measure, that the guard concerns; `index` is the index
+    of the posture, and `joints` the posture itself.
     """
 
     guard: str
@@ -213,8 +213,8 @@ class Clearance:
 def least_clearances(guarded: GuardedArm, postures: Iterable[Joints]) -> tuple[Clearance, ...]:
     """Return each guard's least clearance over some postures, the nearest guard first.
 
-    Between two postures no clearance is less than the smaller one by more than half of the way
-    that any point of the arm travels from one to the other.
+    Between two postures no clearance is below the smaller one by more than half of the travel of
+    any point of the arm from one to the other.
     """
     least: dict[str, Clearance] = {}
     for index, joints in enumerate(postures):

@@ -21,7 +21,7 @@ _AXES = range(3)
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A place the arm keeps out of, its sides along x, y and z; raises `KinematicsError`."""
+    """A keep-out box with its sides along x, y and z. Raises `KinematicsError`."""
 
     name: str
     min_mm: Point
@@ -43,7 +43,7 @@ class Box:
                 )
 
     def point_distance_mm(self, p: Point) -> float:
-        """Return how far outside a point is, 0 inside."""
+        """Return how far outside a point is; 0 inside."""
         x, y, z = p
         (x0, y0, z0), (x1, y1, z1) = self.min_mm, self.max_mm
         return math.hypot(
@@ -58,7 +58,7 @@ class Box:
         return self._apart_mm(a, b) if depth <= 0.0 else -depth
 
     def ways_out_mm(self, a: Point, b: Point, radius_mm: float) -> tuple[Point, ...]:
-        """Return the translations that take a capsule out by each side but the lower one."""
+        """Return the translations that move a capsule out through each side but the lower one."""
         ways = []
         for axis in _AXES:
             back = self.min_mm[axis] - radius_mm - max(a[axis], b[axis])
@@ -69,10 +69,10 @@ class Box:
         return tuple(ways)
 
     def _depth_mm(self, a: Point, b: Point) -> float:
-        """Return by how much box and segment overlap in the direction where it is least.
+        """Return by how much box and segment overlap in the direction of least overlap.
 
-        Directions: the sides of the box, and across the segment and an edge (separating axes).
-        Not above 0 where they are apart.
+        Directions: the sides of the box, and across the segment and an edge (separating axes). Not
+        above 0 if they are apart.
         """
         half = [(high - low) / 2.0 for low, high in zip(self.min_mm, self.max_mm, strict=True)]
         middle = [(low + high) / 2.0 for low, high in zip(self.min_mm, self.max_mm, strict=True)]
@@ -97,7 +97,7 @@ class Box:
         return least
 
     def _apart_mm(self, a: Point, b: Point) -> float:
-        """Return the least distance: the root of what is a run of parabolas along the segment."""
+        """Return the least distance: the root of a piecewise quadratic along the segment."""
         u = tuple(q - p for p, q in zip(a, b, strict=True))
         share = self._lowest(a, u)
         x, y, z = (p + share * d for p, d in zip(a, u, strict=True))
@@ -116,7 +116,7 @@ class Box:
         return 1.0
 
     def _cuts(self, a: Point, u: tuple[float, ...]) -> list[float]:
-        """Return where the segment crosses the planes of the sides: one parabola ends there."""
+        """Return where the segment crosses the planes of the sides: the pieces of the quadratic."""
         cuts = []
         for p, d, low, high in zip(a, u, self.min_mm, self.max_mm, strict=True):
             if d != 0.0:
@@ -124,7 +124,7 @@ class Box:
         return cuts
 
     def _slope(self, a: Point, u: tuple[float, ...], share: float) -> float:
-        """Return half the slope of the squared distance; it only ever rises along the segment."""
+        """Return half the slope of the squared distance, which increases along the segment."""
         slope = 0.0
         for p, d, low, high in zip(a, u, self.min_mm, self.max_mm, strict=True):
             at = p + share * d
@@ -165,7 +165,7 @@ def segment_distance_mm(a: Point, b: Point, c: Point, d: Point) -> float:
 
 
 def _between_inner_points_mm(a: Point, b: Point, c: Point, d: Point) -> float | None:
-    """Return the distance of the two lines where both segments hold its points, else None."""
+    """Return the distance of the two lines if both segments contain its points; otherwise None."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = d[0] - c[0], d[1] - c[1], d[2] - c[2]
     wx, wy, wz = a[0] - c[0], a[1] - c[1], a[2] - c[2]
@@ -186,7 +186,7 @@ def _between_inner_points_mm(a: Point, b: Point, c: Point, d: Point) -> float | 
 # The base as an upright column, and how far a segment is from it or how deep inside.
 
 HALVINGS = 40
-"""How often the place of the least distance is halved: a metre becomes a millionth of a micron."""
+"""How often the interval of the least distance is halved: 40 turns a metre into 1e-9 mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,11 +199,11 @@ class Column:
     top_mm: float
 
     def distance_mm(self, a: Point, b: Point) -> float:
-        """Return the signed distance of the segment from a to b: of its point that is deepest.
+        """Return the signed distance of the segment from a to b: that of its deepest point.
 
-        Outside, the exact distance. Inside, how far that point is from wall or top, whichever is
-        nearer. Along the segment this is a convex function, so halving finds its least value; it
-        changes by no more than the points of the segment travel.
+        Outside, the exact distance. Inside, the distance of that point from the wall or the top,
+        whichever is nearer. Along the segment this is a convex function, so interval halving finds
+        its minimum; it changes by no more than the points of the segment travel.
         """
         low, high = 0.0, 1.0
         at_a, slope = self._at(a, b, 0.0)

@@ -1,9 +1,9 @@
 """Lines and arcs of the tip, and any curve cut into short joint motions.
 
 Units: mm and rad. Between two corners every joint turns in proportion: a chord of the curve in
-joint space, short enough for the tip and for timing. Whoever times a path sees how it bends by how
-much one chord's direction differs from the next one's, so that they may not differ much. A straight
-line is solved on one branch of the inverse kinematics.
+joint space, short enough for the accuracy of the tip and for timing. Timing judges how a path bends
+by how much the direction of one chord differs from the next, so neighbouring directions must be
+similar. A straight line is solved on one branch of the inverse kinematics.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from kinematics.paths.curves import arc_between, beginning
 from kinematics.spaces import Joints, Pose
 
 MARGIN = 0.75
-"""Share of the tolerance allowed at the points looked at, so that it holds between them too.
+"""Share of the tolerance allowed at the sampled points, so that it holds between them too.
 
-Between two corners the deviation is close to a parabola that is zero at both ends; the points
-at a quarter, a half and three quarters find its top, and the margin covers what is not parabola.
+Between two corners the deviation is close to a parabola that is zero at both ends. Samples at a
+quarter, a half and three quarters find its top, and the margin covers the remaining error.
 """
 
 SHORTEST_CUT = 2.0**-16
-"""The smallest share of a curve between two corners: where that is not enough, it breaks."""
+"""The smallest share of a curve between two corners; a curve that needs smaller ones breaks."""
 
 LARGEST_CORNER_RAD = math.radians(15.0)
 """The most that a path's direction in joint space turns at a corner, unless its chords are tiny."""
 
 TINY_RAD = 1e-3
-"""A chord in which the joints turn by less than this: about a motor step of a table-top arm."""
+"""A chord in which the joints turn by less is tiny: about a motor step of a table-top arm."""
 
 STILL_RAD = 1e-9
 """A chord in which the joints turn by less than this has no direction."""
@@ -44,7 +44,7 @@ _COSINE = math.cos(LARGEST_CORNER_RAD)
 
 
 class Chord(NamedTuple):
-    """A joint motion from `start` to `end` in the place of a curve's way between two shares."""
+    """A joint motion from `start` to `end` that replaces a curve between two of its shares."""
 
     curve: Curve
     low: float
@@ -54,10 +54,10 @@ class Chord(NamedTuple):
 
 
 def cut(arm: ArmGeometry, curve: Curve, start: Joints, tolerance_mm: float) -> list[Chord]:
-    """Return the chords of a whole curve, whose first posture is given.
+    """Return the chords of a whole curve, given its first posture.
 
     With the joints turning in proportion, the tip is never further than `tolerance_mm` from the
-    point of the curve at the same fraction. Raises `PathBroken` where the curve cannot be followed.
+    point of the curve at the same fraction. Raises `PathBroken` if the curve cannot be followed.
     """
     tolerance = positive("tolerance_mm", tolerance_mm) * MARGIN
     if curve.straight:
@@ -85,7 +85,7 @@ def cut(arm: ArmGeometry, curve: Curve, start: Joints, tolerance_mm: float) -> l
 def _step(
     arm: ArmGeometry, curve: Curve, low: float, start: Joints, high: float, tolerance: float
 ) -> Joints | PathBroken | str:
-    """Return the posture at `high` if one joint motion may lead there, else why not."""
+    """Return the posture at `high` if one joint motion may lead there; otherwise the reason."""
     try:
         reached = curve.solve(high, start)
     except PathBroken as broken:
@@ -107,8 +107,8 @@ def _step(
 def smooth(chords: Sequence[Chord]) -> list[Chord]:
     """Halve chords until no corner between two of them turns by more than `LARGEST_CORNER_RAD`.
 
-    Of a corner's two chords the longer is halved, and the shorter too where it is not half as
-    long. Chords of less than `TINY_RAD` stay, so that a curve may have a cusp.
+    Of a corner's two chords the longer is halved, and the shorter too unless it is less than half
+    as long. Chords of less than `TINY_RAD` stay, so that a curve may have a cusp.
     """
     found = list(chords)
     while True:
@@ -122,7 +122,7 @@ def smooth(chords: Sequence[Chord]) -> list[Chord]:
 
 
 def _sharp(chords: Sequence[Chord]) -> set[int]:
-    """Return which chords are to be halved."""
+    """Return which chords must be halved."""
     if len(chords) < 2:
         return set()
     ways = [tuple(map(sub, chord.end.angles_rad, chord.start.angles_rad)) for chord in chords]
@@ -148,7 +148,7 @@ def _halves(chord: Chord) -> tuple[Chord, Chord]:
 
 
 def trim(chords: Sequence[Chord], low: float, high: float) -> list[Chord]:
-    """Return the chords of a curve between two shares of its way."""
+    """Return the chords of a curve between two shares of its length."""
     found = []
     for chord in chords:
         first, last = max(chord.low, low), min(chord.high, high)
@@ -161,7 +161,7 @@ def trim(chords: Sequence[Chord], low: float, high: float) -> list[Chord]:
 
 
 def posture_at(chords: Sequence[Chord], share: float) -> Joints:
-    """Return the posture at a share of a curve that has been cut whole."""
+    """Return the posture at a share of a curve that has been cut completely."""
     for chord in chords:
         if share < chord.high:
             return chord.curve.solve(share, chord.start) if share > chord.low else chord.start
@@ -169,16 +169,16 @@ def posture_at(chords: Sequence[Chord], share: float) -> Joints:
 
 
 def corners(chords: Sequence[Chord]) -> tuple[Joints, ...]:
-    """Return the postures between which chords lead, end to end."""
+    """Return the postures at the ends of the chords, in order."""
     return (chords[0].start, *(chord.end for chord in chords))
 
 
-# Paths between postures: straight in the joints, straight in x, y, z, pitch and roll, or an arc of
-# the tip, along which the hand turns in proportion to the sweep; how the via point's pose holds it
-# is not looked at.
+# Paths between postures: straight in the joints; straight in x, y, z, pitch and roll; or an arc of
+# the tip, along which the hand turns in proportion to the sweep. How the via point's pose holds the
+# hand is ignored.
 
 LINE_TOLERANCE_MM = 0.5
-"""How far the tip may leave a straight line by default: less than two steps of a TeachMover."""
+"""The default tolerance of a straight line: less than two steps of a TeachMover."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +189,7 @@ class JointPath:
     goal: Joints
 
     def at(self, fraction: float) -> Joints:
-        """Return the posture at a fraction (0 to 1) of the way; the ends are exact."""
+        """Return the posture at a fraction (0 to 1) of the path; the ends are exact."""
         if fraction >= 1.0:
             return self.goal
         return Joints(
@@ -206,15 +206,15 @@ class JointPath:
 def line_path(
     arm: ArmGeometry, start: Joints, goal: Pose, tolerance_mm: float = LINE_TOLERANCE_MM
 ) -> tuple[Joints, ...]:
-    """Return waypoints, the start included, of a straight line from a posture to a pose.
+    """Return waypoints, including the start, of a straight line from a posture to a pose.
 
-    Straight in x, y, z, pitch and roll: pitch takes the shorter way round, and so does roll
-    unless the wrist's range forbids it. All waypoints are on the start's branch. With the joints
-    turning in proportion between waypoints, the tip is never further than `tolerance_mm` from
-    the point of the line at the same fraction; pitch and roll, being sums of joint angles, are
-    exact. At a waypoint the direction in joint space turns by at most 15 degrees.
-    Raises `PathBroken` where the reach, a limit, or the branch ends. A joint that starts beyond
-    its limit may come back, but not go further.
+    The path is straight in x, y, z, pitch and roll. Pitch takes the shorter way round, and so does
+    roll unless the wrist's range forbids it. All waypoints are on the start's branch. With the
+    joints turning in proportion between waypoints, the tip is never further than `tolerance_mm`
+    from the point of the line at the same fraction; pitch and roll, being sums of joint angles, are
+    exact. At a waypoint the direction in joint space turns by at most 15 degrees. Raises
+    `PathBroken` where the reach, a limit, or the branch ends. A joint that starts beyond its limit
+    may come back, but not go further.
     """
     return corners(smooth(cut(arm, arm.line(start, goal), start, tolerance_mm)))
 
@@ -228,13 +228,13 @@ def arc_path(
     *,
     sweep_rad: float | None = None,
 ) -> tuple[Joints, ...]:
-    """Return corners, the start included, of an arc through a via point to a pose.
+    """Return corners, including the start, of an arc through a via point to a pose.
 
-    Pitch and roll (of six joints the hand's rotation about one axis) go from the start's to the
+    Pitch and roll (with six joints, the hand's rotation about one axis) go from the start's to the
     goal's in proportion to the sweep; of `via` only x, y and z are used. With `sweep_rad` the arc
-    goes by that angle instead of to the goal, which is then no more than a third point of the
-    circle, and the hand that is reached at the end: 2 pi is a full circle. Tolerance, posture and
-    `PathBroken` are as of `line_path`. Raises `NoArc` for points in a line, or fewer than three.
+    ends after that angle instead of at the goal, which then only gives a third point of the circle
+    and the final orientation of the hand; 2 pi is a full circle. Tolerance, posture and
+    `PathBroken` are as for `line_path`. Raises `NoArc` for points in a line, or fewer than three.
     """
     follower, tip = beginning(arm, start)
     arc = arc_between(follower, tip, follower.first, via, goal, sweep_rad)
@@ -248,7 +248,7 @@ def circle_path(
     through: Pose,
     tolerance_mm: float = LINE_TOLERANCE_MM,
 ) -> tuple[Joints, ...]:
-    """Return corners of the full circle through a via point and another, back to where it began.
+    """Return corners of the full circle through a via point and another, back to its start.
 
     The hand is held as at the start; of the two poses only x, y and z are used. See `arc_path`.
     """

@@ -1,6 +1,6 @@
 """Curves that an arm follows: of the tip with the hand held, or of the joints themselves.
 
-Units: mm and rad. `geometry.Curve` is what every curve answers.
+Units: mm and rad. `geometry.Curve` is the interface of all curves.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from kinematics.limits import turn_near
 from kinematics.paths.traces import BLEND_CHORDS, LineSegment, Round, Trace, cubic, round_through
 from kinematics.spaces import Joints, Pose
 
-# What followers of every build do alike: turn the hand in proportion, refuse to leap. Of a hand
-# that is two angles the first is its pitch and the second its roll, each of any turn.
+# What the followers of every build share: turning the hand in proportion, and refusing leaps. If a
+# hand is two angles, the first is its pitch and the second its roll, each of any turn.
 
 
 def hand_near(pose: Pose, near: Hand) -> Hand:
@@ -33,7 +33,7 @@ def in_proportion(a: Hand, b: Hand, share: float) -> Hand:
 
 
 def refuse_leap(before: Joints, reached: Joints, most_rad: float) -> None:
-    """Raise `NotFollowed` where a joint would turn by more than `most_rad` between waypoints."""
+    """Raise `NotFollowed` if a joint would turn by more than `most_rad` between waypoints."""
     name, turn_rad = largest_turn(before, reached)
     if turn_rad > most_rad:
         raise NotFollowed(leap_sentence(name, turn_rad, "the posture is singular there"))
@@ -60,9 +60,9 @@ LARGEST_BASE_TURN_RAD = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandCurve(Generic[T]):
-    """A trace of the tip along which the hand turns, in the posture that a follower keeps.
+    """A path of the tip along which the hand turns, in the posture that a follower keeps.
 
-    `hands` are two, for a turn in proportion to the way, or the four of a cubic Bezier curve.
+    `hands` are two for a proportional turn, or the four control points of a cubic Bezier curve.
     """
 
     follower: Follower
@@ -72,31 +72,31 @@ class HandCurve(Generic[T]):
 
     @property
     def shape(self) -> str:
-        """What it is, in words."""
+        """The kind of curve, in words."""
         return self.trace.shape
 
     @property
     def least_chords(self) -> int:
-        """How many equal shares it is cut into before anything is looked at."""
+        """How many equal parts the curve is cut into before it is examined."""
         return self.trace.least_chords
 
     def tip(self, fraction: float) -> Point:
-        """Return the point of the curve at a fraction of its way."""
+        """Return the point of the curve at a fraction of its length."""
         return self.trace.at(fraction)
 
     def hand(self, fraction: float) -> Hand:
-        """Return how the hand is held there (de Casteljau's construction)."""
+        """Return the hand at a fraction (de Casteljau's construction)."""
         hands, between = self.hands, self.follower.between
         while len(hands) > 2:
             hands = tuple(between(a, b, fraction) for a, b in pairwise(hands))
         return between(hands[0], hands[1], fraction)
 
     def pose(self, fraction: float) -> Pose:
-        """Return the curve's pose at a fraction (0 to 1) of its way."""
+        """Return the curve's pose at a fraction (0 to 1) of its length."""
         return self.follower.pose(self.tip(fraction), self.hand(fraction))
 
     def solve(self, fraction: float, before: Joints) -> Joints:
-        """Return the posture at a fraction, near the one before; raises `PathBroken`."""
+        """Return the posture at a fraction, near the previous one. Raises `PathBroken`."""
         try:
             return self.follower.solve(self.trace.at(fraction), self.hand(fraction), before)
         except NotFollowed as reason:
@@ -104,7 +104,7 @@ class HandCurve(Generic[T]):
             raise broken from None
 
     def leap(self, before: Joints, reached: Joints) -> str | None:
-        """Refuse a base that swings round: the tip went past its axis."""
+        """Refuse a base that swings round because the tip passed its axis."""
         turn = abs(reached.angles_rad[0] - before.angles_rad[0])
         if turn <= LARGEST_BASE_TURN_RAD:
             return None
@@ -129,16 +129,16 @@ class JointCurve:
 
     @property
     def shape(self) -> str:
-        """What it is, in words."""
+        """The kind of curve, in words."""
         return "joint motion" if self.straight else "blend"
 
     @property
     def least_chords(self) -> int:
-        """How many equal shares it is cut into before anything is looked at."""
+        """How many equal parts the curve is cut into before it is examined."""
         return 1 if self.straight else BLEND_CHORDS
 
     def at(self, fraction: float) -> Joints:
-        """Return the posture at a fraction of the way; the ends are exact."""
+        """Return the posture at a fraction of the path; the ends are exact."""
         if fraction >= 1.0:
             return self.points[-1]
         angles = tuple(each.angles_rad for each in self.points)
@@ -149,11 +149,11 @@ class JointCurve:
         return Joints(moved, self.points[0].names)
 
     def pose(self, fraction: float) -> Pose:
-        """Return the pose at a fraction (0 to 1) of the way."""
+        """Return the pose at a fraction (0 to 1) of the path."""
         return self.arm.fk(self.at(fraction))
 
     def tip(self, fraction: float) -> Point:
-        """Return where the tip is at a fraction of the way."""
+        """Return the position of the tip at a fraction of the path."""
         return self.arm.points(self.at(fraction))[-1]
 
     def solve(self, fraction: float, before: Joints) -> Joints:  # noqa: ARG002 - as of any curve
@@ -161,7 +161,7 @@ class JointCurve:
         return self.at(fraction)
 
     def leap(self, before: Joints, reached: Joints) -> None:
-        """Refuse nothing: the joints turn as they were told to."""
+        """Refuse nothing: the joints turn exactly as requested."""
 
 
 def straight_between(follower: Follower, start: Point, hand: Hand, goal: Pose) -> Line:
@@ -175,7 +175,7 @@ Arc = HandCurve[Round]
 
 
 def beginning(arm: ArmGeometry, start: Joints) -> tuple[Follower, Point]:
-    """Return what keeps the posture of a start along curves, and where the tip is."""
+    """Return the follower of a start posture, and the position of the tip."""
     here = arm.fk(start)
     return arm.line(start, here).follower, (here.x_mm, here.y_mm, here.z_mm)
 

@@ -1,7 +1,7 @@
-"""What a route is made of: joint motions, straight lines and arcs.
+"""The parts of a route: joint motions, straight lines and arcs.
 
-Lengths in mm, angles in rad. `blend_mm` of each is how far from the end point of the part the
-path may leave it for the next one; 0 is to stop there exactly, as after the last part in any case.
+Lengths in mm, angles in rad. `blend_mm` is how far from the end point of a part the path may leave
+it for the next part; with 0 the arm stops there exactly, as it always does after the last part.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ class _PartToPose:
 
 
 class PosePart(_PartToPose):
-    """Every joint turns in proportion, to the posture for a pose that is nearest."""
+    """Every joint turns in proportion, to the nearest posture for a pose."""
 
     __slots__ = ()
 
 
 class LinePart(_PartToPose):
-    """Straight to a pose, in x, y, z and the turn of the hand."""
+    """A straight line to a pose, in x, y, z and the turn of the hand."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
 class ArcPart:
-    """About a circle through a via point, of which only x, y and z count, to a pose.
+    """A circular arc through a via point, of which only x, y and z count, to a pose.
 
-    With `sweep_rad` by that angle instead, and the goal is a third point of the circle and how
-    the hand is held in the end; 2 pi is a full circle.
+    With `sweep_rad` the arc ends after that angle instead, and the goal only gives a third point of
+    the circle and the final orientation of the hand; 2 pi is a full circle.
     """
 
     via: Pose

@@ -1,8 +1,8 @@
-"""Profiles from rest to rest: how far, how fast and how hard along a path at every moment.
+"""Profiles from rest to rest: distance, speed and acceleration along a path at every time.
 
-Distances are in any unit (mm, rad, a share of a path), times in s. A profile is made of phases of
-constant jerk. `trapezoid` knows a speed and an acceleration, `jerk_limited` a jerk as well; both
-are the quickest that their limits allow. A limit may be infinite: an infinite jerk leaves the
+Distances are in any unit (mm, rad, a share of a path), times in s. A profile consists of phases of
+constant jerk. `trapezoid` limits speed and acceleration, `jerk_limited` also the jerk; both return
+the quickest profile within their limits. A limit may be infinite: an infinite jerk gives the
 trapezoid, an infinite acceleration a jump in speed.
 
 Source: the seven phases are those of Biagiotti and Melchiorri, Trajectory Planning for Automatic
@@ -22,11 +22,11 @@ from typing import NamedTuple
 from kinematics.errors import KinematicsError, finite
 
 NEWTON_ROUNDS = 60
-"""More than Newton's method, kept in its bracket by halving, ever needs for a double."""
+"""More rounds than Newton's method, kept in its bracket by halving, ever needs for a double."""
 
 
 class Phase(NamedTuple):
-    """A time of constant jerk, and the state in which it begins."""
+    """A period of constant jerk, and the state at its beginning."""
 
     duration_s: float
     distance: float
@@ -35,7 +35,7 @@ class Phase(NamedTuple):
     jerk: float
 
     def state(self, since_s: float) -> tuple[float, float, float]:
-        """Return distance, speed and acceleration so long after the phase began."""
+        """Return distance, speed and acceleration at a time after the phase began."""
         _, distance, speed, acceleration, jerk = self
         half = 0.5 * since_s
         return (
@@ -46,12 +46,12 @@ class Phase(NamedTuple):
 
     @property
     def steady(self) -> bool:
-        """Whether the speed stays what it is."""
+        """Whether the speed is constant."""
         return self.acceleration == 0.0 == self.jerk
 
 
 class ProfileStep(NamedTuple):
-    """A phase before it is joined to others: how long, and its acceleration at its beginning."""
+    """A phase before it is joined to others: its duration and its initial acceleration."""
 
     duration_s: float
     acceleration: float
@@ -74,7 +74,7 @@ class Profile:
         object.__setattr__(self, "duration_s", ends[-1] if ends else 0.0)
 
     def at(self, t_s: float) -> tuple[float, float, float]:
-        """Return distance, speed and acceleration at a time; at and beyond the ends, rest."""
+        """Return distance, speed and acceleration at a time; at the ends and beyond, rest."""
         if t_s <= 0.0:
             return 0.0, 0.0, 0.0
         if t_s >= self.duration_s:
@@ -103,7 +103,7 @@ _DURATION, _PLACE = itemgetter(0), itemgetter(1)
 def trapezoid(distance: float, speed: float, acceleration: float) -> Profile:
     """Return the quickest profile under a speed and an acceleration, of which one may be infinite.
 
-    Where the distance is too short for the speed, its shape is a triangle.
+    If the distance is too short to reach the speed, its shape is a triangle.
     """
     return jerk_limited(distance, speed, acceleration, math.inf)
 
@@ -111,8 +111,8 @@ def trapezoid(distance: float, speed: float, acceleration: float) -> Profile:
 def jerk_limited(distance: float, speed: float, acceleration: float, jerk: float) -> Profile:
     """Return the quickest profile under a speed, an acceleration and a jerk.
 
-    Seven phases, fewer where the distance is too short for the speed or for the acceleration.
-    Limits are more than 0 and may be infinite, but not all of them.
+    Seven phases, fewer if the distance is too short to reach the speed or the acceleration. Limits
+    are above 0 and may be infinite, but not all of them.
     """
     length = finite("distance", distance)
     if length < 0.0:
@@ -147,10 +147,10 @@ def jerk_limited(distance: float, speed: float, acceleration: float, jerk: float
 
 
 def _ramp(length: float, speed: float, acceleration: float, jerk: float) -> tuple[float, ...]:
-    """Return the times in which acceleration builds up and holds, and the speed reached.
+    """Return how long acceleration builds up and holds, and the speed reached.
 
-    A ramp from rest to a speed takes on average half of it, so ramps up and down cover together
-    the speed times one ramp's time; that gives the speed that a short distance leaves.
+    A ramp from rest to a speed has half that speed on average, so ramps up and down together cover
+    the speed times the time of one ramp; this gives the speed that a short distance allows.
     """
     build_s = 0.0 if jerk == math.inf else acceleration / jerk
     reached = speed if acceleration == math.inf else _peak_speed(length, acceleration, build_s)
@@ -163,12 +163,12 @@ def _ramp(length: float, speed: float, acceleration: float, jerk: float) -> tupl
 
 
 def _peak_speed(length: float, acceleration: float, build_s: float) -> float:
-    """Return the v of v (v / a + build-up) = length."""
+    """Return the solution v of v (v / a + build-up) = length."""
     return 2.0 * length / (build_s + math.sqrt(build_s * build_s + 4.0 * length / acceleration))
 
 
 def joined(length: float, steps: Iterable[ProfileStep]) -> Profile:
-    """Return the profile of steps that follow one another from rest; empty ones are left out."""
+    """Return the profile of consecutive steps from rest; empty steps are left out."""
     phases = []
     distance = speed = 0.0
     for step in steps:
@@ -181,7 +181,7 @@ def joined(length: float, steps: Iterable[ProfileStep]) -> Profile:
 
 
 def since_s(phase: Phase, distance: float) -> float:
-    """Return how long after a phase began a distance is reached, at most the phase's duration."""
+    """Return how long after its start a phase reaches a distance, at most the phase's duration."""
     duration_s, start, speed, acceleration, jerk = phase
     ahead = distance - start
     if jerk == 0.0:

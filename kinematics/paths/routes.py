@@ -1,4 +1,4 @@
-"""Routes: joint motions, straight lines and arcs one after another, and blends between them.
+"""Routes: joint motions, straight lines and arcs in sequence, with blends between them.
 
 Units: mm and rad. A route becomes sections: corners of a path in joint space that is passed without
 stopping, at rest at its ends.
@@ -44,7 +44,7 @@ from kinematics.spaces import Joints
 
 
 class Laid(NamedTuple):
-    """A part of a route: its number, from 1, and the chords of the whole of its curve."""
+    """A part of a route: its number, from 1, and the chords of its whole curve."""
 
     number: int
     move: PathPart
@@ -52,7 +52,7 @@ class Laid(NamedTuple):
 
 
 class _Hold(NamedTuple):
-    """How the tip and the hand stand, and what keeps the posture, between lines and arcs."""
+    """The state of tip and hand, and the follower, between lines and arcs."""
 
     follower: Follower
     tip: Point
@@ -74,7 +74,7 @@ def lay(
 
 
 class _Layer:
-    """Where the route has come to, and the posture in which its lines and arcs are followed."""
+    """The end of the route so far, and the posture in which its lines and arcs are followed."""
 
     def __init__(self, arm: ArmGeometry, tolerance_mm: float, start: Joints) -> None:
         self._arm = arm
@@ -114,7 +114,7 @@ class _Layer:
             raise PathBroken(1.0, move.goal, reason, shape="joint motion") from refusal
 
     def _begin(self, number: int, move: LinePart | ArcPart) -> _Hold:
-        """Take up the posture of the arm; the first one is that of the whole route."""
+        """Start from the arm's posture; the first start decides the posture of the whole route."""
         follower, tip = beginning(self._arm, self._here)
         posture, part = self._posture = self._posture or (follower.posture, number)
         if follower.posture != posture:
@@ -134,23 +134,23 @@ def _curve(hold: _Hold, move: LinePart | ArcPart) -> Line | Arc:
     return straight_between(follower, tip, hand, move.goal)
 
 
-# Blends: from one part of a route to the next past the point between them, without a corner.
+# Blends: from one part of a route to the next, passing the point between them without a corner.
 #
-# Between lines and arcs a blend is a cubic Bezier curve of the tip and of the hand's turn; where a
-# joint motion is on either side, one of the joint angles. Its two middle points lie two thirds of
-# the way along the tangents, so that the direction is continuous where it leaves and where it
-# joins, in space and in the joints; between two straight parts it is the parabola with the point
-# between as its control point. A blend is inside the hull of its four points, none of which is
-# further from the point between than the radius.
+# Between lines and arcs a blend is a cubic Bezier curve of the tip and of the hand's turn; next to
+# a joint motion, it is a curve of the joint angles. Its two middle points lie two thirds of the way
+# along the tangents, so that the direction is continuous at both ends, in space and in the joints;
+# between two straight parts it is the parabola with the point between as its control point. A blend
+# is inside the hull of its four points, none of which is further from the point between than the
+# radius.
 
 SMALLEST_MM = 1e-3
-"""A blend of a smaller radius than this is a stop."""
+"""A blend with a smaller radius is a stop."""
 
 MIDDLE = 2.0 / 3.0
-"""How far along its tangent, to the point between, a middle point of a blend lies."""
+"""Where a middle point of a blend lies along its tangent towards the point between."""
 
 SHRINKING = 0.7
-"""By how much a blend of the joints that strays is made smaller."""
+"""By how much a joint blend is shrunk if it strays."""
 
 _TRIES = 12
 _LOOKS = 16
@@ -164,9 +164,9 @@ Angles = tuple[float, ...]
 
 
 class Blend(NamedTuple):
-    """A curve, the share of the part before where it begins, and of the part after where it ends.
+    """A curve, the share of the previous part at which it begins, and of the next at which it ends.
 
-    While it lasts, the tip is within `radius_mm` of the point between the parts.
+    During the blend, the tip is within `radius_mm` of the point between the parts.
     """
 
     curve: Curve
@@ -180,8 +180,8 @@ def blend(
 ) -> Blend | None:
     """Return the blend between two parts, each given by the chords of its whole curve.
 
-    The radius is made as small as half of the shorter neighbour asks for. None is a stop: where
-    no radius is asked for, or the tip does not move along a line.
+    The radius is limited to half of the shorter neighbour. None means a stop: no radius is
+    requested, or the tip does not move along a line.
     """
     first, second = _passing(before[0].curve), _passing(after[0].curve)
     limits = [one.trace.largest_blend_mm for one in (first, second) if one is not None]
@@ -195,7 +195,7 @@ def blend(
 
 
 def _passing(curve: Curve) -> Passing | None:
-    """Return a line or an arc as what it is, and None for a joint motion."""
+    """Return a line or an arc; None for a joint motion."""
     return cast(Passing, curve) if isinstance(curve, HandCurve) else None
 
 
@@ -219,7 +219,7 @@ def _of_hands(first: Passing, second: Passing, radius: float) -> Blend:
 
 
 class _Side:
-    """A part beside a blend in joint space; `sign` says to which side of the point between."""
+    """A part next to a joint blend; `sign` says on which side of the point between."""
 
     def __init__(
         self, arm: ArmGeometry, chords: Sequence[Chord], passing: Passing | None, sign: float
@@ -250,11 +250,11 @@ class _Side:
         return low
 
     def at(self, share: float) -> float:
-        """Return the share of the way that is so far from the point between."""
+        """Return the share of the part at that distance from the point between."""
         return 1.0 - share if self._before else share
 
     def points(self, share: float) -> tuple[Joints, Joints]:
-        """Return where the blend leaves the part, and the middle point on the tangent there."""
+        """Return where the blend meets the part, and the middle point on the tangent there."""
         at = self.at(share)
         posture = posture_at(self._chords, at)
         towards = MIDDLE * share if self._before else -MIDDLE * share
@@ -263,7 +263,7 @@ class _Side:
         return posture, Joints(angles, posture.names)
 
     def _slope(self, at: float, posture: Joints) -> Angles:
-        """Return how fast the joints turn with the share of the way."""
+        """Return how fast the joints turn with the share of the path."""
         if self._passing is None:
             return tuple(map(sub, self._chords[-1].end, self._chords[0].start))
         nudge = min(_NUDGE, at / 2.0, (1.0 - at) / 2.0)
@@ -272,7 +272,7 @@ class _Side:
 
 
 def _of_joints(arm: ArmGeometry, sides: tuple[_Side, _Side], radius: float) -> Blend | None:
-    """Return a blend that neither strays from the point between nor passes a joint's range."""
+    """Return a blend that neither strays from the point between nor exceeds a joint's range."""
     before, after = sides
     via = before.end
     tip = arm.points(via)[-1]
@@ -291,7 +291,7 @@ def _of_joints(arm: ArmGeometry, sides: tuple[_Side, _Side], radius: float) -> B
 
 
 def _within(arm: ArmGeometry, postures: Sequence[Joints], held: Sequence[Joints]) -> bool:
-    """Tell whether no joint is beyond its range and beyond what the parts take it to."""
+    """Return whether every joint stays within its range, or within where the parts take it."""
     for bounds, angles, known in zip(
         arm.limits, zip(*postures, strict=True), zip(*held, strict=True), strict=True
     ):
@@ -303,7 +303,7 @@ def _within(arm: ArmGeometry, postures: Sequence[Joints], held: Sequence[Joints]
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """Where the arm begins, and what it does from there, in order."""
+    """The start of the arm, and what it does from there, in order."""
 
     start: Joints
     parts: tuple[PathPart, ...]
@@ -311,12 +311,12 @@ class Route:
 
 @dataclass(frozen=True, slots=True)
 class PathSection:
-    """A path that is passed without stopping: at rest at its first corner and at its last.
+    """A path that is passed without stopping: at rest at its first and last corner.
 
-    Between corners every joint turns in proportion. `parts` are the numbers, from 1, of the parts
-    of the route that it consists of. For each of them `blends_mm` is the radius of the blend at
-    its end: how far the tip is from the end of the part, at most, while it passes. It may be less
-    than was asked for; for the last part, where the arm stops, it is 0.
+    Between corners every joint turns in proportion. `parts` are the numbers, from 1, of the route's
+    parts in it. For each of them `blends_mm` is the radius of the blend at its end: the greatest
+    distance of the tip from the end of the part while it passes. It may be less than requested; for
+    the last part, where the arm stops, it is 0.
     """
 
     corners: tuple[Joints, ...]
@@ -327,15 +327,15 @@ class PathSection:
 def route_sections(
     arm: ArmGeometry, route: Route, tolerance_mm: float = LINE_TOLERANCE_MM
 ) -> tuple[PathSection, ...]:
-    """Return the sections of a route; a stop is where one ends and the next begins.
+    """Return the sections of a route; a section ends at each stop.
 
-    All lines and arcs of the route are followed in one posture of the arm. Between corners the
-    tip is never further than `tolerance_mm` from the line, the arc or the blend. At a corner the
-    path's direction in joint space turns by at most 15 degrees, unless the joints turn by less
-    than a thousandth of a rad there (see `chords`).
+    All lines and arcs of the route are followed in one posture of the arm. Between corners the tip
+    is never further than `tolerance_mm` from the line, the arc or the blend. At a corner the path's
+    direction in joint space turns by at most 15 degrees, unless the joints turn by less than a
+    thousandth of a rad there (see `chords`).
 
-    Joint motions are not checked against joint limits, nor anything against guards: whoever
-    drives looks at all the corners. Raises `PathBroken`, which names the part and the point, and
+    Joint motions are not checked against joint limits, and nothing is checked against guards: the
+    driver examines all corners. Raises `PathBroken`, which names the part and the point, and
     `NoArc`.
     """
     if not route.parts:
@@ -352,7 +352,7 @@ def route_sections(
 def _runs(
     laid: Sequence[Laid], blends: Sequence[Blend | None]
 ) -> Iterator[tuple[list[Laid], list[Blend]]]:
-    """Yield the parts that no stop divides, and the blends between them."""
+    """Yield the runs of parts between stops, and the blends within each run."""
     run: list[Laid] = []
     joins: list[Blend] = []
     for part, join in zip(laid, blends, strict=True):
@@ -386,13 +386,13 @@ def _section(
 
 
 def _append(chords: list[Chord], more: Sequence[Chord]) -> None:
-    """Add chords that begin, but for rounding, where the others end."""
+    """Append chords that begin, up to rounding, where the others end."""
     for chord in more:
         chords.append(chord._replace(start=chords[-1].end) if chords else chord)
 
 
 def _moving(chords: Sequence[Chord]) -> list[Chord]:
-    """Return the chords without those in which nothing turns; the ends stay what they are."""
+    """Return the chords in which something turns; the ends of the path stay the same."""
     found: list[Chord] = []
     for chord in chords:
         if max(abs(b - a) for a, b in zip(chord.start, chord.end, strict=True)) > STILL_RAD:

@@ -1,29 +1,24 @@
-"""When a path is where: the quickest way along chords under every coordinate's and motor's limits.
+"""When a path is where: the quickest motion along chords within all speed and acceleration limits.
 
-Coordinates are joints in rad and, where the gripper moves, its opening in mm; times in s. A path
-is passed from rest to rest without stopping. Its shape is never touched: near a singularity,
-where a joint turns fast, the path slows.
+Coordinates are joints in rad and, if the gripper moves, its opening in mm; times are in s. A path
+is passed from rest to rest without stopping. Its shape never changes: near a singularity, where a
+joint turns fast, the motion slows down.
 
-Two corners are one straight motion, all coordinates in proportion, timed exactly: a trapezoid,
-or
-seven phases. More corners stand for a smooth curve (a straight line of the tip, an arc, a blend)
-cut into chords (where a corner is meant to be sharp, stop there, or blend it); what holds is
-this,
-and is tested:
+Two corners are one straight motion, with all coordinates in proportion, timed exactly: a trapezoid
+or seven phases. More corners stand for a smooth curve (a straight line of the tip, an arc, a blend)
+cut into chords. (Where a corner is meant to be sharp, stop there, or blend it.) Tests confirm these
+guarantees:
 
-- No coordinate and no motor is ever faster than its limit.
-- No acceleration is passed where the curve's direction turns evenly from the middle of each
-chord
-  to that of the next. The chords' own speeds jump at a corner, by what this turn makes up
-between
-  two middles: the finer the chords, the less.
-- With a build-up time the same holds. What speeds up and brakes along the path then changes by
-  the limit in half that time at the quickest, where speeding up turns into braking; on a
-straight
-  motion, in that time.
+- No coordinate and no motor ever exceeds its speed limit.
+- No acceleration limit is exceeded if the curve's direction turns evenly from the middle of each
+  chord to the middle of the next. The chords' own speeds jump at a corner by what this turn makes
+  up between two middles: the finer the chords, the smaller the jumps.
+- With a build-up time the same holds. The acceleration along the path then changes by its limit in
+  no less than half that time, where speeding up turns into braking; on a straight motion, in no
+  less than that time.
 
-Without any acceleration limit, each chord takes its least time at full speed, and the build-up
-time has nothing to build up.
+Without any acceleration limit, each chord takes its least time at full speed, and the build-up time
+has no effect.
 """
 
 from __future__ import annotations
@@ -49,9 +44,9 @@ Point = tuple[float, ...]
 class MotionLimits:
     """Limits of each coordinate (per s, per s^2), and of all motors (steps/s).
 
-    `accelerations` may be infinite, and are if none are given. `jerk_s` is the time in which an
-    acceleration builds up; 0 lets it jump. `motors` holds a row for each motor, its steps per
-    unit of each coordinate: a transmission's `matrix`. Raises `KinematicsError` and `BadNumber`.
+    `accelerations` may be infinite, and are by default. `jerk_s` is the time in which an
+    acceleration builds up; 0 lets it jump. `motors` holds a row for each motor, its steps per unit
+    of each coordinate: a transmission's `matrix`. Raises `KinematicsError` and `BadNumber`.
     """
 
     speeds: tuple[float, ...]
@@ -83,7 +78,7 @@ class MotionLimits:
         return any(limit < math.inf for limit in self.accelerations)
 
     def least_s(self, change: Sequence[float]) -> float:
-        """Return the least time for a straight way at full speed: nothing exceeds its limit."""
+        """Return the least time for a straight motion: at full speed, within every limit."""
         slowest = max(map(_share, change, self.speeds))
         busiest = max((abs(sum(map(mul, row, change))) for row in self.motors), default=0.0)
         return max(slowest, busiest / self.motor_hz)
@@ -100,22 +95,22 @@ def _more_than_nothing(name: str, limit: float) -> None:
 
 # How hard each part of a path is on the accelerations: the limits of its parameter, cell by cell.
 #
-# The parameter is the time that a path takes at full speed, so that its own speed is 1 at most
-# wherever a speed is at its limit. The corners stand for a smooth curve, and its direction is taken
-# to turn evenly from that of one chord in its middle to that of the next in its middle; what lies
-# between, a cell, has one curvature. In a cell a parameter of speed v and acceleration a keeps the
-# coordinate i within its limit if weight_i * |a| + bend_i * v^2 <= 1.
+# The parameter is the time that the path takes at full speed, so its own speed is 1 wherever a
+# speed is at its limit. The corners stand for a smooth curve, whose direction is assumed to turn
+# evenly from the middle of each chord to the middle of the next. The stretch in between, a cell,
+# has constant curvature. In a cell, a parameter of speed v and acceleration a keeps coordinate i
+# within its limit if weight_i * |a| + bend_i * v^2 <= 1.
 
 
 class TimedChord(NamedTuple):
-    """A straight part of a path: the least time for it, and the way."""
+    """A straight part of a path: its least time, and its displacement."""
 
     least_s: float
     change: Point
 
 
 class Cell(NamedTuple):
-    """From the middle of one chord to that of the next: its length, and what it asks of each."""
+    """From the middle of one chord to the next one's: its length, and the load per coordinate."""
 
     length: float
     weights: Point
@@ -123,7 +118,7 @@ class Cell(NamedTuple):
 
 
 def cells_of(chords: Sequence[TimedChord], accelerations: Sequence[float]) -> list[Cell]:
-    """Return a cell for each corner and half a chord at each end; what has no limit is left out."""
+    """Return a cell for each corner and half a chord at each end, without unlimited coordinates."""
     bounded = [(index, limit) for index, limit in enumerate(accelerations) if limit < math.inf]
     shares = [
         [chord.change[index] / (chord.least_s * limit) for index, limit in bounded]
@@ -141,13 +136,13 @@ def cells_of(chords: Sequence[TimedChord], accelerations: Sequence[float]) -> li
 
 
 def widened(cells: Sequence[Cell], window: float) -> list[Cell]:
-    """Return cells that keep the limits of all that is nearer than `window` as well.
+    """Return cells that also keep the limits of everything nearer than `window`.
 
-    Long cells are cut first, so that what is near their ends does not hold for all of them.
+    Long cells are cut first, so that the neighbourhood of their ends does not affect all of them.
     """
     ends = list(accumulate(cell.length for cell in cells))
     starts = [0.0, *ends[:-1]]
-    slack = 1e-9 * window  # what only touches is no neighbour
+    slack = 1e-9 * window  # cells that only touch are not neighbours
     made = []
     end = 0.0
     first = last = 0
@@ -176,19 +171,19 @@ def _hardest(length: float, cells: Sequence[Cell]) -> Cell:
     return Cell(length, tuple(map(max, *weights)), tuple(map(max, *bends)))
 
 
-# The quickest profile of a path's parameter through its cells: a pass forwards, one backwards.
+# The quickest profile of a path's parameter through its cells: a forward pass, then a backward one.
 #
-# The parameter's speed is at most 1. Squared speeds are what accelerations add to evenly along the
-# way. Where a cell bends, what the bend takes of a coordinate's acceleration is taken as if it
-# always added to what speeds up or brakes; so nothing is passed, and a little is given away in
-# curves.
+# The parameter's speed is at most 1. Squared speed changes linearly along the path under constant
+# acceleration. Where a cell bends, the share of the acceleration that the bend uses is assumed
+# always to add to speeding up or braking; so no limit is exceeded, and a little speed is given away
+# in curves.
 #
 # Source: the passes are those of Kunz and Stilman, Time-Optimal Trajectory Generation for Path
 # Following with Bounded Acceleration and Velocity (RSS 2012), with the two terms of an acceleration
-# kept apart, which leaves no place where the way on is barred.
+# kept apart, so that the path is passable everywhere.
 
 PASS_ROUNDING = 1e-12
-"""A squared speed that is this much higher is not: top speed is 1."""
+"""A squared speed may exceed the top speed of 1 by this much because of rounding."""
 
 
 def quickest(cells: Sequence[Cell], whole: float) -> Profile:
@@ -208,7 +203,7 @@ def quickest(cells: Sequence[Cell], whole: float) -> Profile:
 
 
 def _squares(cells: Sequence[Cell]) -> list[float]:
-    """Return the largest squared speed at each cell's border, 0 at both ends of the path."""
+    """Return the largest squared speed at each border between cells; 0 at both ends of the path."""
     caps = [min(1.0, _inverse(max(cell.bends, default=0.0))) for cell in cells]
     borders = [0.0, *map(min, caps, caps[1:]), 0.0]
     _pass(cells, borders)
@@ -219,7 +214,7 @@ def _squares(cells: Sequence[Cell]) -> list[float]:
 
 
 def _pass(cells: Iterable[Cell], borders: list[float]) -> None:
-    """Lower each border to what the acceleration from the one before allows."""
+    """Lower each border to what the acceleration from the previous one allows."""
     square = borders[0]
     for index, (length, weights, bends) in enumerate(cells, 1):
         if square >= borders[index]:
@@ -236,7 +231,7 @@ def _pass(cells: Iterable[Cell], borders: list[float]) -> None:
 
 
 def _through(cell: Cell, before: float, behind: float, distance: float) -> Iterator[Phase]:
-    """Yield the phases through a cell: up to a speed, at it, and down to that of the next."""
+    """Yield the phases through a cell: up to a speed, at it, and down to the next cell's."""
     length = cell.length
     slope = math.inf if before == 1.0 == behind else _slope(cell, before + behind)
     if slope == math.inf:
@@ -261,10 +256,10 @@ def _through(cell: Cell, before: float, behind: float, distance: float) -> Itera
 
 
 def _slope(cell: Cell, squares: float) -> float:
-    """Return the acceleration at which a cell may be sped through and braked in.
+    """Return the acceleration for speeding up and braking within a cell.
 
-    The speed is at most that of a peak in its middle: half the sum of the squares at its ends,
-    and the acceleration times its length.
+    The speed is at most that of a peak in its middle: half the sum of the squares at its ends, plus
+    the acceleration times its length.
     """
     slope = math.inf
     for weight, bend in zip(cell.weights, cell.bends, strict=True):
@@ -280,15 +275,15 @@ def _inverse(value: float) -> float:
 
 # Accelerations that build up over a time: a profile averaged over a moving window.
 #
-# The averaged profile is at every moment at the mean of where the other was during the window. It
-# runs the same way, ends one window later, and its speed is a mean of the other's speeds. Its jerk
-# is the change of the other's acceleration over the window, divided by the window: at most twice
-# the largest acceleration per window, and once where the other does not go from speeding up
-# straight to braking.
+# At every time, the averaged profile is at the mean of the original's positions during the window.
+# It covers the same path, ends one window later, and its speed is a mean of the original's speeds.
+# Its jerk is the change of the original's acceleration over the window, divided by the window: at
+# most twice the largest acceleration per window, and once unless the original goes straight from
+# speeding up to braking.
 
 
 def averaged(profile: Profile, window_s: float) -> Profile:
-    """Return the mean of a profile without jerk over the time just past, in phases of its own."""
+    """Return a jerk-free profile averaged over the preceding window, in phases of its own."""
     rest = Phase(window_s, 0.0, 0.0, 0.0, 0.0)
     leads = [*profile.phases, rest._replace(distance=profile.distance)]
     lags = [rest, *profile.phases]
@@ -320,7 +315,7 @@ def _mean(
     lag_s: float,
     window_s: float,
 ) -> Phase:
-    """Return the phase in which the window's two ends stay within a phase each."""
+    """Return the phase during which both ends of the window stay within one phase each."""
     ahead = lead.distance + lead_s * (lead.speed + 0.5 * lead_s * lead.acceleration)
     behind = lag.distance + lag_s * (lag.speed + 0.5 * lag_s * lag.acceleration)
     faster = lead.speed + lead_s * lead.acceleration
@@ -335,13 +330,13 @@ def _mean(
 
 
 INSTANT_S = 1e-9
-"""A chord that takes less at full speed takes no time: its corners are one, but for rounding."""
+"""A chord that takes less than this at full speed takes no time: its corners differ by rounding."""
 
 SHORTEST = 0.01
-"""Share of a longest piece below which none is cut off one of constant speed."""
+"""Pieces of constant speed are not cut shorter than this share of the longest piece."""
 
 ROUNDING = 1e-9
-"""Share of a longest piece by which one may be longer than that."""
+"""By how much, as a share of itself, a longest piece may be exceeded."""
 
 
 class Piece(NamedTuple):
@@ -355,7 +350,7 @@ class Piece(NamedTuple):
 class TimedPath:
     """Corners joined by straight chords, and the time at which each is passed.
 
-    `marks` are the corners' places on the path's parameter, which `profile` runs through.
+    `marks` are the corners' places on the path's parameter, which `profile` traverses.
     """
 
     corners: tuple[Point, ...]
@@ -372,7 +367,7 @@ class TimedPath:
         return self.profile.duration_s
 
     def at(self, t_s: float) -> Point:
-        """Return the point at a time; the corners at both ends, and beyond them, exactly."""
+        """Return the point at a time; at both ends and beyond, exactly the corners."""
         place = self.profile.at(t_s)[0]
         if place >= self.marks[-1]:
             return self.corners[-1]
@@ -385,8 +380,8 @@ class TimedPath:
     def pieces(self, longest_s: float) -> tuple[Piece, ...]:
         """Return the motion in parts of constant speed, end to end, as a driver sends them.
 
-        A part ends at every corner and, while the speed changes, after `longest_s` at most; at
-        its end it is where the path is at that time.
+        A part ends at every corner and, while the speed changes, after `longest_s` at most; at its
+        end it is where the path is at that time.
         """
         if not longest_s > 0.0:
             raise KinematicsError(f"longest_s must be more than 0, not {longest_s!r}")
@@ -428,8 +423,9 @@ def timed(
 ) -> TimedPath:
     """Return the quickest motion along corners under limits, from rest to rest.
 
-    `speed` is a fraction (above 0, up to 1) of the speed limits and motor rates; accelerations
-    stay. A corner that repeats the one before takes no time. See above for what holds.
+    `speed` is a fraction (above 0, up to 1) of the speed limits and motor rates; accelerations are
+    not scaled. A corner that repeats the previous one takes no time. The module's docstring states
+    the guarantees.
     """
     points = tuple(tuple(corner) for corner in corners)
     _check(points, limits, speed)
@@ -444,7 +440,7 @@ def timed(
 
 
 def _profile(chords: list[TimedChord], length: float, limits: MotionLimits) -> Profile:
-    """Return how the parameter runs: its speed is 1 at most."""
+    """Return the profile of the parameter, whose speed is at most 1."""
     build_s = limits.jerk_s
     if len(chords) < 2 or not limits.ramps:
         hardest = max((_hardness(chord, limits) for chord in chords if limits.ramps), default=0.0)
@@ -457,7 +453,7 @@ def _profile(chords: list[TimedChord], length: float, limits: MotionLimits) -> P
 
 
 def _hardness(chord: TimedChord, limits: MotionLimits) -> float:
-    """Return how much of the most limited acceleration a straight way takes."""
+    """Return how much of the most limited acceleration a straight motion takes."""
     pairs = zip(chord.change, limits.accelerations, strict=True)
     return max(abs(change) / limit for change, limit in pairs) / chord.least_s
 
@@ -480,7 +476,7 @@ def _check(points: tuple[Point, ...], limits: MotionLimits, speed: float) -> Non
 
 
 def _even(begin_s: float, end_s: float, longest_s: float) -> Iterator[float]:
-    """Yield the times that cut a span evenly, its ends left out."""
+    """Yield the times that divide a span evenly, without its ends."""
     count = math.ceil((end_s - begin_s) / longest_s - ROUNDING)
     for index in range(1, count):
         yield begin_s + (end_s - begin_s) * index / count

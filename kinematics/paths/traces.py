@@ -1,6 +1,6 @@
-"""The ways that a tip can take through space: a segment, part of a circle, a cubic Bezier curve.
+"""Curves of the tip through space: a segment, part of a circle, a cubic Bezier curve.
 
-Lengths in mm. A trace knows nothing of arms or hands; its points are given at shares (0 to 1).
+Lengths in mm. A trace knows nothing about arms or hands; its points are given at shares (0 to 1).
 """
 
 from __future__ import annotations
@@ -19,37 +19,37 @@ BLEND_CHORDS = 8
 
 
 class Trace(Protocol):
-    """A way of the tip."""
+    """A curve of the tip."""
 
     @property
     def shape(self) -> str:
-        """What it is, in words."""
+        """The kind of curve, in words."""
 
     @property
     def least_chords(self) -> int:
-        """Into how many shares it is cut before anything is looked at."""
+        """How many parts the curve is cut into before it is examined."""
 
     def at(self, share: float) -> Point:
-        """Return the point at a share of the way; the ends are exact."""
+        """Return the point at a share of the curve; the ends are exact."""
 
 
 class Blendable(Trace, Protocol):
-    """A trace that a blend may leave or join; it looks the same from either of its ends."""
+    """A trace that a blend may leave or join; it looks the same from both ends."""
 
     @property
     def largest_blend_mm(self) -> float:
         """How far from its end a blend may leave it."""
 
     def share_beside_end(self, radius_mm: float) -> float:
-        """Return the share of the way that lies within this distance of an end."""
+        """Return the share of the curve that lies within this distance of an end."""
 
     def slope(self, share: float) -> Vector:
-        """Return how the point moves with the share, in mm for the whole way."""
+        """Return how the point moves with the share, in mm for the whole curve."""
 
 
 @dataclass(frozen=True, slots=True)
 class LineSegment:
-    """A straight way between two points."""
+    """A straight line between two points."""
 
     start: Point
     end: Point
@@ -57,7 +57,7 @@ class LineSegment:
     least_chords = 1
 
     def at(self, share: float) -> Point:
-        """Return the point at a share of the way."""
+        """Return the point at a share of the line."""
         if share >= 1.0:
             return self.end
         (a, b, c), (x, y, z) = self.start, self.end
@@ -69,17 +69,17 @@ class LineSegment:
         return distance(self.start, self.end) / 2.0
 
     def share_beside_end(self, radius_mm: float) -> float:
-        """Return the share of the way within this distance of an end."""
+        """Return the share of the line within this distance of an end."""
         return radius_mm / distance(self.start, self.end)
 
     def slope(self, share: float) -> Vector:  # noqa: ARG002 - the same everywhere
-        """Return the way from end to end."""
+        """Return the vector from end to end."""
         return subtract(self.end, self.start)
 
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """A way about a centre by a sweep in rad; `ahead` is a quarter turn beyond `out`.
+    """A circular arc about a centre by a sweep in rad; `ahead` is a quarter turn beyond `out`.
 
     `out` leads from the centre to the start; both have the length of the radius.
     """
@@ -93,7 +93,7 @@ class Round:
 
     @property
     def least_chords(self) -> int:
-        """One for each eighth of a turn."""
+        """One part for each eighth of a turn."""
         return max(1, math.ceil(self.sweep_rad / EIGHTH_RAD - 1e-9))
 
     @property
@@ -109,11 +109,11 @@ class Round:
 
     @property
     def largest_blend_mm(self) -> float:
-        """The distance of an end from the middle, and at most from a quarter of a turn away."""
+        """The distance of an end from the middle, but at most from a quarter of a turn away."""
         return 2.0 * self.radius_mm * math.sin(min(self.sweep_rad / 2.0, QUARTER_RAD) / 2.0)
 
     def share_beside_end(self, radius_mm: float) -> float:
-        """Return the share of the sweep within this distance of an end, as the crow flies."""
+        """Return the share of the sweep within this straight-line distance of an end."""
         half = min(radius_mm / (2.0 * self.radius_mm), 1.0)
         return 2.0 * math.asin(half) / self.sweep_rad
 
@@ -126,7 +126,7 @@ class Round:
 
 @dataclass(frozen=True, slots=True)
 class Bezier:
-    """A cubic curve from the first of four points to the last, drawn by the two between."""
+    """A cubic curve from the first of four points to the last, shaped by the two between."""
 
     points: tuple[Point, Point, Point, Point]
     shape = "blend"
@@ -158,11 +158,11 @@ def cubic(points: tuple[tuple[float, ...], ...], share: float) -> tuple[float, .
 # Arcs through three points: their centre is the circumcentre of the triangle.
 
 LEAST_MM = 0.01
-"""Points nearer to one another, or to a line, than this draw no circle: a step moves further."""
+"""Points nearer to one another, or to a line, define no circle: a motor step moves further."""
 
 
 def round_through(start: Point, via: Point, goal: Point, sweep_rad: float | None = None) -> Round:
-    """Return the way about the circle through three points, to the third or by a sweep.
+    """Return the arc through three points, to the third or by a sweep.
 
     Raises `NoArc`.
     """

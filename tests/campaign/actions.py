@@ -255,7 +255,7 @@ def _sweep(
         arm.sleep(after_s)
         status = arm.status
         if status.state is State.MOVING:
-            stage.promise(what, *bound(status))
+            stage.promise(what, *bound(status), finishes=bound is _pause_bound)
         then(arm, handle, command)
 
     return call(stage, act, command, takes_s * PATIENCE + ANSWERS_S)

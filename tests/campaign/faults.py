@@ -16,6 +16,7 @@ from kinematics import Motors
 from .asking import DEVICE, HOST, Fault, ask, motor
 from .faults_can import ON_A_BUS
 from .stage import STATE, Stage, suspend
+from .turned import turned_by_hand
 from .unled import half_heard, half_told
 from .untold import fail_power, seen_by_s
 
@@ -66,9 +67,9 @@ def _noise(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
     if side == HOST and share >= SPOILS and isinstance(stage.twin.board, DrivesOnBus):
+        stage.unheard_until_s = stage.now_s + for_s
         if stage.watch.promised:
             stage.promise_silence("the line spoilt a stop")
-        stage.unheard_until_s = stage.now_s + for_s
         stage.watch.unled = half_heard(stage, for_s)
     words = f"{kind} {share} {side} --for {for_s}"
     return ask(stage, words, strays=side == HOST and _unchecked(stage))
@@ -121,10 +122,12 @@ def _pendant(stage: Stage) -> str:
     steps = [0] * len(stage.world.motors)
     steps[motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
     stage.watch.change(stage.now_s, seen_by_s(stage))
+    before = stage.world.motors
     try:
         done = stage.turn_by_hand(Motors(steps))
     except ArmError as error:
         return f"nobody could turn it: {error}"
+    stage.watch.turned = turned_by_hand(stage, before)
     if done and stage.now_s <= stage.vouched_s + PROMPT_S:
         stage.watch.overlooked(Motors(steps))
     return f"turned by hand: {steps}" if done else "nobody could turn it"
@@ -163,7 +166,7 @@ def _power_cut(stage: Stage) -> str:
 def _jump(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
     suspend(stage, by_s)
-    return f"the program stood still for {by_s} s"
+    return f"the program was suspended for {by_s} s"
 
 
 def _disk_full(stage: Stage) -> str:

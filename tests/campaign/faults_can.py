@@ -37,9 +37,9 @@ def _bus_off(stage: Stage) -> str:
 
 def _alone(stage: Stage) -> str:
     for_s = stage.draw.choice((0.2, 1.0, 5.0))
+    stage.unheard_until_s = stage.now_s + for_s
     if stage.watch.promised:
         stage.promise_silence("nobody acknowledged a stop")
-    stage.unheard_until_s = stage.now_s + for_s
     return ask(stage, f"alone --for {for_s}")
 
 

@@ -99,7 +99,8 @@ def arrived(stage: Stage, command: Command, aim: Aim, result: object) -> None:
     watch = stage.watch
     excused = watch.with_coupled(watch.adrift)
     if not command.verified or stage.now_s <= watch.changed_s + FRESH_S:
-        excused |= watch.with_coupled(watch.disturbed)  # it had ended by then, perhaps
+        # it had ended by then, perhaps
+        excused |= watch.with_coupled(watch.disturbed | watch.sagged)
     if missed := aim.missed(stage.world, result, excused):
         raise Broken(f"{command.what} ended well, but {missed}")
 

@@ -86,7 +86,8 @@ class WatchedWorld(World):
         failing = {i for i, one in enumerate(steps) if one and self.fails(i)}
         if failing and self.watch is not None:
             self.watch.freed.blocked(failing, time_s)
-            self.watch.slipped(failing)  # before the way is judged that the others make without it
+            # before the way is judged that the others make without it
+            self.watch.slipped(failing, time_s)
         meant = before + Motors(steps)
         self._told = Motors(steps)
         try:
@@ -94,9 +95,8 @@ class WatchedWorld(World):
         finally:
             self._told = None
         if self.watch is not None and meant != self._motors:
-            self.watch.slipped(
-                {i for i, (a, b) in enumerate(zip(meant, self._motors, strict=True)) if a != b}
-            )
+            pairs = enumerate(zip(meant, self._motors, strict=True))
+            self.watch.slipped({i for i, (a, b) in pairs if a != b}, time_s)
 
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn motors; what was told to those that do not follow goes on in the same pieces."""
@@ -135,6 +135,10 @@ class WatchedWorld(World):
 class Unled(Protocol):
     """A drive that obeys nobody for a while (`unled`)."""
 
+    @property
+    def joints(self) -> frozenset[str]:
+        """Those that its motor turns."""
+
     def begin(self) -> None:
         """Hear that another command begins."""
 
@@ -143,6 +147,13 @@ class Unled(Protocol):
 
     def let_pass(self, allowed: dict[str, float], beyond: Mapping[str, float]) -> None:
         """Have joints be as far beyond their limits as they have come."""
+
+
+class Turned(Protocol):
+    """Shafts that a hand has turned (`turned`)."""
+
+    def excuses(self, motors: Collection[int], there: Motors, time_s: float) -> bool:
+        """Tell whether no driver can know yet that a hand has turned these motors."""
 
 
 class Aim(Protocol):
@@ -220,6 +231,8 @@ class Watch:
         """Until when a restart is told that left the registers as they were, at zero."""
         self.unled: Unled | None = None
         """What is excused of a drive that obeys no more."""
+        self.turned: Turned | None = None
+        """What is excused of shafts that a hand has turned a moment ago."""
         self.freed = Freed()
         """What is excused of a shaft that was blocked while nobody heard its drive."""
         self._guarded = guarded
@@ -229,6 +242,8 @@ class Watch:
         self._earlier_speed, self._earlier_until_s = 0.0, -math.inf
         """The speed of the command before, and until when what it has sent may run on."""
         self._bounds: list[Bound] = []
+        self._stood = world.motors
+        """Where the motors were when they last turned as they may."""
         self._last_what = "nothing"
         self._before: tuple[set[int], set[int], bool, float, tuple[float, float, float]] | None = (
             None
@@ -236,6 +251,8 @@ class Watch:
         """What was excused before the latest reference, which may not have been taken."""
         self.disturbed: set[int] = set()
         """Motors that somebody has turned since the present command began."""
+        self.sagged: set[int] = set()
+        """Motors that gave way since the present command began."""
         self._turning = tuple(
             (name, frozenset(motor for motor, share in enumerate(row) if share))
             for name, row in zip(world.joints.names, world.body.transmission.inverse, strict=False)
@@ -261,6 +278,7 @@ class Watch:
             self._earlier_speed, self._earlier_until_s = self._command.speed, self._until_s
         self._command, self._until_s = command, math.inf
         self.disturbed.clear()
+        self.sagged.clear()
         self.speeds.forget()
         if self.unled is not None:
             self.unled.begin()
@@ -357,7 +375,7 @@ class Watch:
 
     # -- what is seen ---------------------------------------------------------------------------
 
-    def slipped(self, motors: set[int]) -> None:
+    def slipped(self, motors: set[int], time_s: float) -> None:
         """Note motors that did not follow."""
         failing = {motor for motor in range(len(self.world.motors)) if self.world.fails(motor)}
         known = self.slips | self.sags | self.disturbed | failing
@@ -367,6 +385,8 @@ class Watch:
         if fingers or not self._promised:
             return
         blocked = self._blocked() - self._turned_by(known)
+        if self.unled is not None and self.unled.excuses(time_s):
+            blocked -= self.unled.joints  # they may go beyond their limits, and so to their stops
         if blocked:
             self._break(
                 f"{', '.join(sorted(blocked))}: driven into a mechanical stop: {self.world.joints}"
@@ -376,22 +396,25 @@ class Watch:
         """Weigh a motion of the physical arm, for which these motors have turned, from a tip."""
         if self.world.sagging or self.world.by_person:
             self.speeds.forget()
+            self._stood = self.world.motors
         if self.world.sagging:
             self.sags |= set(motors)
+            self.sagged |= set(motors)
             self._carry_bounds(tip)
             return
         if self.world.by_person:
             self.disturbed |= set(motors)  # the present command does not know of it
             self._carry_bounds(tip)
             return
-        if self.stray or self.freed.excuses(motors, time_s):
+        if self._is_excused(motors, time_s):
+            self._stood = self.world.motors
             return
-        if self.sags and not self.world.energised:
-            return  # what still holds does so against what does not
-        if time_s > self._until_s:
+        if time_s > self._until_s and not self._trembles():
             late_s = time_s - self._until_s
             self._break(f"it moved without a command, {late_s:.2f} s after: {self._last_what}")
         self._keep_bounds(time_s)
+        if time_s <= min((self._until_s, *map(self._ends_s, self._bounds))):
+            self._stood = self.world.motors
         share = 1.0 if self._command is None else self._command.speed
         if time_s <= self._earlier_until_s < math.inf:
             share = max(share, self._earlier_speed)
@@ -400,6 +423,15 @@ class Watch:
             self._break(sentence)
         if self._promised:
             self._keep_way(time_s)
+
+    def _is_excused(self, motors: Collection[int], time_s: float) -> bool:
+        """Tell whether no driver can know of a motion, or prevent it."""
+        if self.stray or self.freed.excuses(motors, time_s):
+            return True
+        if self.turned is not None and self.turned.excuses(motors, self.world.motors, time_s):
+            return True
+        # what still holds does so against what does not
+        return bool(self.sags) and not self.world.energised
 
     def _carry_bounds(self, before: Point) -> None:
         """Have the bounds count from where the tip is carried that no command moves."""
@@ -455,10 +487,23 @@ class Watch:
     def _blocked(self) -> set[str]:
         return {name for name in self.world._blocked if name not in ("gripper", "table")}
 
+    def _trembles(self) -> bool:
+        """Tell whether drives only hold: none is farther from where it stood than it may rest.
+
+        Two that are coupled, and are sent to where their shafts stand against a stop, give way to
+        each other by some counts: their orders are frames that come one after the other.
+        """
+        pairs = zip(self.world.motors, self._stood, strict=True)
+        return self.world.measured and all(abs(a - b) <= self.on_the_step for a, b in pairs)
+
+    def _ends_s(self, bound: Bound) -> float:
+        """Return by when the arm is to stand."""
+        return bound.since_s + bound.time_s + self.late_s + NOISE_S
+
     def _keep_bounds(self, time_s: float) -> None:
         for bound in self._bounds:
-            after_s = time_s - bound.since_s
-            if after_s > bound.time_s + self.late_s + NOISE_S:
+            if time_s > self._ends_s(bound) and not self._trembles():
+                after_s = time_s - bound.since_s
                 self._break(f"{bound.what}: it moved {after_s:.2f} s later, not {bound.time_s:.2f}")
             way_mm = math.dist(self.world.tip, bound.tip)
             if way_mm > bound.distance_mm + self._step_mm:

@@ -68,6 +68,10 @@ def board_of(name: str, variant: int) -> dict[str, str]:
 
 GREETING = ("grbl",)
 """Dialects whose boards greet whenever they begin anew."""
+CUT_OFF = ("E407", "E409")
+"""The errors of an arm whose wire was lost: no drive is told to hold where its shaft is until it is
+reset. A shaft that is blocked meanwhile springs when it comes free, as the page of MKS drives says.
+"""
 LOOKING = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 
 
@@ -127,6 +131,8 @@ class Stage:
         """How far from its target a drive may rest; 0 for steppers, which stand on it."""
         near = max(ON_THE_STEP, near)
         self.unheard_until_s = -math.inf
+        self._finishes = False
+        """Whether the last promise was that of a pause."""
         self.mute_until_s: dict[int, float] = {}
         """Until when drives say nothing, by their motors, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s
@@ -243,9 +249,10 @@ class Stage:
         return there and self.config.connection.dialect in GREETING
 
     def _hears(self, motor: int, time_s: float) -> bool:
-        """Tell whether a program is there, and hears a motor's drive."""
+        """Tell whether a program is there, and hears a motor's drive and may tell it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
+        there = there and self.arm.core.diagnostics.error_code not in CUT_OFF
         return there and time_s >= self.mute_until_s.get(motor, -math.inf)
 
     @property
@@ -290,17 +297,24 @@ class Stage:
         """Return how the arm is seen to stand."""
         return self.world.body.transmission.to_joints(self.look())
 
-    def promise(self, what: str, time_s: float, distance_mm: float) -> None:
+    def promise(
+        self, what: str, time_s: float, distance_mm: float, *, finishes: bool = False
+    ) -> None:
         """Note a promise from now on; while nobody hears the driver, that of silence.
 
-        Where drives hear it one without the other, the motion is not the planned one any more.
+        Where drives hear it one without the other, the motion is not the planned one any more. A
+        pause `finishes` what was planned ahead: that is said again and again to drives that have
+        not heard it, and they begin as soon as they do.
         """
         self.look()
+        self._finishes = finishes or (self._finishes and self.watch.promised)
         if self.arm is not None and self.unheard:
             core = self.arm.core
             joints = core.position.coordinates.joints
             bound = core.stops.bound(core.controller, joints, lost=False, slowed=True)
             time_s = max(time_s, bound.silent_time_s)
+            if self._finishes:
+                time_s += self.unheard_until_s - self.now_s
             distance_mm = max(distance_mm, bound.silent_distance_mm)
         self.watch.promise(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
 

@@ -8,6 +8,7 @@ import pytest
 
 from kinematics import Motors
 
+from .actions import connect
 from .freed import CATCHES_UP_S, Freed
 from .mission import run_mission
 from .outcome import Outcome
@@ -64,6 +65,20 @@ def test_motors_that_are_not_blocked_are_not_excused():
     freed.blocked({FINGERS}, 1.0)
     assert freed.excuses({FINGERS}, 1.0)
     assert not freed.excuses({FINGERS, BASE}, 1.0)
+
+
+def test_no_drive_is_told_where_its_shaft_is_between_a_lost_wire_and_the_reset():
+    stage = Stage("mks", random.Random(1), 0)
+    connect(stage)
+    arm = stage.arm
+    arm.enable()
+    assert stage._hears(FINGERS, stage.now_s)
+    stage.twin.faults.add("bus-off", for_s=0.2)
+    arm.sleep(3.0)
+    arm.reconnect()
+    assert not stage._hears(FINGERS, stage.now_s)
+    arm.reset()
+    assert stage._hears(FINGERS, stage.now_s)
 
 
 def test_a_jog_is_released_while_a_blocked_drive_is_mute():

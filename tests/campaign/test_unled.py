@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 
+import pytest
+
 from .faults import FAULTS
 from .physical import Command
 from .stage import Stage
@@ -50,6 +52,18 @@ def test_a_joint_may_go_no_farther_than_it_came_meanwhile():
     ):
         world._shift(at_roll(past_rad) - world.motors, time_s)
         assert len(watch.broken) == broken, watch.broken
+
+
+@pytest.mark.parametrize(("joint", "excused"), [("wrist_roll", True), ("elbow", False)])
+def test_its_own_joints_alone_may_come_to_their_mechanical_stops(joint, excused):
+    stage = Stage("cia402", random.Random(1), 0)
+    stage.watch.unled = Unled(frozenset({joint}), ends_s=5.0, known_s=KNOWN_S)
+    stage.watch.begin(Command("move_j", known=True))
+    far = stage.world.joints.replace(wrist_roll=stage.config.model.arm.limits[4].high_rad + 1.0)
+    there = stage.world.body.transmission.to_motors(far, 0.0)
+    stage.world.drive(there - stage.world.motors, 1.0)
+    stops = [each for each in stage.watch.broken if "driven into a mechanical stop" in each]
+    assert bool(stops) is not excused, stage.watch.broken
 
 
 def test_a_program_that_dies_between_the_orders_of_drives_is_excused_for_as_long_as_announced():

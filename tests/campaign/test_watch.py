@@ -9,9 +9,10 @@ import pytest
 
 from kinematics import Motors
 
+from .actions import connect
 from .arrival import GraspAim, JointsAim, PoseAim
 from .goals import certain_goal, stand_beside_limits
-from .laws import call
+from .laws import FRESH_S, Broken, arrived, call
 from .mission import Mission
 from .physical import Bound, Command
 from .speeds import FASTER, WINDOW_S
@@ -111,6 +112,75 @@ def test_a_sag_is_not_a_way_and_leaves_the_bounds_in_force():
     assert not [each for each in stage.watch.broken if "stop" in each]
     stage.world.drive(steps(base=3), 2.0)
     assert any("stop: it moved" in each for each in stage.watch.broken)
+
+
+@pytest.mark.parametrize(("after_s", "excused"), [(0.01, True), (FRESH_S + 0.1, False)])
+def test_an_arm_that_sags_as_its_command_ends_had_arrived(after_s, excused):
+    stage = a_stage("cia402")
+    commanded(stage, steps())
+    assert stage.watch._command is not None
+    aim = JointsAim(stage.world.supposed, {})
+    stage.world.give_way(steps(elbow=200), stage.now_s)
+    stage.watch.change(stage.now_s, math.inf)
+    stage.sleep(after_s)
+    if excused:
+        arrived(stage, stage.watch._command, aim, None)
+    else:
+        with pytest.raises(Broken, match="ended well, but"):
+            arrived(stage, stage.watch._command, aim, None)
+
+
+def at_rest(dialect: str) -> Stage:
+    """Return an arm whose last command ended long ago."""
+    stage = a_stage(dialect)
+    stage.watch.begin(Command("move_j"))
+    stage.watch.end(1.0, 0.0)
+    return stage
+
+
+@pytest.mark.parametrize(
+    ("dialect", "way", "moves"),
+    [("mks", 1, False), ("mks", 8, False), ("mks", 9, True), ("teachmover", 1, True)],
+)
+def test_only_drives_that_hold_may_turn_without_a_command_and_only_as_far_as_they_rest(
+    dialect, way, moves
+):
+    stage = at_rest(dialect)
+    for count in (way, -way, way):
+        stage.world.drive(steps(right=count, left=count), 3.0)
+    assert any("without a command" in each for each in stage.watch.broken) is moves
+
+
+def test_a_drive_that_creeps_is_seen_to_move():
+    stage = at_rest("mks")
+    for number in range(9):
+        stage.world.drive(steps(right=1), 3.0 + number)
+    assert any("without a command" in each for each in stage.watch.broken)
+
+
+def test_a_drive_that_trembles_has_come_to_rest():
+    stage = a_stage("mks")
+    stage.watch.begin(Command("move_j"))
+    stage.watch.promise(Bound("stop", 1.0, stage.world.tip, 0.5, 50.0))
+    stage.world.drive(steps(right=800), 1.2)
+    for at_s, count in ((1.6, 3), (1.7, -3)):
+        stage.world.drive(steps(right=count), at_s)
+    assert not stage.watch.broken
+    stage.world.drive(steps(right=30), 1.8)
+    assert any("stop: it moved" in each for each in stage.watch.broken)
+
+
+@pytest.mark.parametrize(("finishes", "bound_s"), [(False, 0.5), (True, 2.5)])
+def test_a_pause_may_begin_late_what_was_sent_on_a_spoilt_line_and_a_stop_may_not(
+    finishes, bound_s
+):
+    stage = a_stage("mks")
+    connect(stage)
+    stage.unheard_until_s = stage.now_s + 2.0
+    silent_s = stage.arm.status.silent_time_s
+    stage.promise("a pause or a stop", 0.1, 50.0, finishes=finishes)
+    (bound,) = stage.watch._bounds
+    assert bound.time_s == pytest.approx(silent_s + bound_s - 0.5, abs=1e-6)
 
 
 def test_a_joint_is_no_faster_than_its_limit_nor_than_was_asked_for():

@@ -508,11 +508,44 @@ MUTANTS = (
         name="CiA 402 drives that miss their targets are sent on",
         promise="a drive that misses its targets does not leap over all that it has missed",
         path="armdrive/dialects/cia402/motion.py",
-        old="        return (seen or lost) and now_s - since_s < SETTLE_S\n",
-        new="        return False\n",
+        old="self.lead.stands_short(drive) and self.lead.still_s(drive) < SETTLE_S\n",
+        new="False\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few",
+        ),
+    ),
+    Mutant(
+        name="a CiA 402 drive that blocks a jog is waited for after the release",
+        promise="a blocked shaft does not jump to its target after a stop",
+        path="armdrive/dialects/cia402/leading.py",
+        old="            if self.released() and any(map(self.stands_short, self.group.drives)):\n",
+        new="            if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
+            "test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time",
+        ),
+    ),
+    Mutant(
+        name="CiA 402 drives are enabled on readings of before the watch was set up",
+        promise="enabling moves nothing",
+        path="armdrive/dialects/cia402/contact.py",
+        old="        yield from self.exchange.look()  # a hand may have turned a shaft meanwhile\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
+            "test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back",
+        ),
+    ),
+    Mutant(
+        name="a stopped CiA 402 drive in profile mode keeps its set-point ahead of a blocked shaft",
+        promise="a blocked shaft does not jump to its target after a stop",
+        path="armdrive/dialects/cia402/exchange.py",
+        old="        yield from self.hold_here(stopped)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
+            "test_it_is_held_where_it_is_when_it_is_heard",
         ),
     ),
     Mutant(

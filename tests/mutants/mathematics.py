@@ -53,8 +53,8 @@ MUTANTS = (
         name="the nearest posture is the farthest",
         promise="of several postures the nearest is taken",
         path="kinematics/five_axis/closed_form.py",
-        old="            if change < least:  # never",
-        new="            if best is None or inf > change > least:  # never",
+        old="            if change < least:  # infinite",
+        new="            if best is None or inf > change > least:  # infinite",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
             "test_ik_takes_the_branch_nearest_the_seed",
@@ -80,6 +80,39 @@ MUTANTS = (
         tests=tests_of(
             "tests/kinematics/chains/test_links.py",
             "test_the_a_matrix_is_the_product_of_its_four_moves",
+        ),
+    ),
+    Mutant(
+        name="a link table's posture is used without comparing it with the goal",
+        promise="what a closed form returns meets the goal",
+        path="kinematics/chains/closed_form.py",
+        old="[angles for angles in found if finder.meets(fk(angles), frame)]",
+        new="[angles for angles in found if fk(angles)]",
+        tests=tests_of(
+            "tests/kinematics/chains/test_closed_form.py",
+            "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",
+        ),
+    ),
+    Mutant(
+        name="a link table's joint may stand beyond its limit",
+        promise="what a closed form chooses keeps all limits",
+        path="kinematics/chains/closed_form.py",
+        old="                if fitting is not None:",
+        new="                fitting = fitting or angles\n                if fitting is not None:",
+        tests=tests_of(
+            "tests/kinematics/chains/test_closed_form.py",
+            "test_the_nearest_posture_is_within_the_limits_and_the_nearest",
+        ),
+    ),
+    Mutant(
+        name="a link table's second solution of an angle is left out",
+        promise="a closed form finds every branch",
+        path="kinematics/chains/subproblems.py",
+        old="    for side in (root, -root):",
+        new="    for side in (root, root):",
+        tests=tests_of(
+            "tests/kinematics/chains/test_closed_form.py",
+            "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",
         ),
     ),
     Mutant(

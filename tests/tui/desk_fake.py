@@ -119,7 +119,9 @@ class FakeArm:
 
     def come_back(self, **more):
         """Have the link back, as an arm does that stood when it was lost."""
-        error = "the wire was lost and is back, now COM7: look at the arm, then call `reset()`"
+        error = (
+            "the connection was lost and is back, now COM7: look at the arm, then call `reset()`"
+        )
         reason = "the link was lost and restored, and the registers match"
         back = {
             "state": State.ERROR_STOP,

@@ -148,7 +148,7 @@ async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
         await session.arm_again()
         await session.suspend(0.2, told=True)
         await session.type("w")
-        assert "this program had stood still for 0.2 s" in session.text("remarks")
+        assert "this program was suspended for 0.2 s" in session.text("remarks")
         assert not session.desk.armed
         await session.arm_again()
         await session.type("w")

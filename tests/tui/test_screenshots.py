@@ -25,6 +25,7 @@ SHOWN = {
     "program": "WAITS FOR YOU: next, line",
     "watch": "WATCHED",
     "model": "MODEL ONLY",
+    "axes": "point b2: where x2 meets z1",
     "first-run": "Before you move anything",
     "help": "Move the arm, on the jog screen",
     "palette": "A simulated arm is led; one with switches",

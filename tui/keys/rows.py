@@ -341,6 +341,9 @@ THEORY_KEYS = (
             "Go back to the page before.", "theory"),
     DeskKey("theory-symbols", ("S",), "symbols", "symbols",
             "Switch between numbers and the notes' own C1, S12.", "theory"),
+    DeskKey("theory-axes", ("A",), "axes", "from axes",
+            "Find frames and link table from the joint axes, a step a page; again: in the other "
+            "convention, then back to the numbers.", "theory"),
 )  # fmt: skip
 """They only turn pages: nothing on the theory screen moves an arm."""
 

@@ -11,13 +11,17 @@ from typing import cast
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 
+from armdrive.render.camera import Dome
 from armdrive.render.figure import ChainFigure, DrawnChain
-from armdrive.render.scene import Moment
-from kinematics.chains.links import JointKind
+from armdrive.render.frame_steps import StepDrawing
+from armdrive.render.scene import Moment, SceneSpace
+from kinematics.chains.assignment import assign_frames
+from kinematics.chains.links import Convention, JointKind
 from kinematics.presets import ArmModel
-from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
+from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections, wrapped
 from kinematics.textbook.study import Study, Subject, searched
-from kinematics.textbook.systems.named import Lost
+from kinematics.textbook.systems.named import NamedSingularity
+from kinematics.textbook.thirteen_steps import assignment_steps, axes_lines, result_lines
 from kinematics.textbook.worked_example import ExampleSection
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
@@ -50,6 +54,7 @@ class TheoryPanel(Horizontal):
         self.subject = subject
         self.page = 0
         self.symbolic = False
+        self._walk: AxesWalk | None = None
         self._numbers = numbers
         self._braille = braille
         self._figure = ChainFigure(subject.chain)
@@ -57,7 +62,7 @@ class TheoryPanel(Horizontal):
         self._study: Study | None = None
         self._symbols: tuple[ExampleSection, ...] | None = None
         self._writing = False
-        self._near: tuple[tuple[float, ...], tuple[Lost, ...]] = ((), ())
+        self._near: tuple[tuple[float, ...], tuple[NamedSingularity, ...]] = ((), ())
         self._searching = False
         self._rests = HoldAlarm(cast("KeyApp", self.app), self.look_now)
 
@@ -81,23 +86,45 @@ class TheoryPanel(Horizontal):
         if not self.size:
             return
         joints = None if of is None else self._figure.joints(of.values)
-        self.query_one(SpaceView).show(Moment(joints))
+        view = self.query_one(SpaceView)
+        view.show(Moment(joints))
+        view.show_drawing(None if self._walk is None else self._walk.drawing)
+        walks = self._walk is not None  # at zero: the present joints are no matter there
         left = self.query_one("#theory-left").size.width
-        self._text("theory-numbers").show("" if of is None else self._numbers(of, left))
+        numbers, short = self._text("theory-numbers"), self._text("theory-summary")
+        numbers.display = short.display = not walks
+        numbers.show("" if of is None else self._numbers(of, left))
         found = None if of is None else self._found(of)
-        self._text("theory-summary").show("" if of is None else self._spoken(summary(of, found)))
+        short.show("" if of is None else self._spoken(summary(of, found)))
         self._show_pages(of)
 
     def turn(self, by: int) -> None:
-        """Turn this many pages on; after the last comes the first."""
+        """Turn this many pages or steps on; after the last comes the first."""
+        if self._walk is not None:
+            self._walk.turn(by)
+            self._again()
+            return
         pages = self.pages
         self.page = (self.page + by) % max(pages, 1)
         self._again()
 
     def switch_symbols(self) -> None:
         """Switch between numbers and symbols, from the first page on."""
+        self._walk = None
         self.symbolic = not self.symbolic
         self.page = 0
+        self._again()
+
+    def switch_axes(self) -> None:
+        """Go on to the steps from axes to link table, in both conventions, then to the numbers."""
+        own = self.subject.chain.convention
+        if self._walk is None:
+            self._walk = AxesWalk(self.subject, own)
+        elif self._walk.convention is own:
+            other = next(one for one in Convention if one is not own)
+            self._walk = AxesWalk(self.subject, other)
+        else:
+            self._walk = None
         self._again()
 
     @property
@@ -113,13 +140,23 @@ class TheoryPanel(Horizontal):
         return min(max(room, 1), MOST_COLUMNS)
 
     def _show_pages(self, of: Study | None) -> None:
-        columns = () if of is None else self._columns(of)
         count = self._at_once
+        if self._walk is not None:
+            plain = not self._braille
+            count = max(count - 1, 1)  # the picture gets more room
+            columns = self._walk.columns(COLUMN_WIDTH - 1, self.size.height, count, plain=plain)
+            self._show_columns(columns, 0, count)
+            return
+        columns = () if of is None else self._columns(of)
         self.page = min(self.page, max(-(-len(columns) // count) - 1, 0))
+        self._show_columns(columns, self.page * count, count)
+
+    def _show_columns(self, columns: tuple[Column, ...], first: int, count: int) -> None:
+        """Show `count` columns side by side, from column `first` on."""
         for place in range(MOST_COLUMNS):
             text = self._text(f"theory-page-{place}")
             text.display = place < count
-            at = self.page * count + place
+            at = first + place
             text.show(self._spoken("\n".join(columns[at])) if at < len(columns) else "")
 
     def _spoken(self, text: str) -> str:
@@ -154,7 +191,7 @@ class TheoryPanel(Horizontal):
         self._symbols = found
         self._again()
 
-    def _found(self, of: Study) -> tuple[Lost, ...] | None:
+    def _found(self, of: Study) -> tuple[NamedSingularity, ...] | None:
         """Return the singularity that was found near this posture of a link table, if it was."""
         return self._near[1] if self._near[0] == of.values else None
 
@@ -181,12 +218,57 @@ class TheoryPanel(Horizontal):
             self._searching = False
         self.app.call_from_thread(self._keep_found, of, found)
 
-    def _keep_found(self, of: Study, found: tuple[Lost, ...]) -> None:
+    def _keep_found(self, of: Study, found: tuple[NamedSingularity, ...]) -> None:
         self._near = (of.values, found)
         self._again()
 
     def _aside(self, work: Callable[[], None]) -> None:
         self.run_worker(work, thread=True, exit_on_error=False, group="theory")
+
+
+class AxesWalk:
+    """The thirteen steps of one arm in one convention, and the step that is shown."""
+
+    def __init__(self, subject: Subject, convention: Convention) -> None:
+        zero = subject.zero
+        self.convention = convention
+        self._found = assign_frames(zero.axes, zero.tool, convention)
+        self._steps = assignment_steps(self._found)
+        self._drawn = StepDrawing(self._found)
+        self._place = 0
+        self.drawing = self._draw()
+
+    def turn(self, by: int) -> None:
+        """Go this many steps on; after the last comes the link table, and then the first step."""
+        self._place = (self._place + by) % (len(self._steps) + 1)
+        self.drawing = self._draw()
+
+    def columns(self, width: int, height: int, count: int, *, plain: bool) -> tuple[Column, ...]:
+        """Return `count` columns at most: the step, and the given axes if there is room.
+
+        Only the last lines of a step that is too long are shown.
+        """
+        step = self._section(width)
+        given = ExampleSection("given: every joint at zero, in mm", self._given(width))
+        both = laid([step, given], width, height, plain=plain)
+        return both if len(both) <= count else laid([step], width, height, plain=plain)[-count:]
+
+    def _section(self, width: int) -> ExampleSection:
+        if self._place == len(self._steps):
+            lines = [f"{self.convention.value} frames, link table", *result_lines(self._found)]
+            return ExampleSection("from axes: the result", tuple(wrapped(lines, width)))
+        now = self._steps[self._place]
+        so_far = [step for step in self._steps[: self._place + 1] if step.stage == now.stage]
+        lines = [line for step in so_far for line in step.lines]
+        title = f"{self.convention.value} frames, {self._place + 1} of {len(self._steps)}"
+        return ExampleSection(title, (now.stage, *wrapped(lines, width)))
+
+    def _given(self, width: int) -> tuple[str, ...]:
+        return tuple(wrapped(list(axes_lines(self._found)), width))
+
+    def _draw(self) -> tuple[SceneSpace, Dome]:
+        step = self._steps[min(self._place, len(self._steps) - 1)]
+        return self._drawn.space(step.known), self._drawn.dome
 
 
 # Joints and coordinates of a posture that is studied, as rows of plain text.

@@ -69,6 +69,11 @@ class TheoryScreen(DeskScreen):
         for panel in self.query(TheoryPanel):
             panel.switch_symbols()
 
+    def action_axes(self) -> None:
+        """Go on from the numbers to the thirteen steps, the other convention, and back."""
+        for panel in self.query(TheoryPanel):
+            panel.switch_axes()
+
 
 def _numbers(of: Study, width: int) -> str:
     rows = joint_rows(of, width), axis_rows(of, axes_of(of.subject))

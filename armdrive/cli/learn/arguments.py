@@ -54,7 +54,10 @@ def _explain(parser: argparse.ArgumentParser) -> None:
     SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own link table (a
     .toml file). `efficiency` counts the operations of each way to compute a system. `accuracy`
     shows how motor steps and errors of the model displace the tip. Joint values are in degrees and
-    mm, in the order of the joints; a goal is in the system's own coordinates.
+    mm, in the order of the joints; how angles count stands below the title, and is the same in
+    every command that takes the model. A goal is in the system's own coordinates. --axes finds
+    frames and link table from the joint axes, in thirteen drawn steps; a .toml file may give axes
+    instead of links (`[[axes]]`).
 
     Examples:
       armdrive explain --list
@@ -63,6 +66,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
       armdrive explain puma --symbolic
       armdrive explain accuracy teachmover 0 40 -60 -70 0
       armdrive explain alpha2 --urdf
+      armdrive explain --axes alpha2-lecture --convention craig
 
     """
     parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name or a .toml file")
@@ -84,6 +88,17 @@ def _explain(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--latex", action="store_true", help="the same in LaTeX")
     parser.add_argument("--urdf", action="store_true", help="print the arm as URDF")
+    parser.add_argument(
+        "--axes",
+        action="store_true",
+        help="find frames and link table from the joint axes, step by step",
+    )
+    parser.add_argument(
+        "--convention",
+        choices=["standard", "craig"],
+        help="with --axes: frames at the far joint of a link (standard), or at the near one "
+        "(craig); by default the arm's own",
+    )
     add_json_option(parser)
 
 
@@ -93,8 +108,10 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 def _fk(parser: argparse.ArgumentParser) -> None:
     """Add the options of `fk`.
 
-    Joint values are in degrees (mm for a sliding joint), in the order of the joints. Limits and
-    guards that the posture violates are printed below the pose.
+    Joint values are in degrees (mm for a sliding joint), in the order of the joints. Those of a
+    built-in arm count from the link before, up is positive, as in its arm file; `armdrive explain
+    MODEL` shows how those of any model count. Limits and guards that the posture violates are
+    printed below the pose.
 
     Examples:
       armdrive fk 0 40 -60 -70 0
@@ -118,13 +135,14 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 def _ik(parser: argparse.ArgumentParser) -> None:
     """Add the options of `ik`.
 
-    For a built-in arm, every solution is printed, with the limits that rule it out, and then the
-    one that the arm would use. For any other model a numerical solver finds one solution; there,
-    leave out --pitch or --roll to leave that angle free.
+    For a built-in arm and a named system, every solution is printed, with the limits that rule it
+    out, and then the one that is used. For a link table a numerical solver finds one solution.
+    Except for a built-in arm, leave out --pitch or --roll to leave that angle free. Angles count as
+    `armdrive fk` takes them.
 
     Examples:
       armdrive ik --x 250 --y 0 --z 120 --pitch -90
-      armdrive ik --model puma --x 400 --y 100 --z 200
+      armdrive ik --model puma --x 400 --y 100 --z 200 --pitch -90 --roll 0 --yaw 15
 
     """
     for axis in ("x", "y", "z"):

@@ -11,20 +11,30 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
+from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
 from armdrive.cli.presenter import Result
-from armdrive.config.link_model import Model, is_model_file, read_model
+from armdrive.config.link_model import Model, read_model
+from armdrive.config.sections import is_model_file
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import Goal, HandTask, Part, goal_of
-from kinematics.chains.inverse import Solution, solve_goal, solve_pose_ik
+from kinematics.chains.closed_form import closed_form
+from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, frame_goal, goal_of, pose_goal
+from kinematics.chains.inverse import Solution, solve_goal
+from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
-from kinematics.errors import suggestion
-from kinematics.frames.transforms import position_of
-from kinematics.presets import PRESETS
+from kinematics.errors import OutOfReach, UnknownSystem
+from kinematics.frames.transforms import Transform, position_of
+from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
-from kinematics.textbook.systems import SYSTEMS
-from kinematics.textbook.worked_example import (
+from kinematics.textbook.study import (
     FRAME_COORDINATES,
+    Subject,
+    subject_of_chain,
+    subject_of_system,
+)
+from kinematics.textbook.systems import MODEL_NAMES, system
+from kinematics.textbook.systems.named import NamedBranch, System
+from kinematics.textbook.worked_example import (
     coordinates_text,
     frame_coordinates,
     frame_text,
@@ -41,14 +51,32 @@ def find_model(word: str) -> Model:
     """
     if is_model_file(word):
         return read_model(word)
-    if word in SYSTEMS:
-        found = SYSTEMS[word]
-        return Model(found.name, found.title, found.source, found.chain())
-    known = list(dict.fromkeys((*PRESETS, *SYSTEMS)))
-    hint = suggestion(word, known)
-    raise BadRequest(
-        f"no model is named {word!r}{hint} (there are {', '.join(known)}, and .toml files)"
-    )
+    found = find_system(word)
+    return Model(found.name, found.title, found.source, found.chain(), angles=found.angles)
+
+
+def find_subject(word: str) -> Subject:
+    """Return the named system or a model file as a subject of study.
+
+    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
+    that cannot be used.
+    """
+    if is_model_file(word):
+        model = read_model(word)
+        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
+    return subject_of_system(find_system(word))
+
+
+def find_system(word: str) -> System:
+    """Return a named system or a built-in arm; raises `BadRequest` with the nearest name."""
+    try:
+        return system(word)
+    except UnknownSystem as error:
+        hint = f"; did you mean {error.nearest!r}?" if error.nearest else ""
+        raise BadRequest(
+            f"no model is named {word!r}{hint} (there are {', '.join(MODEL_NAMES)}, and .toml "
+            "files with a link table)"
+        ) from None
 
 
 # People type and read degrees and mm; kinematics takes rad and mm.
@@ -140,14 +168,52 @@ def fk(options: argparse.Namespace) -> Result:
     return Result(view, lines)
 
 
-def ik(options: argparse.Namespace) -> Iterator[Result]:
-    """Yield the posture that meets the goal; a pitch or roll that is not given is free.
+LEAST_TO_HOLD_A_PLANE = 5
+"""Joints of an arm that can place its tip and keep its hand in the plane of base axis and tip."""
 
-    Without a yaw, the hand stays in the plane of the base axis and the tip.
+SAME_MM, SAME_RAD = 1e-6, 1e-7
+"""A closed form's solution this near to the goal meets it."""
+
+
+def ik(options: argparse.Namespace) -> Iterator[Result]:
+    """Yield every known solution of the goal, then the posture that the numerical solver found.
+
+    A pitch or roll that is not given is free: the solver chooses it, and the solutions are those of
+    the frame that it chose. Without a yaw, the hand stays in the plane of the base axis and the
+    tip.
 
     Raises `Refused` if no posture meets the goal, after yielding the nearest one.
     """
     model = find_model(options.model)
+    chain = model.chain
+    goal = _goal(chain, options)
+    solution = solve_goal(chain, goal)
+    branches = _branches(options.model, chain, goal, solution)
+    within = [branch.joints for branch in branches if branch.within_limits]
+    if within and not solution.ok:  # the numerical solver overlooked it
+        solution = solve_goal(chain, goal, within[0])
+    view = {
+        "model": model.name,
+        **solution_view(chain, solution),
+        "branches": [_branch_view(chain, branch) for branch in branches],
+    }
+    closed = closed_form(chain) if branches and is_model_file(options.model) else None
+    lines = (
+        f"{model.title}, {_count_text(goal, branches)}",
+        *([] if closed is None else [f"solved in closed form: {closed.structure}"]),
+        *branch_table(chain.joint_names, [_branch_row(chain, branch) for branch in branches]),
+        *(f"solution {one.name} is {one.degenerate}" for one in branches if one.degenerate),
+        f"{'joints' if solution.ok else 'nearest'}: {joints_text(chain, solution.joints)}",
+        f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}",
+        solution.sentence,
+    )
+    yield Result(view, lines)
+    if not solution.ok:
+        raise Refused(f"the goal is not met: {solution.sentence}")
+
+
+def _goal(chain: Chain, options: argparse.Namespace) -> Goal:
+    """Return what the options ask of the hand."""
     pose = Pose.of(
         x_mm=options.x,
         y_mm=options.y,
@@ -156,30 +222,75 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         roll_deg=options.roll or 0.0,
     )
     pitch_free, roll_free = options.pitch is None, options.roll is None
+    centre = position_of(chain.base)
     if options.yaw is None:
-        solution = solve_pose_ik(model.chain, pose, pitch_free=pitch_free, roll_free=roll_free)
-    else:
-        goal = _headed(model.chain, pose, options.yaw, pitch_free, roll_free)
-        solution = solve_goal(model.chain, goal)
-    found = joints_text(model.chain, solution.joints)
-    lines = (
-        f"{model.title}, solved numerically",
-        f"{'joints' if solution.ok else 'nearest'}: {found}",
-        f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}",
-        solution.sentence,
-    )
-    yield Result({"model": model.name, **solution_view(model.chain, solution)}, lines)
-    if not solution.ok:
-        raise Refused(f"the goal is not met: {solution.sentence}")
-
-
-def _headed(chain: Chain, pose: Pose, yaw_deg: float, pitch_free: bool, roll_free: bool) -> Goal:
-    """Return the goal of a hand with a yaw."""
-    headed = replace(pose, yaw_rad=math.radians(yaw_deg))
-    goal = goal_of(headed, HandTask.WHOLE, position_of(chain.base))
+        goal = pose_goal(pose, pitch_free=pitch_free, roll_free=roll_free, centre=centre)
+        placing = len(chain) < LEAST_TO_HOLD_A_PLANE
+        return replace(goal, parts=goal.parts - {Part.HEADING}) if placing else goal
+    headed = replace(pose, yaw_rad=math.radians(options.yaw))
+    goal = goal_of(headed, HandTask.WHOLE, centre)
     free = {Part.PITCH} if pitch_free else set()
     free |= {Part.ROLL} if roll_free else set()
     return replace(goal, parts=goal.parts - free)
+
+
+def _branches(word: str, chain: Chain, goal: Goal, solution: Solution) -> tuple[NamedBranch, ...]:
+    """Return the solutions that closed forms give: a named system's own, or its link table's.
+
+    If the goal leaves an angle free, they are those of the frame that the solver found.
+    """
+    whole = goal.parts == ALL_PARTS
+    if not (whole or solution.ok):
+        return ()
+    if is_model_file(word):
+        asked = goal if whole else frame_goal(solution.frame)
+        return tuple(_numbered(chain, asked, solution.joints))
+    named = find_system(word)
+    try:
+        found = named.ik_frame(goal.frame if whole else solution.frame, solution.joints)
+    except OutOfReach:
+        return ()
+    return tuple(branch for branch, _ in found if _meets(goal, named.fk(branch.joints)))
+
+
+def _numbered(chain: Chain, goal: Goal, near: Sequence[float]) -> Iterator[NamedBranch]:
+    """Yield the solutions that the closed form of a link table gives, by number."""
+    closed = closed_form(chain)
+    for number, joints in enumerate(closed.branches(goal, near) if closed else (), 1):
+        state = condition(chain, joints)
+        lost = state.sentence if state.is_singular else ""
+        violations = chain.violations(joints)
+        yield NamedBranch(f"{number}", joints, degenerate=lost, violations=violations)
+
+
+def _meets(goal: Goal, frame: Transform) -> bool:
+    """Return whether a hand's frame has everything that the goal asks for."""
+    missed_mm = distance(position_of(frame), position_of(goal.frame))
+    return missed_mm <= SAME_MM and norm(goal.turn(frame)[0]) <= SAME_RAD
+
+
+def _count_text(goal: Goal, branches: Sequence[NamedBranch]) -> str:
+    if not branches:
+        return "solved numerically"
+    count = "1 solution" if len(branches) == 1 else f"{len(branches)} solutions"
+    return count if goal.parts == ALL_PARTS else f"{count} with the free angles as found below"
+
+
+def _branch_row(chain: Chain, branch: NamedBranch) -> BranchRow:
+    values = tuple(
+        degrees_text(math.degrees(value)) if kind is JointKind.REVOLUTE else f"{value:.1f} mm"
+        for value, kind in zip(branch.joints, chain.kinds, strict=True)
+    )
+    return BranchRow(branch.name, values, tuple(map(violation_text, branch.violations)))
+
+
+def _branch_view(chain: Chain, branch: NamedBranch) -> dict[str, Any]:
+    return {
+        "name": branch.name,
+        "joints": shown_joints(chain, branch.joints),
+        "within_limits": branch.within_limits,
+        "violations": list(map(violation_text, branch.violations)),
+    }
 
 
 def solution_view(chain: Chain, solution: Solution) -> dict[str, Any]:

@@ -6,10 +6,11 @@ models.py does the same for any other model, and loads the textbook for it.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from armdrive.cli.presenter import Ink, Inked, Line, Result
+from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
+from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics.five_axis.arm import Branch
@@ -73,27 +74,20 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         "pose": pose_view(pose),
         "branches": [_branch_view(branch) for branch in branches],
     }
-    yield Result(view, (f"{model.title}: {pose}", *_table(branches)))
+    table = branch_table(JOINT_NAMES, tuple(map(_row, branches)))
+    yield Result(view, (f"{model.title}: {pose}", *table))
     joints = model.arm.ik(pose)  # refuses with the reason and the nearest pose
     broken = model.guards.violation(model.arm, joints)
     but = () if broken is None else (f"but: {broken.sentence}",)
     yield Result(None, (f"the arm would use: {joints}", *but))
 
 
-def _table(branches: Sequence[Branch]) -> Iterator[Line]:
-    """Yield a row for each solution, the angles below the names of their joints."""
-    names = [name.replace("_", " ") for name in JOINT_NAMES]
-    widths = [max(len(name), len("-180.0°")) + 2 for name in names]
-    yield f"  {'':<24}{''.join(f'{n:>{w}}' for n, w in zip(names, widths, strict=True))}"
-    for branch in branches:
-        name = f"base {branch.base.value}, elbow {branch.elbow.value}"
-        angles = "".join(
-            f"{f'{angle + 0.0:.1f}°':>{width}}"
-            for angle, width in zip(branch.joints.deg.values(), widths, strict=True)
-        )
-        against = "; ".join(violation_text(each) for each in branch.violations)
-        row = f"  {name:<24}{angles}"
-        yield (Inked(f"{row}   {against}", Ink.FAINT),) if against else row
+def _row(branch: Branch) -> BranchRow:
+    return BranchRow(
+        f"base {branch.base.value}, elbow {branch.elbow.value}",
+        tuple(map(degrees_text, branch.joints.deg.values())),
+        tuple(map(violation_text, branch.violations)),
+    )
 
 
 def _branch_view(branch: Branch) -> dict[str, Any]:

@@ -98,7 +98,7 @@ def _points(shell: Shell, _: str) -> None:
         deg = dict(point.joints.deg)
         place = PlaceValue(joints_deg=deg)
         view = {"event": "point", "name": name, "value": to_json(place), "book": True}
-        shell.tell(view, f"  {name}: {place}, in the arm's book")
+        shell.tell(view, f"  {name}: {place}, saved")
 
 
 def _names(shell: Shell, _: str) -> None:

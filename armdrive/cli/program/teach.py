@@ -91,7 +91,7 @@ def _require_free(book: Points, options: argparse.Namespace) -> None:
     mine = [name for name in taught.points if numbered.fullmatch(name)]
     if not options.again and (options.name in taught.sequences or mine):
         taken = ", ".join([*mine, *[options.name] * (options.name in taught.sequences)])
-        raise BadRequest(f"there is {taken} already: take another name, or say --again")
+        raise BadRequest(f"there is {taken} already: choose another name, or add --again")
 
 
 # Editing a sequence step by step, in the arm's file of points.

@@ -31,8 +31,7 @@ from armdrive.errors.table import ENTRIES
 from armdrive.registry.arm_files import arm_paths
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Taught
-from kinematics.presets import PRESETS
-from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems import MODEL_NAMES
 
 ALL: Mapping[str, Arguments] = MappingProxyType({**DRIVE, **PROGRAM, **SET_UP, **LOOK, **LEARN})
 
@@ -79,9 +78,9 @@ def _hint(parser: argparse.ArgumentParser, command: str) -> None:
 _FIXED: Mapping[str, Iterable[str]] = MappingProxyType(
     {
         "code": [row.code for row in ENTRIES],
-        "model": list(PRESETS),
+        "model": MODEL_NAMES,
         "shell": SHELLS,
-        "system": [*PRESETS, *SYSTEMS],
+        "system": MODEL_NAMES,
     }
 )
 """Values of arguments that are the same from day to day."""

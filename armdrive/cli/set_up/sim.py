@@ -64,7 +64,7 @@ def _serve(options: argparse.Namespace) -> int:
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
         beside=Path(options.beside) if options.beside else None,
-        bits_s=board.drives().bits_s if isinstance(board, DrivesOnBus) else BITRATE,
+        bits_s=board.drives.bits_s if isinstance(board, DrivesOnBus) else BITRATE,
     )
     where = server.can_address if isinstance(server, servers.SlcanServer) else server.address
     say(

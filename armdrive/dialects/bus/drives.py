@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
 from armdrive.errors import ArmFileError, Refused
-from armdrive.tasks import RequestRejected, Timeout
+from armdrive.tasks import Reply, RequestRejected, Timeout
 from armdrive.text.toml import within
 from armdrive.transports.address import is_can
 from kinematics.transmission import MotorSpec, Transmission
@@ -19,6 +19,17 @@ ALL_SILENT = (
     "ohm at each of its two ends, and that ids and bit rate match the arm file"
 )
 """What to check if no drive on the bus answers."""
+
+
+class Obstructed(Exception):
+    """A request cannot be carried out, or not completely; carries the reply to it.
+
+    Plain words mean that nothing of it was carried out.
+    """
+
+    def __init__(self, reply: Reply | str) -> None:
+        super().__init__(str(reply))
+        self.reply = RequestRejected(reply, moved=False) if isinstance(reply, str) else reply
 
 
 HOST_S = 0.03

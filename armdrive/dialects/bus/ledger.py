@@ -234,17 +234,18 @@ class Rejections:
     def __init__(self) -> None:
         self.due_s = math.inf
         """When the last "failed" counts as a rejection; infinity if the drive accepts orders."""
+        self.started_s = -math.inf
+        """When it reported last that an order has started."""
         self._count = 0
-        self._began_s = -math.inf
 
     def taken(self, now_s: float) -> None:
         """Record that an order has started."""
         self._count = 0
-        self.due_s, self._began_s = math.inf, now_s
+        self.due_s, self.started_s = math.inf, now_s
 
     def refused(self, now_s: float) -> None:
         """Record a "failed", for this order or the one that it replaced."""
-        if now_s > self._began_s + START_WINDOW_S:
+        if now_s > self.started_s + START_WINDOW_S:
             self.due_s = min(self.due_s, now_s + START_WINDOW_S)
 
     def confirm(self) -> bool:

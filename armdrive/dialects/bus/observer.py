@@ -198,10 +198,11 @@ class ObservedDrive:
         self._restart_comparison(now_s)
 
     def resume_from_reading(self, now_s: float) -> None:
-        """Move its course to the last reading; the target stays."""
+        """Let its course continue from the last reading, at its time; the target stays."""
         place, left = float(self.count or 0), self.course.goal - (self.count or 0)
         speed = math.copysign(self.course.max_speed, left) if left and self.moving else 0.0
-        self.course.put(place, speed if math.isfinite(speed) else 0.0, now_s)
+        self.course.put(place, speed if math.isfinite(speed) else 0.0, self.asked_s)
+        self.course.advance(now_s)
         self._restart_comparison(now_s)
 
     def watch(self) -> None:
@@ -464,8 +465,8 @@ class Observer:
         )
 
     @property
-    def doubted(self) -> tuple[int, ...]:
-        """The ids of those that have no open question."""
+    def to_reread(self) -> tuple[int, ...]:
+        """The ids of those that are to be asked again: they have no open question."""
         return tuple(each.node for each in self.doubtful if not each.ledger.is_asked)
 
     @property
@@ -480,7 +481,7 @@ class Observer:
         """When a rejection is due; infinity if there is none."""
         return min(each.rejections.due_s for each in self.drives)
 
-    def wants(self, now_s: float) -> tuple[int, ...]:
+    def to_retry(self, now_s: float) -> tuple[int, ...]:
         """Return the ids of drives to ask again: they are silent while others reply."""
         replied_s = self.replied_s
         return tuple(each.node for each in self.drives if now_s >= each.ledger.retry_s(replied_s))

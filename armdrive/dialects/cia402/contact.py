@@ -10,13 +10,13 @@ import re
 from dataclasses import dataclass, replace
 from typing import NoReturn
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.cia402.exchange import (
     STOP,
     TRIES,
     Cia402Exchange,
     DriveStates,
     ObjectTransfers,
-    Obstructed,
     Results,
     Script,
     SdoResult,
@@ -282,8 +282,10 @@ class Cia402Contact:
                 yield from self._refuse(drive)
         self.beats.begin(self.io.now_s)
         yield from self._watch(on=True)
+        yield from self.exchange.look()  # a hand may have turned a shaft meanwhile
         for drive in (yield from self.states.bring(self.group.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
+        yield from self.states.hold_here(self.group.drives)
         yield from self._adopt_positions()
         self.group.on = True
         return Done()

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import absence
+from armdrive.dialects.bus.drives import Obstructed, absence
 from armdrive.dialects.cia402.wire import FAULTS, BusEvent, Cia402Bus, Cia402Drive, DriveGroup
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import Alert, AlertKind, Progress, Reply, RequestRejected, Timeout, never
+from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
 from firmware_protocol.canopen import Command, Controlword, DriveState, OperationMode, way
 
@@ -44,17 +44,6 @@ take two cycles; real ones were not measured."""
 
 T = TypeVar("T")
 Script: TypeAlias = Generator[float, BusEvent | None, T]
-
-
-class Obstructed(Exception):
-    """A request cannot be carried out, or not completely; carries the reply to it.
-
-    Plain words mean that nothing of it was carried out.
-    """
-
-    def __init__(self, reply: Reply | str) -> None:
-        super().__init__(str(reply))
-        self.reply = RequestRejected(reply, moved=False) if isinstance(reply, str) else reply
 
 
 @dataclass(slots=True, eq=False)
@@ -251,6 +240,7 @@ class DriveStates:
         """Bring drives back that stand in a quick stop; they hold where they are."""
         stopped = [drive for drive in drives if drive.state is DriveState.QUICK_STOP]
         left = yield from self.bring(stopped, DriveState.ENABLED)
+        yield from self.hold_here(stopped)
         for drive in stopped:
             drive.rest()
         for drive in left:
@@ -259,6 +249,33 @@ class DriveStates:
                     f"{drive} holds in its quick stop and no command brings it back: support the "
                     "arm, call `disable()`, then call `enable()`"
                 )
+
+    def hold_here(self, drives: Collection[Cia402Drive]) -> Script[None]:
+        """Give enabled drives in profile position mode a set-point where they stand.
+
+        Their own is where their brake ramp ended. A blocked shaft would jump there when it comes
+        free. In cyclic mode the target has gone out with every command.
+        """
+        if self.group.is_cyclic:
+            return
+        goals = {drive: drive.seen for drive in drives}
+        hosts = {drive: canopen.SetPointHost() for drive in drives}
+        for host in hosts.values():
+            host.begin()
+
+        def undecided() -> tuple[Cia402Drive, ...]:
+            for drive, host in hosts.items():
+                if drive.word is not None and drive.missed <= 1:
+                    host.hear(drive.word)
+            over = (canopen.Phase.UNDER_WAY, canopen.Phase.FREE)
+            return tuple(drive for drive, host in hosts.items() if host.phase not in over)
+
+        yield from self._repeat(
+            undecided,
+            lambda drive, _: self.exchange.command(
+                drive, hosts[drive].controlword, self.group.resting_mode, goals[drive]
+            ),
+        )
 
     def mode_of(self, drive: Cia402Drive) -> OperationMode:
         """Return the drive's present mode, so that a stop changes nothing else."""

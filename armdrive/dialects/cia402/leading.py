@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.observer import DriveFinding
 from armdrive.dialects.bus.stages import Braking
@@ -21,7 +22,6 @@ from armdrive.dialects.cia402.exchange import (
     Cia402Exchange,
     DriveStates,
     ObjectTransfers,
-    Obstructed,
     Script,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
@@ -33,7 +33,16 @@ from armdrive.dialects.cia402.wire import (
     astray_alert,
 )
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import Alert, AlertKind, Done, Halted, Reply, RequestRejected, Timeout
+from armdrive.tasks import (
+    Alert,
+    AlertKind,
+    Done,
+    Halted,
+    Reply,
+    RequestRejected,
+    Timeout,
+    never,
+)
 from firmware_protocol.canopen import STATUSWORD, DriveState, OperationMode, Statusword
 
 SILENT_CYCLES = 5
@@ -53,6 +62,13 @@ but not eight repeats of it. A reading within `EXACT_REACH` counts for four."""
 STAND_CYCLES = 3
 """A drive has stopped when it has not turned for this many cycles: with one, a lost or late answer
 would look like a stand-still."""
+WAIT_CYCLES = 3
+"""While a drive has reported nothing for this many cycles, all slow down, and stop in the end. A
+bus that loses one frame in ten loses three in a row once in 1000 cycles."""
+LOST_CYCLES = 5
+"""A drive that has not been seen to turn for this many cycles gets no further targets, even if it
+reported nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
+loses nothing."""
 BRAKING_S = 1.0
 """How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
 time before it is reported (a guess)."""
@@ -108,6 +124,10 @@ class MotionLead:
     reply: Reply = field(default_factory=Done)
     cycling: bool = False
     """Whether a cycle has begun that has not been judged."""
+    began_s: float = -math.inf
+    """When the motion began."""
+    released: Callable[[], bool] = never
+    """Whether the motion is a jog that was released."""
 
     def prepare(self, mode: OperationMode) -> Script[None]:
         """Prepare a motion. Raises `Obstructed` if it cannot begin."""
@@ -134,13 +154,15 @@ class MotionLead:
         judge: Callable[[], Signal | None],
         mode: OperationMode | None,
         rest_cycles: int = 0,
+        released: Callable[[], bool] = never,
     ) -> Script[Reply]:
         """Lead the drives through a motion, given the two halves of its own stage.
 
-        It ends when all drives have stood at their targets for `rest_cycles` readings.
+        It ends when all drives have stood at their targets for `rest_cycles` readings, or soon
+        after it was `released`.
         """
         self.trouble, self.culprit, self.missing, self.refused = None, None, (), ""
-        self.reply = Done()
+        self.reply, self.began_s, self.released = Done(), self.io.now_s, released
         self.interrupt()
         moving = CycleStage(self, mode, send, judge)
         arriving = Arriving(self, mode or self.group.resting_mode, rest_cycles)
@@ -215,8 +237,26 @@ class MotionLead:
                     return self.blame(Alert(AlertKind.ASTRAY, words))
                 if (alert := _departed(drive)) is not None:
                     return self.blame(alert)
+            if self.released() and any(map(self.stands_short, self.group.drives)):
+                return Signal.STOP  # or it would jump to its target when it comes free
         self.missing = self.exchange.mute(self.group.drives)
         return Signal.TROUBLE if self.missing else None
+
+    def stands_short(self, drive: Cia402Drive) -> bool:
+        """Return whether a drive stands short of its target: it is blocked, or hears no targets.
+
+        It jumps to its target when it comes free, or to the next one that it receives.
+        """
+        return not drive.shaft.is_near and self.still_s(drive) > 0.0
+
+    def still_s(self, drive: Cia402Drive) -> float:
+        """Return for how long a drive has stood in this motion; 0 if it may still turn."""
+        if math.isinf(drive.still_s):
+            return 0.0
+        since_s, cycle_s = max(drive.still_s, self.began_s), self.exchange.cycle_s
+        seen = drive.shaft.read_s - since_s > (WAIT_CYCLES - 0.5) * cycle_s
+        lost = self.io.now_s - since_s > LOST_CYCLES * cycle_s
+        return self.io.now_s - since_s if seen or lost else 0.0
 
     def blame(self, alert: Alert, culprit: Cia402Drive | None = None) -> Signal:
         """Record what is wrong, and the drive to ask why."""

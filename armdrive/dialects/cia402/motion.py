@@ -10,16 +10,16 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Phase, Signal
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     RESPONSE_S,
-    Obstructed,
     Script,
 )
-from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, MotionLead
+from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, WAIT_CYCLES, MotionLead
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
 from armdrive.dialects.cia402.wire import TARGET_MAX, Cia402Drive, astray_alert
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
@@ -112,13 +112,6 @@ class CyclicTrip:
 MIN_CYCLE_SHARE = 0.75
 """After a late cycle the next one takes at least this share of a period, so that the drives can
 interpolate. The delay is caught up in four cycles."""
-WAIT_CYCLES = 3
-"""While a drive has reported nothing for this many cycles, all slow down, and stop in the end. A
-bus that loses one frame in ten loses three in a row once in 1000 cycles."""
-LOST_CYCLES = 5
-"""A drive that has not been seen to turn for this many cycles gets no further targets, even if it
-reported nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
-loses nothing."""
 PROGRESS_S = 0.05
 """How often positions are reported in motion: twenty times a second, as a screen shows them."""
 
@@ -136,8 +129,6 @@ class CyclicMotion:
     hz: float = 0.0
     """The present speed of the busiest motor."""
     shown_s: float = -math.inf
-    began_s: float = -math.inf
-    """When the latest trip began."""
 
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Send targets along segments, until the end or until something stops the drives."""
@@ -145,7 +136,7 @@ class CyclicMotion:
         path = PlannedPath(Motors(drive.shaft.goal for drive in self.lead.group.drives))
         window_s = self.lead.settings.smoothing_ms / 1000.0
         trip = CyclicTrip(request, path, window_s, self._ease_s)
-        self.hz, self.shown_s, self.began_s = 0.0, self.lead.io.now_s, self.lead.io.now_s
+        self.hz, self.shown_s = 0.0, self.lead.io.now_s
         try:
             reply = yield from self.lead.carry_out(
                 Phase.MOVING,
@@ -153,6 +144,7 @@ class CyclicMotion:
                 lambda: self._judge(trip),
                 self.MODE,
                 REST_CYCLES,
+                lambda: trip.eased,
             )
         finally:
             self.underruns += trip.feed.underruns
@@ -182,19 +174,12 @@ class CyclicMotion:
         return max(lead.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
 
     def _misses_targets(self, drive: Cia402Drive) -> bool:
-        """Return whether a drive seems to receive no targets: it is short of them and stands.
+        """Return whether a drive seems to receive no targets.
 
-        It jumps to the next target that it receives: the sooner the targets stop, the shorter the
-        jump. A drive that stands for longer than it may take to settle is blocked, which the
-        observer finds.
+        The sooner the targets stop, the shorter its jump to the next one. A drive that stands for
+        longer than it may take to settle is blocked, which the observer finds.
         """
-        shaft, cycle_s = drive.shaft, self.limits.cycle_s
-        if shaft.is_near or math.isinf(drive.still_s):
-            return False
-        since_s, now_s = max(drive.still_s, self.began_s), self.lead.io.now_s
-        seen = shaft.read_s - since_s > (WAIT_CYCLES - 0.5) * cycle_s
-        lost = now_s - since_s > LOST_CYCLES * cycle_s
-        return (seen or lost) and now_s - since_s < SETTLE_S
+        return self.lead.stands_short(drive) and self.lead.still_s(drive) < SETTLE_S
 
     def _judge(self, trip: CyclicTrip) -> Signal | None:
         """Return whether all targets have been sent."""
@@ -280,7 +265,9 @@ class ProfileMotion:
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
         self.given_up_s = self.lead.io.listened.s + 2.0 * lasts_s + SETTLE_S
         return (
-            yield from self.lead.carry_out(Phase.MOVING, self._send_goals, self._judge, self.MODE)
+            yield from self.lead.carry_out(
+                Phase.MOVING, self._send_goals, self._judge, self.MODE, released=let_go
+            )
         )
 
     def _point(self, goal: int, share: float, rate_hz: float) -> SetPoint:

@@ -100,7 +100,7 @@ class MksBursts:
             return (yield from self._disarm(orders, stored, ready))
         wire.broadcast(GoSynchronous(), "GO")
         for node, order in orders.items():
-            wire.took(node, order)
+            wire.note_order(node, order)
         until_s = wire.now_s + GO_AGAIN_S
         yield from wire.hear(until_s, lambda _: False)
         wire.broadcast(GoSynchronous())
@@ -118,7 +118,7 @@ class MksBursts:
         yield from wire.ask(dict.fromkeys(orders, ArmSynchronous(on=False)))
         if began or unsure:
             for node in (*began, *unsure):
-                wire.took(node, orders[node])
+                wire.note_order(node, orders[node])
             yield from self._stops.halt((*began, *unsure))
         if ready:
             return Halted()

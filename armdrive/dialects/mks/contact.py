@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from typing import NoReturn
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.mks.inquiry import MksInquiry, Words, firmware_of, shared_words
 from armdrive.dialects.mks.stops import MksStops, pushing_words
-from armdrive.dialects.mks.wire import TRIES, MksWire, Obstacle, Script, WireScript, setting_of
+from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript, setting_of
 from armdrive.tasks import Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (
     LATEST,
@@ -54,44 +56,40 @@ class MksContact:
         """Whether every drive is known to stop on a silent bus."""
         self.firmware = ""
 
-    def connect(self) -> Obstacle:
-        """Find every drive and wait until all stand; return what prevents that."""
+    def connect(self) -> WireScript[None]:
+        """Find every drive and wait until all stand. Raises `Obstructed` if that fails."""
         wire = self._wire
         began_s, wire.said = wire.now_s, "READ ENCODER"
         wire.surplus.clear()
         for _ in range(TRIES):
             if missing := (yield from wire.look()):
-                return (yield from self._absent_or_shared(missing, began_s))
-        yield from wire.pause(
-            wire.now_s + wire.settings.answer_s
-        )  # for the answers of a second drive
-        if words := shared_words(wire.surplus.shared):
-            return RequestRejected(words, moved=False)
+                yield from self._refuse_absent(missing, began_s)
+        if words := (yield from self._shared_words()):
+            raise Obstructed(words)
         yield from self._recognise()
-        obstacle = yield from self._end_earlier_motion()
-        if obstacle is None:
-            obstacle = yield from self.adopt_positions()
-        if obstacle is None:
-            for drive in wire.drives:
-                drive.rest_at(drive.count or 0, wire.now_s)
-                drive.fresh = True
-        self.connected = obstacle is None
-        return obstacle
+        yield from self._end_earlier_motion()
+        yield from self.adopt_positions()
+        for drive in wire.drives:
+            drive.rest_at(drive.count or 0, wire.now_s)
+            drive.fresh = True
+        self.connected = True
 
-    def _absent_or_shared(self, missing: Collection[int], since_s: float) -> Obstacle:
-        """Report missing drives; they may have the ids of others."""
+    def _refuse_absent(self, missing: Collection[int], since_s: float) -> WireScript[NoReturn]:
+        """Raise `Obstructed` for missing drives; they may have the ids of others."""
         wire = self._wire
         absence = wire.absence(missing, since_s)
-        if not isinstance(absence, RequestRejected):
-            return absence
-        there = [node for node in wire.nodes if node not in missing]
-        for _ in range(TRIES):
-            yield from wire.look(there)
-        yield from wire.pause(wire.now_s + wire.settings.answer_s)
-        shared = shared_words(wire.surplus.shared)
-        return (
-            RequestRejected(f"{absence.reason}. And {shared}", moved=False) if shared else absence
-        )
+        if isinstance(absence, RequestRejected):
+            there = [node for node in wire.nodes if node not in missing]
+            for _ in range(TRIES):
+                yield from wire.look(there)
+            if shared := (yield from self._shared_words()):
+                raise Obstructed(f"{absence.reason}. And {shared}")
+        raise Obstructed(absence)
+
+    def _shared_words(self) -> Words:
+        """Wait for the answers of a second drive; return which ids two drives answer to."""
+        yield from self._wire.pause(self._wire.now_s + self._wire.settings.answer_s)
+        return shared_words(self._wire.surplus.shared)
 
     def _recognise(self) -> WireScript[None]:
         """Learn the abilities that all drives have: those of the oldest firmware."""
@@ -104,7 +102,7 @@ class MksContact:
         wire.able = abilities_of(version)
         self._on_firmware()
 
-    def _end_earlier_motion(self) -> Obstacle:
+    def _end_earlier_motion(self) -> WireScript[None]:
         """Wait for the end of a motion that an earlier program left running, then stop it."""
         wire = self._wire
         end_s = wire.now_s + EARLIER_MOTION_S
@@ -113,14 +111,13 @@ class MksContact:
             busy = [node for node, state in states.items() if state in BUSY]
             if busy:
                 what = "homing or calibrating" if len(busy) == 1 else "busy"
-                return RequestRejected(
-                    f"{wire.drive(busy[0])} is {what}: wait until it has finished", moved=False
-                )
+                raise Obstructed(f"{wire.drive(busy[0])} is {what}: wait until it has finished")
             turning = [node for node, state in states.items() if state in TURNING]
             if not turning:
-                return None
+                return
             if wire.now_s >= end_s:
-                return (yield from self._stops.halt(turning))
+                yield from self._stops.halt(turning)
+                return
             yield from wire.pause(wire.now_s + wire.settings.poll_s)
 
     # -- positions ----------------------------------------------------------------------------
@@ -139,36 +136,33 @@ class MksContact:
             drive.rest_at(drive.count or 0, wire.now_s)
         return wire.registers()
 
-    def adopt_positions(self) -> Obstacle:
+    def adopt_positions(self) -> WireScript[None]:
         """Read where the drives stand, and take that for their targets."""
         wire = self._wire
         began_s = wire.now_s
         if missing := (yield from wire.look()):
-            return wire.absence(missing, began_s)
+            raise Obstructed(wire.absence(missing, began_s))
         for drive in wire.drives:
             wire.host.settle(drive.node)
             if drive.moving or drive.register != drive.goal:
                 drive.rest_at(drive.count or 0, wire.now_s)
-        return None
 
-    def _adopt_and_relieve(self) -> Obstacle:
+    def _adopt_and_relieve(self) -> WireScript[None]:
         """Adopt the drives' positions, and relieve those that push.
 
         A drive may have been blocked when its last program died or its cable was lost. It would
         spring to its set-point as soon as it comes free.
         """
-        obstacle = yield from self.adopt_positions()
-        if obstacle is not None:
-            return obstacle
+        yield from self.adopt_positions()
         pushing = yield from self._stops.relieve(self._wire.nodes)
         if not pushing:
-            return None
+            return
         yield from self._stops.relieved(pushing)
         for node, off in pushing.items():
             if why := (yield from self._inquiry.mode_words(node)):  # it obeys nothing, and pushes
-                return RequestRejected(why, moved=False)
+                raise Obstructed(why)
             self._wire.tell(ProtocolWarning(pushing_words(self._wire.drive(node), off)))
-        return (yield from self.adopt_positions())
+        yield from self.adopt_positions()
 
     # -- current ------------------------------------------------------------------------------
 
@@ -176,31 +170,26 @@ class MksContact:
         """Make every drive hold its motor where it is, and switch on its watchdog."""
         self.on = False
         wire, inquiry = self._wire, self._inquiry
-        if obstacle := (yield from self.adopt_positions()):
-            return obstacle
+        yield from self.adopt_positions()
         if stalled := (yield from inquiry.stalled(wire.nodes)):
-            return RequestRejected(
-                f"{inquiry.stall_words(stalled[0])}; `reset()` clears that", moved=False
-            )
+            raise Obstructed(f"{inquiry.stall_words(stalled[0])}; `reset()` clears that")
         if unfit := (yield from self._unfit_words()):
-            return RequestRejected(unfit, moved=False)
+            raise Obstructed(unfit)
         if wire.can(Ability.SYNCHRONOUS_START):
             yield from wire.ask(dict.fromkeys(wire.nodes, ArmSynchronous(on=False)))
-        refused = yield from self._command(Enable(on=True), "ENABLE")
-        if refused is not None:
-            return refused
+        yield from self._command(Enable(on=True), "ENABLE")
         if off := (yield from inquiry.off(wire.nodes)):
-            return RequestRejected(
-                f"{wire.drive(off[0])} does not switch its motor on", moved=False
-            )
+            raise Obstructed(f"{wire.drive(off[0])} does not switch its motor on")
         self.watched = yield from self._watch()
         self.on = True
-        return (yield from self._adopt_and_relieve()) or Done()
+        yield from self._adopt_and_relieve()
+        return Done()
 
     def switch_off(self) -> Script:
         """Switch every drive's motor off."""
         self.on = False
-        return (yield from self._command(Enable(on=False), "DISABLE")) or Done()
+        yield from self._command(Enable(on=False), "DISABLE")
+        return Done()
 
     def _watch(self) -> WireScript[bool]:
         """Switch on the watchdog of every drive; return whether it is certainly on in all."""
@@ -218,20 +207,22 @@ class MksContact:
                 return True
         return False
 
-    def _command(self, message: Message, text: str) -> Obstacle:
-        """Send every drive a command that is safe to repeat; return why one did not obey."""
+    def _command(self, message: Message, text: str) -> WireScript[None]:
+        """Send every drive a command that is safe to repeat.
+
+        Raises `Obstructed` if one does not obey.
+        """
         wire = self._wire
         began_s = wire.now_s
         found = yield from wire.ask(dict.fromkeys(wire.nodes, message), text=text)
         if missing := [node for node in wire.nodes if node not in found]:
             why = yield from self._silence_words(missing)
-            return RequestRejected(why, moved=False) if why else wire.absence(missing, began_s)
+            raise Obstructed(why or wire.absence(missing, began_s))
         for node, reply in found.items():
             if not isinstance(reply, Taken):
                 why = yield from self._inquiry.mode_words(node)
                 refused = f"{wire.drive(node)} refused {text}: {NO_SUCH_ORDER}"
-                return RequestRejected(why or refused, moved=False)
-        return None
+                raise Obstructed(why or refused)
 
     # -- settings -----------------------------------------------------------------------------
     #
@@ -264,15 +255,11 @@ class MksContact:
     def clear(self) -> Script:
         """Clear stalls. Motor currents stay as they are, and nothing moves."""
         inquiry = self._inquiry
-        obstacle = yield from self._end_earlier_motion()
-        if obstacle is not None:
-            return obstacle
+        yield from self._end_earlier_motion()
         stalled = yield from inquiry.stalled(self._wire.nodes)
         if stalled:
             yield from self._wire.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
             if left := (yield from inquiry.stalled(stalled)):
-                return RequestRejected(
-                    f"{inquiry.stall_words(left[0])}; it does not clear that", moved=False
-                )
-        adopt = self._adopt_and_relieve if self.on else self.adopt_positions
-        return (yield from adopt()) or Done()
+                raise Obstructed(f"{inquiry.stall_words(left[0])}; it does not clear that")
+        yield from self._adopt_and_relieve() if self.on else self.adopt_positions()
+        return Done()

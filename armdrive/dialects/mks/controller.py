@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import HOST_S, bus_motors
+from armdrive.dialects.bus.drives import HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.group import BUS_REQUESTS
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.bus.paths import Trapezoid
@@ -102,32 +102,35 @@ class MksController(ScriptRunner[Event]):
         if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"MKS drives do not support {type(request).__name__}")
         contact = self._contact
-        if not contact.connected and (obstacle := (yield from contact.connect())) is not None:
-            return obstacle
-        match request:
-            case MoveBy() | MoveAlong() | HomeDevice():
-                return (yield from self._move(request))
-            case ReadPosition():
-                return (yield from contact.read())
-            case ReadSettings():
-                return (yield from compare(self._wire, contact.firmware))
-            case MendSetting(line):
-                return (yield from mend(self._wire, line))
-            case SwitchOn():
-                return (yield from contact.switch_on())
-            case DropCurrent():
-                return (yield from contact.switch_off())
-            case _:
-                return (yield from contact.clear())
+        try:
+            if not contact.connected:
+                yield from contact.connect()
+            match request:
+                case MoveBy() | MoveAlong() | HomeDevice():
+                    return (yield from self._move(request))
+                case ReadPosition():
+                    return (yield from contact.read())
+                case ReadSettings():
+                    return (yield from compare(self._wire, contact.firmware))
+                case MendSetting(line):
+                    return (yield from mend(self._wire, line))
+                case SwitchOn():
+                    return (yield from contact.switch_on())
+                case DropCurrent():
+                    return (yield from contact.switch_off())
+                case _:
+                    return (yield from contact.clear())
+        except Obstructed as obstructed:
+            return obstructed.reply
 
     def _move(self, request: MoveBy | MoveAlong | HomeDevice) -> Script:
-        if (obstacle := (yield from self._motion.prepare(held=self._contact.on))) is not None:
-            return obstacle
+        yield from self._motion.prepare(held=self._contact.on)
         match request:
             case HomeDevice(groups):
                 homed = yield from self._homing.home(groups)
-                rests = None if homed != Done() else (yield from self._contact.adopt_positions())
-                return rests or homed
+                if homed == Done():
+                    yield from self._contact.adopt_positions()
+                return homed
             case MoveBy(steps, rate_hz, let_go) if not self.abilities.queued_segments:
                 return (yield from self._bursts.burst(steps, rate_hz, let_go))
             case MoveBy(let_go=let_go):

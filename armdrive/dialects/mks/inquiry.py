@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
 from armdrive.dialects.mks.stops import restarted_words
-from armdrive.dialects.mks.wire import MksWire, WireScript
+from armdrive.dialects.mks.wire import MksWire, WireScript, obeys_bus
 from armdrive.tasks import Alert, AlertKind
 from firmware_protocol.mks import (
     Ability,
@@ -156,13 +156,24 @@ class MksInquiry:
         if not self._wire.can(Ability.READ_SETTINGS):
             return ""
         mode = yield from self._wire.setting(node, Code.MODE)
-        if not isinstance(mode, SetMode) or mode.mode.on_bus:
+        if not isinstance(mode, SetMode) or obeys_bus(mode):
             return ""
         return (
             f"{self._wire.drive(node)} is in mode {int(mode.mode)} ({mode.mode.name}), in which "
             f"the bus moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or "
             "`armdrive doctor --mend`)"
         )
+
+    def ask_fitness(self, node: int) -> None:
+        """Ask a moving drive what may keep it from moving; `wire.unfit` takes the answers.
+
+        Waits for nothing, since the other drives are still moving and a stop must not wait.
+        """
+        questions: list[Read | ReadSetting] = [ReadStall(), ReadEnabled()]
+        if self._wire.can(Ability.READ_SETTINGS):
+            questions.append(ReadSetting(Code.MODE))
+        for question in questions:
+            self._wire.put(node, question)
 
     def obstructed(self, node: int) -> WireScript[Alert | None]:
         """Return what keeps a drive from moving: a stall, no current, or its mode; or None."""

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
@@ -23,7 +24,7 @@ from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
-from armdrive.dialects.mks.wire import TRIES, MksWire, Obstacle, Script, WireScript
+from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -57,22 +58,21 @@ class MksMotion:
         self.underruns = 0
         """How often drives stood still although more of their motion was to come."""
 
-    def prepare(self, *, held: bool) -> Obstacle:
-        """Prepare a motion; return why it cannot begin, if it cannot."""
+    def prepare(self, *, held: bool) -> WireScript[None]:
+        """Prepare a motion. Raises `Obstructed` if it cannot begin."""
         wire = self._wire
         if not held:
-            return RequestRejected("its motors are disabled: call `enable()`", moved=False)
-        if any(drive.read_s < wire.now_s - FRESH_S for drive in wire.drives):
-            missing = yield from wire.look()
-            if missing:
-                return RequestRejected(wire.absent_words(missing), moved=False)
+            raise Obstructed("its motors are disabled: call `enable()`")
+        stale = any(drive.read_s < wire.now_s - FRESH_S for drive in wire.drives)
+        if stale and (missing := (yield from wire.look())):
+            raise Obstructed(wire.absent_words(missing))
         for drive in wire.drives:
             drive.course.advance(wire.now_s)
             if drive.moving or not drive.is_near:
                 drive.rest_at(drive.count or 0, wire.now_s)
         wire.observer.watch()
         wire.at_limit.clear()
-        return None
+        wire.unfit.clear()
 
     def along(self, request: MoveAlong) -> Script:
         """Steer the drives along segments, until the end or until something stops them."""
@@ -147,6 +147,11 @@ class MotionRun:
         """Whether a stop was requested or a jog was released."""
         return self.wire.stop_asked or self.let_go()
 
+    def unfit(self) -> Verdict | None:
+        """Return that a drive has reported why it cannot move; None if none has."""
+        unfit = self.wire.unfit
+        return _blocked(self.wire.drive(min(unfit))) if unfit else None
+
     def blame(self, trouble: Verdict | Alert | None) -> bool:
         """Record what is wrong; return whether anything is."""
         self.trouble = trouble
@@ -206,16 +211,16 @@ class MotionRun:
             self._reply = RequestRejected(words, silent=True)
         return None
 
-    def _repeat(self) -> Action:
+    def _repeat(self) -> None:
         """Repeat the order of drives that rejected it or stand short of it.
 
-        A drive that rejects it again is examined at once. Motors can be coupled: if one of a
+        A drive that rejects it again is asked why at once. Motors can be coupled: if one of a
         wrist's two motors stands, the other turns a joint that should not move.
         """
         for drive in self.wire.drives:
             if self.wire.now_s >= drive.rejections.due_s:
                 if drive.rejections.confirm():
-                    self.trouble = yield from self.inquiry.obstructed(drive.node)
+                    self.inquiry.ask_fitness(drive.node)
                 else:
                     self.wire.repeat(drive)
             elif drive.node in self.short:
@@ -270,7 +275,7 @@ class Moving:
             return Signal.STOP
         if run.steering.refused is not None:
             return Signal.OUT_OF_RANGE
-        if run.trouble is not None:
+        if run.blame(run.unfit()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s):
             return Signal.BACK
@@ -289,10 +294,9 @@ class Moving:
             self._run.steering.steer(trip)
         if self._polling.poll(now_s):
             self._asked_at_s, self._compared = trip.at_s(now_s), False
-        for node in wire.observer.wants(now_s):
+        for node in wire.observer.to_retry(now_s):
             self._retry(wire.drive(node))
-        for node in wire.observer.doubted:
-            wire.put(node, ReadEncoder())
+        reread_doubtful(wire)
         return min(trip.due_s, self._polling.due_s, wire.observer.due_s)
 
     def _retry(self, drive: ObservedDrive) -> None:
@@ -393,8 +397,7 @@ class Recovering:
         if now_s >= self._due_s:
             self._due_s = now_s + wire.settings.answer_s
             ask_all(wire)  # any reply shows that the outage is over
-        for node in wire.observer.doubted:
-            wire.put(node, ReadEncoder())
+        reread_doubtful(wire)
         return self._due_s
 
 
@@ -421,8 +424,7 @@ class Paused:
     def step(self, now_s: float) -> float:
         """Ask every drive for its position."""
         self._polling.poll(now_s)
-        for node in self._wire.observer.doubted:
-            self._wire.put(node, ReadEncoder())
+        reread_doubtful(self._wire)
         return self._polling.due_s
 
     def _displaced(self) -> Verdict | None:
@@ -449,7 +451,7 @@ class Arriving:
         run, observer = self._run, self._wire.observer
         if run.stop_asked and self._wire.under_way:
             return Signal.STOP
-        if run.trouble is not None:
+        if run.blame(run.unfit()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s):
             return Signal.BACK
@@ -512,6 +514,12 @@ def ask_all(wire: MksWire) -> None:
         wire.put(node, ReadEncoder())
     if any(drive.count is not None for drive in wire.drives):
         wire.tell(Progress(wire.registers()))
+
+
+def reread_doubtful(wire: MksWire) -> None:
+    """Ask the drives whose last reading is in doubt for another one."""
+    for node in wire.observer.to_reread:
+        wire.put(node, ReadEncoder())
 
 
 def found_off_path(run: MotionRun) -> Verdict | None:

@@ -128,7 +128,7 @@ class Steering:
                 continue
             target, rpm = order
             behind = drive.verdict is not None and drive.verdict.finding is DriveFinding.BEHIND
-            if last or behind or rpm < CREEP_RPM:
+            if last or behind or rpm < CREEP_RPM or self._is_unconfirmed(drive):
                 target, rpm = self._in_time(trip, motor, target, rpm)
             if (refused := beyond(drive, target)) is not None:
                 self.refused = refused
@@ -162,18 +162,29 @@ class Steering:
             return target, max(rpm, needed)
         ahead = math.copysign(1.0, target - drive.course.place)
         nearer = round(target - ahead * (left - most * COUNTS_S_PER_RPM * ahead_s))
-        if drive.moving and ahead * (nearer - drive.goal) < 0.0:
-            nearer = drive.goal  # never reverse
+        read_s = self._wire.now_s - drive.asked_s  # it may have moved as fast as that since
+        brakes_s = most * COUNTS_S_PER_RPM / slope_of(self._wire.settings.acceleration)
+        reverses = drive.moving and ahead * (nearer - drive.goal) < 0.0
+        if reverses and read_s + brakes_s > ahead_s:
+            nearer = drive.goal
         return nearer, most
 
     def _left(self, drive: ObservedDrive, target: int) -> float:
-        """Return the distance from a drive's last reading to a target.
+        """Return the distance to a target from where a drive may still be.
 
         Its course may be ahead of the drive, because orders were lost.
         """
         distance = target - drive.course.place
-        lag = max(math.copysign(1.0, distance) * drive.lag, 0.0)
+        lag = drive.lag
+        if self._is_unconfirmed(drive):
+            lag = drive.course.place - (drive.count or 0)
+        lag = max(math.copysign(1.0, distance) * lag, 0.0)
         return abs(distance) + (lag if lag > drive.bounds.rest else 0.0)
+
+    def _is_unconfirmed(self, drive: ObservedDrive) -> bool:
+        """Return whether a drive has confirmed no order lately, and may be where it was read."""
+        confirmed_s = max(drive.asked_s, drive.rejections.started_s)
+        return drive.moving and self._wire.now_s > confirmed_s + MAX_DELAY_S
 
     def _has_news(self, drive: ObservedDrive, rpm: int) -> bool:
         """Return whether a drive needs an order: a new speed, or a refresh that it may reject."""

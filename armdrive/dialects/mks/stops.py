@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Act, Phase, run_phases
 from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
 from armdrive.dialects.bus.stages import Braking
-from armdrive.dialects.mks.wire import MksWire, Obstacle, WireScript
+from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
@@ -169,13 +170,14 @@ class MksStops:
         self.send(nodes, hard=hard)
         return self._braking(nodes, MksBrakes(self._wire, self, nodes, hard=hard, judged=judged))
 
-    def halt(self, nodes: Collection[int]) -> Obstacle:
-        """Stop drives and wait until they stand; return why that is not known, if it is not."""
+    def halt(self, nodes: Collection[int]) -> WireScript[None]:
+        """Stop drives and wait until they stand. Raises `Obstructed` if that is not known."""
         braking = self.brake(nodes, judged=True)
         stages = {Phase.STOPPING: lambda: braking}
         hold = {Act.HOLD: lambda: self.hold(braking, judged=True)}
         yield from run_phases(self._wire, Phase.STOPPING, stages, hold)
-        return braking.unstopped()
+        if (unstopped := braking.unstopped()) is not None:
+            raise Obstructed(unstopped)
 
     def _braking(self, nodes: Collection[int], brakes: MksBrakes) -> Braking[ObservedDrive]:
         wire = self._wire

@@ -28,6 +28,7 @@ from firmware_protocol.mks import (
     ArmSynchronous,
     Code,
     Done,
+    EnabledRead,
     EncoderRead,
     Event,
     Failed,
@@ -47,8 +48,10 @@ from firmware_protocol.mks import (
     ReadEncoder,
     Reading,
     ReadSetting,
+    SetMode,
     Setting,
     SettingRead,
+    StallRead,
     Started,
     StateRead,
     Status,
@@ -68,7 +71,6 @@ T = TypeVar("T")
 WireScript: TypeAlias = ExchangeScript[Event, T]
 """A script on the wire, with its result."""
 Script: TypeAlias = WireScript[Reply]
-Obstacle: TypeAlias = WireScript[Timeout | RequestRejected | None]
 Answer: TypeAlias = Reading | SettingRead
 """A drive's answer to a question."""
 
@@ -102,6 +104,9 @@ class MksWire(ScriptIO[Event]):
         """The last homing state of each drive since its entry was cleared."""
         self.at_limit: set[int] = set()
         """The drives that a limit switch has stopped, since the set was cleared."""
+        self.unfit: set[int] = set()
+        """The drives that reported a stall, no current, or a mode in which the bus moves nothing,
+        since the set was cleared."""
         self.surplus = SurplusAnswers()
         self.garbled = 0
         """How many replies were unreadable."""
@@ -153,14 +158,14 @@ class MksWire(ScriptIO[Event]):
     def send(self, node: int, order: MoveAbsoluteAxis) -> None:
         """Send a drive an order: target, speed and ramp."""
         self.put(node, order)
-        self.took(node, order)
+        self.note_order(node, order)
 
     def repeat(self, drive: ObservedDrive) -> None:
         """Send a moving drive its last order again, which is absolute."""
         if drive.moving:
             self.send(drive.node, self.orders[drive.node])
 
-    def took(self, node: int, order: MoveAbsoluteAxis) -> None:
+    def note_order(self, node: int, order: MoveAbsoluteAxis) -> None:
         """Record that a drive has received an order."""
         self.orders[node] = order
         speed, slope = order.speed_rpm * COUNTS_S_PER_RPM, slope_of(order.acc)
@@ -296,6 +301,10 @@ class MksWire(ScriptIO[Event]):
                 drive.ledger.located()
             case Answered(_, _, StateRead(state)):
                 self.states[drive.node] = state
+            case Answered(_, _, StallRead(on=True) | EnabledRead(on=False)):
+                self.unfit.add(drive.node)
+            case Answered(_, _, SettingRead(Code.MODE) as mode) if not obeys_bus(setting_of(mode)):
+                self.unfit.add(drive.node)
             case Answered(_, _, HomingRead(by_command=homing)) if homing is not None:
                 self.homing[drive.node] = homing
             case Done(_, Home()):
@@ -353,6 +362,11 @@ def setting_of(answer: Answer | None) -> Setting | None:
         return as_setting(answer) if isinstance(answer, SettingRead) else None
     except RemoteProtocolError:
         return None
+
+
+def obeys_bus(setting: Setting | None) -> bool:
+    """Return whether the bus can move a drive in this mode; True if the mode is not known."""
+    return not isinstance(setting, SetMode) or setting.mode.on_bus
 
 
 def _settles(event: Event, *, answers_orders: bool) -> bool:

@@ -195,7 +195,7 @@ _PASSING = frozenset({*MOTION_CODES, Code.ENCODER, Code.RAW_ENCODER, Code.SPEED,
 """Encoders tremble, and ends of motions may go unreported: only rest positions have to agree."""
 
 
-def weighed(frame: Frame) -> Message:
+def as_message(frame: Frame) -> Message:
     """Return a frame as a message, compared by its code."""
     data, code = pack(frame), frame.data[:1]
     if code and code[0] in _OF_ITSELF:
@@ -205,12 +205,12 @@ def weighed(frame: Frame) -> Message:
     return Message(data, Weight.MOMENT, code)
 
 
-def heard(data: bytes) -> object:
+def answer_words(data: bytes) -> object:
     """Return what answers mean. Raises `RemoteProtocolError`."""
     return words(data, lambda frame: (str(frame.can_id), _answer(frame)), SENTENCES)
 
 
-def sent(data: bytes) -> object:
+def request_words(data: bytes) -> object:
     """Return what frames of the host mean. Raises `RemoteProtocolError`."""
     return words(data, lambda frame: (str(frame.can_id), decode_request(frame)), SENTENCES)
 
@@ -223,4 +223,4 @@ def _answer(frame: Frame) -> object:
         return decode_answer(frame, setting=True)
 
 
-TALK = Describer(lambda: PackedFrames(weighed), heard, sent, shown, SENTENCES)
+TALK = Describer(lambda: PackedFrames(as_message), answer_words, request_words, shown, SENTENCES)

@@ -177,7 +177,7 @@ class Fitting:
         links = [link for link, _ in line.links]
         for link, values in line.links:
             if link not in known or links.count(link) > 1:
-                yield Problem(line.mark, f"`{link}` does not belong to `{line.word}` so{example}")
+                yield Problem(line.mark, f"`{link}` does not belong to `{line.word}` here{example}")
             else:
                 yield from self._many(values, known[link], link, line.mark, example)
         for link in word.needs:
@@ -192,10 +192,10 @@ class Fitting:
         elif isinstance(value, Name) and self._kinds.nowhere(value.name, self._define):
             yield self._nowhere(value)
         elif kind is ValueKind.TEXT:
-            yield Problem(value.mark, "a text cannot be given a name")
+            yield Problem(value.mark, "a text cannot have a name")
         else:
             if kind is ValueKind.PLACE:
-                text = f"a place is given a name so: `point {line.name} = ...`"
+                text = f"to name a place, write `point {line.name} = ...`"
                 yield Problem(line.mark, text)
             yield from self._value(value, slot)
 
@@ -283,9 +283,9 @@ class Fitting:
             shown = (each for each in kinds if each in (ValueKind.NUMBER, ValueKind.TRUTH))
             kind = next(shown, ValueKind.ANY)
             if kind is ValueKind.ANY and ValueKind.PLACE in kinds:
-                yield Problem(value.mark, "places are not compared: compare their x, y and z")
+                yield Problem(value.mark, "places cannot be compared: compare their x, y and z")
             if kind is ValueKind.ANY and ValueKind.TEXT in kinds:
-                yield Problem(value.mark, "texts are not compared")
+                yield Problem(value.mark, "texts cannot be compared")
         for side in sides:
             yield from self._value(side, Slot("value", kind))
 
@@ -313,18 +313,20 @@ def shape_problems(tree: Tree, names: ProgramNames) -> Iterator[Problem]:
     """Yield what keeps a program from being compiled."""
     defines = [line for line in tree.body if isinstance(line, Define)]
     called = [(line.name, line.mark) for line in defines]
-    yield from _twice(called, "there is a subprogram {!r} already")
+    yield from _twice(called, "there is already a subprogram {!r}")
     for define in defines:
         parameters = [(name, define.mark) for name in define.parameters]
         yield from _twice(parameters, "two parameters are called {!r}")
         for name, mark in ((define.name, define.mark), *parameters):
             yield from _reserved(name, mark)
         if define.name.lower() in names.variables | own_names(define):
-            yield Problem(define.mark, f"{define.name!r} is the name of a value too: take another")
+            yield Problem(
+                define.mark, f"{define.name!r} is also the name of a value: choose another"
+            )
     main = tuple(line for line in tree.body if not isinstance(line, Define))
     for body in (main, *(define.body for define in defines)):
         labels = [(line.name, line.mark) for line in every(body) if isinstance(line, Label)]
-        yield from _twice(labels, "there is a label {!r} already")
+        yield from _twice(labels, "there is already a label {!r}")
         yield from _Placing(names.subprograms, within=body is not main).problems(body)
 
 
@@ -338,7 +340,7 @@ def _twice(named: list[tuple[str, SourceMark]], text: str) -> Iterator[Problem]:
 
 def _reserved(name: str, mark: SourceMark) -> Iterator[Problem]:
     if name.lower() in RESERVED:
-        yield Problem(mark, f"`{name.lower()}` is a word of the language: take another name")
+        yield Problem(mark, f"`{name.lower()}` is a word of the language: choose another name")
 
 
 class _Placing:
@@ -365,10 +367,10 @@ class _Placing:
                 case Call() if line.name.lower() not in self._known:
                     yield Problem(line.mark, self._no_subprogram(line.name))
                 case Do(word="return") if not self._within:
-                    text = "`return` stands in a subprogram; `stop` ends the program"
+                    text = "`return` is allowed in a subprogram only; `stop` ends the program"
                     yield Problem(line.mark, text)
                 case Do(word="break" | "continue") if not looped:
-                    yield Problem(line.mark, f"`{line.word}` stands in a loop")
+                    yield Problem(line.mark, f"`{line.word}` is allowed in a loop only")
             for block in bodies(line):
                 yield from self.problems(block, looped or isinstance(line, While | Repeat), labels)
 
@@ -380,9 +382,9 @@ class _Placing:
 def _no_label(name: str, labels: frozenset[str]) -> str:
     low = name.lower()
     if low in RESERVED:
-        return f"`{low}` is no label: what an `if` does stands on lines of its own, up to `end`"
+        return f"`{low}` is no label: the lines of an `if` follow it and end with `end`"
     near = suggestion(low, labels)
-    return f"no label {name!r} stands in this block or in one around it{near}"
+    return f"there is no label {name!r} in this block or in one around it{near}"
 
 
 # Whether every name certainly has a value where it is used.

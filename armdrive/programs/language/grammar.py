@@ -210,8 +210,8 @@ def _unknown_sign(line: str, column: int) -> str:
     if sign == '"':
         return 'the text has no end: a `"` is missing'
     if sign.isalpha():
-        return f"{sign!r} is no letter of a name: those have a to z, digits and _"
-    return f"{sign!r} is no sign of a program"
+        return f"{sign!r} cannot stand in a name: names have the letters a to z, digits and _"
+    return f"{sign!r} has no meaning in a program"
 
 
 def _first_word(line: str, column: int) -> tuple[int, str] | None:
@@ -225,7 +225,7 @@ def _first_word(line: str, column: int) -> tuple[int, str] | None:
     if low in RESERVED and rest.startswith("=") and not rest.startswith("=="):
         return at, f"`{low}` is a word of the language: give the value another name"
     if rest.startswith(_CHANGES):
-        return at, f"a value is given a name so: `{word} = ...`"
+        return at, f"to name a value, write `{word} = ...`"
     known = low in SPELLINGS or low in SHAPES or low in RESERVED
     if known or column <= at or rest.startswith(("=", ":", "(")):
         return None

@@ -112,7 +112,7 @@ def from_json(data: object) -> Value:
     if isinstance(data, int | float):
         return float(data)
     if not isinstance(data, dict):
-        raise TypeError(f"{data!r} is no value of a program")
+        raise TypeError(f"{data!r} is not a value of a program")
     pose, joints, opening = data["pose"], data["joints_deg"], data["opening_mm"]
     return PlaceValue(
         None if pose is None else Pose(*pose),
@@ -126,13 +126,13 @@ def from_json(data: object) -> Value:
 
 def _tan(angle_deg: float) -> float:
     if angle_deg % 180.0 == 90.0:
-        raise LineFailure("there is no tangent of a right angle")
+        raise LineFailure("a right angle has no tangent")
     return math.tan(math.radians(angle_deg))
 
 
 def _sqrt(value: float) -> float:
     if value < 0.0:
-        raise LineFailure("there is no square root of a negative number")
+        raise LineFailure("a negative number has no square root")
     return math.sqrt(value)
 
 
@@ -283,7 +283,7 @@ def out_of_bounds(slot: Slot, value: float, *, percent: bool = False) -> str | N
     if slot.whole and value != int(value):
         return f"{slot.title} has to be a whole number, not {shown}"
     if slot.not_zero and value == 0.0:
-        return f"{slot.title} counts from 1, 0 is none"
+        return f"{slot.title} counts from 1, so 0 is not allowed"
     if slot.above is not None and value <= slot.above:
         return f"{slot.title} has to be above {value_text(slot.above)}, not {shown}"
     if slot.least is not None and value < slot.least:

@@ -93,7 +93,7 @@ MOVING = (
          "draw 10, 0, -5"),
     Word("ready", (), "Go to the park posture of the arm file.", "ready"),
     Word("home", (), "Reference the arm, where its position is not yet trusted.", "home"),
-    Word("speed", (SPEED,), "The speed of all that comes after it.", "speed 50%"),
+    Word("speed", (SPEED,), "The speed of everything that follows.", "speed 50%"),
 )  # fmt: skip
 
 FINGERS = (
@@ -111,7 +111,7 @@ PLACES = (
     Word("shift", (NEW_PLACE,), "Move a point of the program along x, y and z of the base.",
          "shift corner by 10, 0, 0", links=(("by", ALONG),), needs=("by",)),
     Word("remember", (NEW_PLACE,),
-         "Like `here`, and save the point in the arm's book, replacing one of that name.",
+         "Like `here`, and save the point, replacing a saved one of that name.",
          "remember corner"),
 )  # fmt: skip
 
@@ -121,9 +121,9 @@ WAITING = (
     Word("delay", (TIME,), "Let time pass.", "delay 1.5"),
     Word("signal", (LINES,), "Switch outputs on, and those with a minus off.", "signal 3, -4"),
     Word("wait_input", (LINES,),
-         "Wait until inputs are on, and those with a minus off. After the time behind `within`, "
-         "in s, the program ends with an error; with `into NAME` it goes on, and the name tells "
-         "whether the inputs came.",
+         "Wait until inputs are on, and those with a minus off. After the time given by `within`, "
+         "in s, the program ends with an error. With `into NAME` it goes on, and NAME says whether "
+         "the inputs came.",
          "wait_input 1, -2 within 5",
          links=(("within", (TIME,)), _into(ValueKind.TRUTH))),
     Word("hold", (ANYTHING,), "Wait until a person continues the program.",
@@ -202,7 +202,7 @@ SHELL = (
     WordForm("where", "where", "Where the arm stands."),
     WordForm("status", "status", "Everything known about the arm."),
     WordForm("names", "names", "The values, subprograms and points named so far."),
-    WordForm("points", "points", "The points named here, and those saved in the arm's book."),
+    WordForm("points", "points", "The points named here, and the saved points."),
     WordForm("list", "list", "The lines carried out so far, as a program."),
     WordForm("drop", "drop NUMBER", "Remove an entry from the list. Undoes nothing."),
     WordForm("save", f"save FILE.arm [{OVER}]", "Write the list into a program file."),
@@ -224,7 +224,7 @@ SHELL = (
 """The words of the shell."""
 
 TEACH = (
-    WordForm("to", "to POINT [along a line] [at SPEED]", "Go to a point of the arm's book."),
+    WordForm("to", "to POINT [along a line] [at SPEED]", "Go to a saved point."),
     WordForm(
         "gripper",
         "gripper open|close|grasp|point|MM [at SPEED]",
@@ -259,7 +259,7 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
              ValueKind.PLACE, "The place with these coordinates; -90 of pitch points at the table.",
              "at(250, 0, 60, -90)"),
     Function("taught", (Slot("name", ValueKind.TEXT),), ValueKind.PLACE,
-             "A point of the arm's book whose name cannot be written in a program.",
+             "A saved point whose name a program cannot have.",
              'taught("pick-2")'),
     Function("shifted", (PLACE, *ALONG), ValueKind.PLACE,
              "A place moved along x, y and z.", "shifted(pick, 0, 40, 0)"),

@@ -114,7 +114,7 @@ class Stepper:
         """
         found = self._back()
         if found is None:
-            raise Refused("there is no point before in the sequence")
+            raise Refused("the sequence has no earlier point")
         step, target = found
         point = self.steps[target].point
         stops = self._arm.stops if since is None else since

@@ -87,7 +87,7 @@ def shaped_point(config: ArmConfig, name: str, point: Point, shape: Shape, note:
     try:
         joints = shape(point.joints)
     except (KinematicsError, Refused) as error:
-        raise Refused(f"the point {name!r} has no place there: {error}") from error
+        raise Refused(f"the point {name!r} cannot go there: {error}") from error
     _require_allowed(config, name, joints)
     notes = "; ".join(text for text in (point.note, note) if text)
     return Point(joints, point.opening_mm, notes)
@@ -147,7 +147,7 @@ def _require_allowed(config: ArmConfig, name: str, joints: Joints) -> None:
     else:
         return
     raise OutOfBounds(
-        f"the point {name!r} has no place there: {error}",
+        f"the point {name!r} cannot go there: {error}",
         name=error.name,
         value=error.value,
         bound=error.bound,

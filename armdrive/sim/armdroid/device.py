@@ -1,9 +1,9 @@
-"""An Armdroid that is not there: the serial driver sketch on a simulated physical arm.
+"""A simulated Armdroid: the serial driver sketch on a simulated physical arm.
 
 Sources: Armdroid/Armdroid-Arduino-Library (Armdroid.cpp, SerialDriver) and Arduino's AVR core.
-Where boards differ the harsher one is built: it takes 10 ms for a character as one with native USB
-does, and has room for no more characters than one with a serial chip. Where the real arm's habit
-is unknown too: a reset of the board lets the motors go.
+Where boards differ, this device takes the harsher option: 10 ms per character, as on boards with
+native USB, and as small a buffer as on boards with a serial chip. The same holds where the
+behaviour of the real arm is unknown: a reset of the board releases the motors.
 """
 
 from __future__ import annotations
@@ -56,18 +56,18 @@ CHANNELS = (6, 5, 4, 3, 2, 1)
 """The channel of each motor: base, shoulder, elbow, right and left wrist, gripper."""
 MINUTE_MS, TURN_STEPS = 60_000, 48
 AT_ONCE_S = 0.0004
-"""Between two steps of all motors, when the sketch waits for nothing."""
+"""The time between two steps of all motors when the sketch does not wait."""
 NEVER_S = 4_294_967.295
-"""What a division by zero makes of the interval on an AVR: the greatest number of 32 bit, in ms."""
+"""The interval that an AVR computes from a division by zero: the largest 32-bit number, in ms."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArmdroidQuirks:
     """What differs between boards.
 
-    `character_s` is how long a character takes, `room_bytes` how many wait at most, `boot_s` how
-    long a reset lasts. A board with native USB `greets` the program that opens its port; another
-    `resets_on_open`. `speed_error` 0.2 makes motions a fifth longer.
+    `character_s` is the time per character, `room_bytes` the size of the buffer, `boot_s` the
+    length of a reset. A board with native USB `greets` the program that opens its port; others
+    reset instead (`resets_on_open`). A `speed_error` of 0.2 makes motions a fifth longer.
     """
 
     character_s: float = 0.010
@@ -85,7 +85,7 @@ class ArmdroidQuirks:
                 raise BadRequest(f"{name} must be from 0 to {most:g}, not {value:g}")
 
     def interval_s(self, rpm: int) -> float:
-        """Return the time between two steps: whole milliseconds, by a division without a rest."""
+        """Return the time between two steps: whole milliseconds, by integer division."""
         if rpm == 0:
             return NEVER_S
         interval_s = MINUTE_MS // TURN_STEPS // (rpm % (1 << 32)) / 1000.0
@@ -93,7 +93,7 @@ class ArmdroidQuirks:
 
 
 def by_channel(by_motor: Sequence[int]) -> tuple[int, ...]:
-    """Return counts in the order of the channels."""
+    """Return counts in channel order."""
     return tuple(by_motor[CHANNELS.index(channel)] for channel in range(1, len(CHANNELS) + 1))
 
 
@@ -103,7 +103,7 @@ def by_motor(by_channel: Sequence[int]) -> tuple[int, ...]:
 
 
 class ArmdroidBoard(Board):
-    """The board with its sketch: characters in, answers out, motors turned; and the arm."""
+    """The board with its sketch, and the arm."""
 
     title: ClassVar[str] = "Armdroid"
     input_bits: ClassVar[int] = 0
@@ -123,7 +123,7 @@ class ArmdroidBoard(Board):
         self.motor_speed = MotorSpeed(self.quirks.speed_error)
         self.lost_bytes = 0
         self.rpm = RPM_DEFAULT
-        """The speed that was set last."""
+        """The speed set last."""
         self._codec = Device()
         self._waiting = bytearray()
         self._turn_s = 0.0
@@ -132,51 +132,51 @@ class ArmdroidBoard(Board):
 
     @property
     def busy(self) -> bool:
-        """Whether a command is unanswered, or characters wait."""
+        """Whether a command is unanswered or characters wait."""
         return self._codec.unanswered is not None or bool(self._waiting)
 
     @property
     def registers(self) -> Motors:
-        """The offsets in the order of the arm's motors: signed 16 bit, wrapping."""
+        """The offsets in the order of the arm's motors: signed, 16 bits, wrapping."""
         return Motors((count + _SIGN) % _WORD - _SIGN for count in self.drive.counts)
 
     @property
     def offsets(self) -> tuple[int, ...]:
-        """The same in the order of the board's channels."""
+        """The offsets in the order of the board's channels."""
         return by_channel(self.registers)
 
     @property
     def kept(self) -> tuple[int, ...]:
-        """The arguments that a stray `D` would carry out."""
+        """The arguments that a stray `D` would execute."""
         return self._codec.arguments
 
     def details(self) -> dict[str, Json]:
-        """Return the speed, how wrong it is, and what a stray `D` would repeat."""
+        """Return the speed, its error, and the arguments that a stray `D` would execute."""
         return {"rpm": self.rpm, "speed_error": self.motor_speed.error, "kept": list(self.kept)}
 
-    # What a person can do.
+    # Actions of a person.
 
     def set_input(self, bit: int, on: bool) -> None:  # noqa: ARG002
         """Refuse: the board has no inputs."""
         raise lacks(self, "input bits")
 
     def opened(self) -> None:
-        """Open its port, as every program does that connects; nothing is seen of it in motion."""
+        """Open the port, as every connecting program does; no effect during a motion."""
         if self.quirks.resets_on_open:
             self.reset()
         elif self.quirks.greets and self._codec.unanswered is None:
             self._greeting, self._turn_s = True, self.now_s
 
     def reset(self) -> None:
-        """Press the board's button: motion ends dead, offsets and speed are lost, motors let go."""
+        """Press the reset button: motion stops dead, offsets and speed are lost, motors are off."""
         self.drive.lose_power(self.now_s)
         self.forget()
         self.boot()
 
-    # What the board does with characters and time.
+    # How the board handles characters and time.
 
     def hear(self, data: bytes) -> None:
-        """Take characters, as many as there is room for; none while it starts."""
+        """Receive as many characters as fit the buffer; none while the board starts."""
         taken = b"" if self.now_s < self._deaf_until_s else data
         taken = taken[: self.quirks.room_bytes - len(self._waiting)]
         self.lost_bytes += len(data) - len(taken)
@@ -185,13 +185,13 @@ class ArmdroidBoard(Board):
         self._waiting += taken
 
     def due_s(self) -> float:
-        """Tell when it takes its next character, or a motion ends."""
+        """Return when the board takes its next character, or a motion ends."""
         if self._codec.unanswered is not None:
             return self.drive.done_s
         return self._turn_s if self._waiting or self._greeting else self.drive.done_s
 
     def happen(self) -> None:
-        """End a motion, say welcome, or take the next character."""
+        """End a motion, send the greeting, or take the next character."""
         if self.drive.moving:
             super().happen()
         elif self._greeting:
@@ -221,7 +221,7 @@ class ArmdroidBoard(Board):
                 self._tell(event)
 
     def _tell(self, event: DeviceEvent) -> None:
-        """Do what takes no time, and answer."""
+        """Execute a command that takes no time, and answer."""
         match event:
             case SetSpeed(rpm) | OddSpeed(rpm):
                 self.rpm = rpm
@@ -255,12 +255,12 @@ class ArmdroidBoard(Board):
         self._turn_s = self.now_s + self.quirks.character_s
 
     def boot(self) -> None:
-        """Begin the sketch: it is deaf for a while, and then says welcome."""
+        """Start the sketch: it ignores input for a while, then greets."""
         self._deaf_until_s = self.now_s + self.quirks.boot_s
         self._greeting, self._turn_s = self.quirks.greets, self._deaf_until_s
 
     def forget(self) -> None:
-        """Lose the speed, and whatever is half received."""
+        """Clear the speed and any partly received command."""
         self._codec.forget()
         self._waiting.clear()
         self.rpm, self._greeting = RPM_DEFAULT, False
@@ -270,7 +270,7 @@ _USUAL = ArmdroidQuirks()
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> ArmdroidBoard:
-    """Make it as a program finds it that has just opened its port."""
+    """Make the board as a program finds it that has just opened the port."""
     board = ArmdroidBoard(world, ArmdroidQuirks(**options.values), baud=config.connection.baud)
     if board.quirks.greets:
         board.opened()

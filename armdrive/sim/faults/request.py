@@ -1,4 +1,4 @@
-"""What a fault is: its request in words, what it can befall, and the row of the table."""
+"""What a fault is: its request in words, what it can affect, and its row in the table."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from armdrive.sim.wire import PacedDevice
 from armdrive.text.reading import number, whole
 
 # --- A requested fault, from a command line, the console or a program ----------------------------
-#
-# On a command line `NAME[:ARGUMENT,..][@SECONDS]`, at the console the same words with spaces.
+# On a command line: `NAME[:ARGUMENT,..][@SECONDS]`; at the console, the same words with spaces.
 # Named arguments are written `from=host` or `--from host`.
 
 SIDES = ("host", "device", "both")
@@ -22,9 +21,9 @@ _NAMED = ("from", "seed", "for")
 
 @dataclass(frozen=True, slots=True)
 class FaultRequest:
-    """What is to go wrong: `side` is who speaks, the times are in seconds from now.
+    """A requested fault: `side` is the sender affected; times are in seconds from now.
 
-    `for_s` is how long it lasts, None for until it is ended. Raises `BadRequest`.
+    `for_s` is its duration, None for until it is ended. Raises `BadRequest`.
     """
 
     name: str
@@ -46,7 +45,7 @@ class FaultRequest:
 
 
 def parse_option(text: str) -> FaultRequest:
-    """Read what follows `--fault`."""
+    """Parse the value of `--fault`."""
     head, at, seconds = text.rpartition("@")
     if not at:
         head = text
@@ -56,7 +55,7 @@ def parse_option(text: str) -> FaultRequest:
 
 
 def parse_words(words: Sequence[str]) -> FaultRequest:
-    """Read the words of a console command."""
+    """Parse the words of a console command."""
     after_s, named, plain = 0.0, {}, []
     rest = list(words)
     while rest:
@@ -86,10 +85,10 @@ def parse_words(words: Sequence[str]) -> FaultRequest:
 
 
 class Cable:
-    """The cable between a device and the program that opens its wire, pulled at once.
+    """The cable between a device and the program that opens its wire; it can be pulled at any time.
 
-    `withdraw` takes the wire away from who has opened it, and `offer` gives it back, under another
-    name perhaps; that may raise `PortUnavailable`.
+    `withdraw` disconnects the program that has opened the wire. `offer` reconnects it, possibly
+    under another name, and may raise `PortUnavailable`.
     """
 
     def __init__(
@@ -103,19 +102,19 @@ class Cable:
         self._offer = offer
 
     def unplug(self) -> None:
-        """Pull it; what is under way is lost."""
+        """Pull the cable; bytes under way are lost."""
         self._withdraw()
         self._line.unplug()
 
     def replug(self, name: str | None = None) -> None:
-        """Put it back, where it may be found under another name."""
+        """Plug the cable in again, possibly under another name."""
         self._offer(name)
         self._line.plug()
 
 
 @dataclass(frozen=True, slots=True)
 class FaultBench:
-    """All that a fault can befall."""
+    """Everything that a fault can affect."""
 
     device: SimDevice
     line: PacedDevice
@@ -128,22 +127,22 @@ def _always() -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A fault that goes on: how to end it, and whether it still does something."""
+    """A fault in progress: how to end it, and whether it still has an effect."""
 
     end: Callable[[], object]
     alive: Callable[[], bool] = _always
 
 
 Begin = Callable[[], Running | None]
-"""Begins a fault; returns nothing where it is over at once."""
+"""Begins a fault; returns None if it is over at once."""
 Prepare = Callable[[FaultBench, FaultRequest], Begin]
-"""Checks the words of a request, and returns what begins the fault."""
+"""Checks the words of a request, and returns the function that begins the fault."""
 
 
 def lasting(
     begin: Callable[[], object], end: Callable[[], object], alive: Callable[[], bool] = _always
 ) -> Begin:
-    """Return what begins a fault that goes on until it is ended."""
+    """Return a function that begins a fault which lasts until it is ended."""
 
     def started() -> Running:
         begin()
@@ -154,7 +153,11 @@ def lasting(
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """One row; `needs` is what a board must be able to do, `lasts_s` the usual duration."""
+    """One row; `needs` is the ability required of the board, `lasts_s` the usual duration.
+
+    A fault that `replaces` ends an earlier one of its kind on the same motor, so that its own end
+    restores the state before both.
+    """
 
     name: str
     arguments: str
@@ -162,21 +165,22 @@ class FaultKind:
     prepare: Prepare
     needs: type | None = None
     lasts_s: float | None = None
+    replaces: bool = False
 
     @property
     def usage(self) -> str:
-        """How it is written."""
+        """How the fault is written."""
         return f"{self.name} {self.arguments}".strip()
 
     def befalls(self, board: type[Board]) -> bool:
-        """Tell whether a device with this kind of board can have it."""
+        """Return whether a device with this kind of board can have the fault."""
         return self.needs is None or issubclass(board, self.needs)
 
 
 def check_count(usage: str, words: Sequence[str]) -> None:
-    """Raise `BadRequest` for more or fewer words than a command or a fault takes.
+    """Raise `BadRequest` if a command or fault has too many or too few words.
 
-    Its usage tells: what is in brackets may be left out, and "..." may be one word.
+    The usage text decides: words in brackets are optional, and "..." stands for any number.
     """
     arguments = usage.split()[1:]
     optional = [at for at, word in enumerate(arguments) if word.startswith("[")]

@@ -1,6 +1,6 @@
-"""The faults that a simulated arm can be given: what each does, their table, those under way.
+"""The faults of simulated arms: what each does, their table, and those in progress.
 
-The first are those of the controller and of the arm: power, resets, motors, limit switches.
+First come the faults of the controller and the arm: power, resets, motors, limit switches.
 """
 
 from __future__ import annotations
@@ -61,12 +61,12 @@ BROWN_OUT_S = 0.5
 
 
 def brown_out(bench: FaultBench, _: FaultRequest) -> Begin:
-    """Have the power fail, and come back."""
+    """Cut the power for a while."""
     return lasting(lambda: bench.device.set_power(False), lambda: bench.device.set_power(True))
 
 
 def reset(bench: FaultBench, _: FaultRequest) -> Begin:
-    """Have the board reset, its power on."""
+    """Reset the board with its power on."""
     board = bench.device.board
     if not isinstance(board, Resettable):
         raise lacks(board, "reset apart from its power")
@@ -74,7 +74,7 @@ def reset(bench: FaultBench, _: FaultRequest) -> Begin:
 
 
 def lose_steps(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a motor lose steps."""
+    """Make a motor lose steps."""
     motor, count = motor_of(bench, request.words[0]), whole(request.words[1])
     if count < 1:
         raise BadRequest(f"1 step or more can be lost, not {count}")
@@ -82,7 +82,7 @@ def lose_steps(bench: FaultBench, request: FaultRequest) -> Begin:
 
 
 def stall(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a motor no longer follow."""
+    """Make a motor stop following."""
     motor, stalled = motor_of(bench, request.words[0]), bench.device.world.stalled
     return lasting(
         lambda: stalled.add(motor), lambda: stalled.discard(motor), lambda: motor in stalled
@@ -90,7 +90,7 @@ def stall(bench: FaultBench, request: FaultRequest) -> Begin:
 
 
 def switch(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a limit switch stick, or free it."""
+    """Make a limit switch stick, or free it."""
     board = bench.device.board
     if not isinstance(board, HasSwitches):
         raise lacks(board, "limit switches")
@@ -108,7 +108,7 @@ def switch(bench: FaultBench, request: FaultRequest) -> Begin:
 
 
 def motor_of(bench: FaultBench, word: str) -> int:
-    """Return a motor's index, given as its number from 1 or as its name."""
+    """Return a motor's index, given its number from 1 or its name."""
     names = [motor.name for motor in bench.device.world.body.transmission.motors]
     if word in names:
         return names.index(word)
@@ -124,14 +124,14 @@ NOISE_MOST = 4096
 
 
 def on_wire(effect: Callable[[FaultRequest], Effect], first: int = 0, default: str = "") -> Prepare:
-    """Return a row's `prepare` that puts an effect on the lanes of the sides that speak."""
+    """Return a row's `prepare` that applies an effect to the directions concerned."""
     return ruling(lambda request, amount: Rule(effect(request), amount), first, default)
 
 
 def ruling(
     make: Callable[[FaultRequest, Amount], Rule], first: int = 0, default: str = ""
 ) -> Prepare:
-    """Return a row's `prepare` that puts a rule on the lanes of the sides that speak."""
+    """Return a row's `prepare` that applies a rule to the directions concerned."""
 
     def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
         words = request.words[first:] or ((default,) if default else ())
@@ -146,7 +146,7 @@ def ruling(
 
 
 def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Begin:
-    """Return what puts rules on their lanes, until they are spent or withdrawn."""
+    """Return a function that adds rules to their directions until they are used up or removed."""
 
     def put() -> None:
         for lane, rule in rules:
@@ -179,12 +179,12 @@ def _amount(word: str, request: FaultRequest, salt: int) -> Amount:
 
 
 def draw(request: FaultRequest, salt: int = 0) -> random.Random:
-    """Return the generator of a fault's chances, the same for the same seed."""
+    """Return the random generator of a fault, the same for the same seed."""
     return random.Random(f"{request.name} {request.seed} {salt}")  # noqa: S311 - to be repeatable
 
 
 def delaying(request: FaultRequest) -> Effect:
-    """Return the effect of the delay that the first word gives."""
+    """Return the effect of a delay, given as the first word."""
     seconds = number(request.words[0])
     if not 0.0 < seconds < float("inf"):
         raise BadRequest(f"a delay must be above 0 seconds, not {request.words[0]}")
@@ -192,18 +192,18 @@ def delaying(request: FaultRequest) -> Effect:
 
 
 def mute(bench: FaultBench, _: FaultRequest) -> Begin:
-    """Have the device say nothing."""
+    """Make the device send nothing."""
     return _silencing(bench, "device")
 
 
 def _silencing(bench: FaultBench, side: str) -> Begin:
-    """Return what has nothing pass that a side says, or both."""
+    """Return a function that blocks everything sent by one side, or by both."""
     every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
     return _in_force([(lane, Rule(lost, every)) for lane in _lanes(bench, side)])
 
 
 def garbage(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have noise come from the device's end of the wire."""
+    """Make noise come from the device's end of the wire."""
     count = whole(request.words[0]) if request.words else NOISE_BYTES
     if not 1 <= count <= NOISE_MOST:
         raise BadRequest(f"noise has 1 to {NOISE_MOST} bytes, not {count}")
@@ -217,27 +217,26 @@ def unplug(bench: FaultBench, _: FaultRequest) -> Begin:
 
 
 def replug(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Put the cable back, under another name perhaps."""
+    """Plug the cable in again, possibly under another name."""
     words = [word for word in request.words if word != "as"]
     return lambda: bench.cable.replug(words[0] if words else None)
 
 
 # --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
-#
-# They need no more than a board that is `DrivesOnBus`; some need one that `SaysEmergencies`.
+# These faults need a board that is `DrivesOnBus`; some need one that `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
 FIRST_ERROR = 0x100
-"""Of an EMCY: what is below says that no error is left."""
+"""The lowest error code of an EMCY message; lower codes mean that no error is left."""
 
 
 def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
-    """Say a frame twice."""
+    """Send a frame twice."""
     return frame * (2 if amount.strikes(len(frame)) else 1), 0.0
 
 
 def bus_off(bench: FaultBench, _: FaultRequest) -> Begin:
-    """Have the host's adapter leave the bus."""
+    """Make the host's adapter go bus-off."""
     _drives(bench)
     line: Any = bench.line
 
@@ -246,11 +245,11 @@ def bus_off(bench: FaultBench, _: FaultRequest) -> Begin:
             raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
         line.leave_bus()
 
-    return lasting(leave, lambda: line.leave_bus(off=False), lambda: bool(line.bus_off))
+    return lasting(leave, lambda: line.leave_bus(off=False), lambda: line.controller.bus_off)
 
 
 def alone(bench: FaultBench, _: FaultRequest) -> Begin:
-    """Leave the adapter's frames without an acknowledgement: it is alone on its bus."""
+    """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
     _drives(bench)
     adapter = getattr(bench.line, "adapter", None)
     silence = _silencing(bench, "both")
@@ -274,7 +273,7 @@ def alone(bench: FaultBench, _: FaultRequest) -> Begin:
 
 
 def _on_drive(switch: Callable[[DriveControls, int, bool], object]) -> Prepare:
-    """Return a row's `prepare` that does something to a drive, and undoes it at the end."""
+    """Return a row's `prepare` that affects a drive, and undoes the effect at the end."""
 
     def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
         drives, at = _drives(bench), motor_of(bench, request.words[0])
@@ -284,7 +283,7 @@ def _on_drive(switch: Callable[[DriveControls, int, bool], object]) -> Prepare:
 
 
 def _changing(change: Callable[[DriveControls, int, int], int]) -> Prepare:
-    """Return a row's `prepare` that gives a drive a number, and its own one back at the end."""
+    """Return a row's `prepare` that changes a number of a drive, and restores it at the end."""
 
     def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
         drives, at = _drives(bench), motor_of(bench, request.words[0])
@@ -306,14 +305,14 @@ def reset_drive(bench: FaultBench, request: FaultRequest) -> Begin:
 
 
 def ailing_drive(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a drive fail by itself, for as long as this lasts; it is to be reset then."""
+    """Give a drive a fault of its own for a while; afterwards it must be reset."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
     return lasting(lambda: drives.ail(at, code), lambda: drives.mend(at, code))
 
 
 def warning_drive(bench: FaultBench, request: FaultRequest) -> Begin:
-    """Have a drive say an EMCY, and go on."""
+    """Make a drive send an EMCY message and carry on."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
     return lambda: drives.warn(at, code)
@@ -336,19 +335,18 @@ def _drives(bench: FaultBench) -> DriveControls:
     board = bench.device.board
     if not isinstance(board, DrivesOnBus):
         raise lacks(board, "drives on a bus")
-    return board.drives()
+    return board.drives
 
 
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
-#
-# Each row checks its arguments when the fault is asked for, and returns what begins it. A drive
-# that is mute receives and obeys. One that has another id or mode was given it at its own keys; the
-# id may be that of another drive.
+# Each row checks its arguments when the fault is requested, and returns the function that begins
+# it. A muted drive still receives and obeys. A changed id or mode counts as set with the drive's
+# own keys; the id may be that of another drive.
 
 AMOUNT = "P|#N|next"
 """How much: each byte with a probability, the n-th byte from now, or all of the next message.
 
-Of frames each with a probability, the one with the n-th byte from now, or the next.
+For frames: each with a probability, the one with the n-th byte from now, or the next.
 """
 _ON_BUS = tuple(
     replace(kind, needs=DrivesOnBus)
@@ -381,12 +379,14 @@ _ON_BUS = tuple(
             "MOTOR MODE",
             "a drive has another mode",
             _changing(lambda drives, at, mode: drives.set_mode(at, mode)),
+            replaces=True,
         ),
         FaultKind(
             "drive-id",
             "MOTOR ID",
             "a drive has another id",
             _changing(lambda drives, at, node: drives.set_id(at, node)),
+            replaces=True,
         ),
         FaultKind(
             "no-done",
@@ -396,7 +396,7 @@ _ON_BUS = tuple(
         ),
     )
 )
-"""What befalls drives on a CAN bus alone."""
+"""Faults that only drives on a CAN bus can have."""
 _OF_DRIVES = tuple(
     replace(kind, needs=SaysEmergencies)
     for kind in (
@@ -404,7 +404,7 @@ _OF_DRIVES = tuple(
         FaultKind("drive-emcy", "MOTOR CODE", "a drive says an EMCY alone", warning_drive),
     )
 )
-"""What befalls drives that have error codes."""
+"""Faults of drives that have error codes."""
 _ON_ANY = (
     FaultKind("drop", AMOUNT, "bytes are lost", on_wire(lambda _: lost)),
     FaultKind(
@@ -436,7 +436,7 @@ _ON_ANY = (
 FAULTS: Mapping[str, FaultKind] = MappingProxyType(
     {kind.name: kind for kind in (*_ON_ANY, *_ON_BUS, *_OF_DRIVES)}
 )
-"""Every fault by its name; parsing, help and lists are made from it."""
+"""Every fault by its name. Parsing, help and lists are made from this table."""
 
 
 def faults_of(board: type[Board]) -> tuple[FaultKind, ...]:
@@ -445,7 +445,7 @@ def faults_of(board: type[Board]) -> tuple[FaultKind, ...]:
 
 
 def fault_kind(name: str) -> FaultKind:
-    """Return a row of the table; `BadRequest` suggests the nearest name."""
+    """Return a row of the table. Raises `BadRequest` with the nearest name."""
     if name in FAULTS:
         return FAULTS[name]
     hint = did_you_mean(name, FAULTS, f"there are {', '.join(FAULTS)}", likeness=0.4)
@@ -453,8 +453,7 @@ def fault_kind(name: str) -> FaultKind:
 
 
 # --- The faults that are under way on one simulated arm, begun and ended on its clock ------------
-#
-# The same on a wire within the process, on a pseudo-terminal and on a socket.
+# The same on an in-process wire, a pseudo-terminal and a socket.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -464,23 +463,23 @@ class _Active:
 
 
 def link_cable(link: MemoryLink[PacedDevice]) -> Cable:
-    """Return the cable of a wire within the process."""
+    """Return the cable of an in-process wire."""
     return Cable(link.line, link.unplug, link.replug)
 
 
 @checked_calls({**BASIC, "FaultRequest": made_of(FaultRequest, "a fault that was asked for")})
 class Faults:
-    """The faults of one device. Called from the thread that owns the device, or under its lock."""
+    """The faults of one device. Call it from the thread that owns the device, or under its lock."""
 
     def __init__(self, device: SimDevice, line: PacedDevice, cable: Cable) -> None:
         self._bench = FaultBench(device, line, cable)
         self._active: list[_Active] = []
         self.troubles: list[str] = []
-        """What could not be done when its time came; reading clears it."""
+        """Faults that could not begin when their time came; reading the list clears it."""
 
     @property
     def active(self) -> tuple[str, ...]:
-        """What is wrong at present, as it was asked for."""
+        """The faults in effect, as they were requested."""
         return tuple(each.request.text for each in self._active if each.running.alive())
 
     def add(
@@ -492,19 +491,23 @@ class Faults:
         after_s: float = 0.0,
         for_s: float | None = None,
     ) -> None:
-        """Have something go wrong: `add("drop", 0.01, side="host")`; see `table.FAULTS`.
+        """Add a fault, as in `add("drop", 0.01, side="host")`; see `table.FAULTS`.
 
-        `after_s` counts from the device's present time. Raises `BadRequest`.
+        `after_s` counts from the device's current time. Raises `BadRequest`.
         """
         words = tuple(str(each) for each in arguments)
         self.ask(FaultRequest(name, words, side, seed, after_s, for_s))
 
     def ask(self, request: FaultRequest) -> None:
-        """Add a fault that was read from words. Raises `BadRequest` at once if it is wrong."""
-        begin = self.checked(request)
-        lasts_s = fault_kind(request.name).lasts_s if request.for_s is None else request.for_s
+        """Add a fault parsed from words. Raises `BadRequest` at once if it is invalid."""
+        begin, kind = self.checked(request), fault_kind(request.name)
+        lasts_s = kind.lasts_s if request.for_s is None else request.for_s
 
         def start() -> None:
+            what = (request.name, request.words[:1])
+            for each in [*self._active] if kind.replaces else ():
+                if (each.request.name, each.request.words[:1]) == what:
+                    self._end(each)
             running = begin()
             if running is None:
                 return
@@ -521,20 +524,23 @@ class Faults:
             start()
 
     def checked(self, request: FaultRequest) -> Begin:
-        """Return what would begin a fault, or raise `BadRequest`; nothing happens yet."""
+        """Return the function that would begin a fault, or raise `BadRequest`.
+
+        Nothing happens yet.
+        """
         kind = fault_kind(request.name)
         check_count(kind.usage, request.words)
         return kind.prepare(self._bench, request)
 
     def end(self, name: str | None = None) -> tuple[str, ...]:
-        """End the faults of a name, or all; return those that were."""
+        """End all faults, or those of a name; return those that were in effect."""
         ended = [each for each in self._active if name in (None, each.request.name)]
         for each in ended:
             self._end(each)
         return tuple(each.request.text for each in ended)
 
     def _later(self, action: Callable[[], None]) -> None:
-        """Do something at its time; where that cannot be done, keep the reason."""
+        """Do something at a time; if it fails then, keep the reason."""
         try:
             action()
         except ArmError as error:
@@ -548,7 +554,10 @@ class Faults:
 
 
 def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
-    """Raise `BadRequest` for a fault that this device cannot have; nothing happens to it."""
+    """Raise `BadRequest` for a fault that this device cannot have.
+
+    Nothing happens to the device.
+    """
     link = MemoryLink(PacedDevice(device, None), "simulated arm")
     try:
         faults = Faults(device, link.line, link_cable(link))

@@ -1,14 +1,14 @@
 """A simulated GRBL board: its receive ring, its main loop, its reports, and its hard limits.
 
-One line is at work at a time, as a script that yields when it wants to go on: a time, or infinity
-for "when something has happened". Real-time commands are picked out of the stream as they arrive
-(`orders`). What the main loop is doing:
+One line is executed at a time, by a script that yields when to resume it: a time, or infinity for
+"after the next event". Real-time commands are picked out of the stream as they arrive (`orders`).
+States of the main loop:
 
-    booting   nothing is read; what arrives is lost when the board has started
-    critical  a limit alarm: nothing but a reset is obeyed
-    blocked   in Hold, Door and Sleep, while a jog is cancelled, and hung: lines stay in the ring
+    booting   input is not read, and is lost when the board has started
+    critical  a limit alarm: only a reset is obeyed
+    blocked   Hold, Door and Sleep, during a jog cancel, and when hung: lines stay in the ring
     hung      Idle, after a jog cancel that came as the jog ended: a resume or a reset frees it
-    else      the line at work goes on, or the next one is taken out of the ring
+    else      the current line continues, or the next one is taken out of the ring
 
 Sources: gnea/grbl grbl/protocol.c, serial.c, motion_control.c and stepper.c (st_go_idle).
 """
@@ -45,9 +45,9 @@ _LONGEST = 4096
 
 
 class ReceiveRing:
-    """Bytes that the main loop has not read, and the line that it has begun to read.
+    """Bytes that the main loop has not read, and the line that it has started to read.
 
-    `lost` counts the bytes that found no room.
+    `lost` counts the bytes that did not fit.
     """
 
     def __init__(self, size: int) -> None:
@@ -61,23 +61,23 @@ class ReceiveRing:
 
     @property
     def free(self) -> int:
-        """How many bytes find room."""
+        """How many more bytes fit."""
         return self.size - len(self._bytes)
 
     def put(self, data: bytes) -> None:
-        """Take bytes as far as there is room."""
+        """Store as many bytes as fit."""
         kept = data[: self.free]
         self.lost += len(data) - len(kept)
         self._bytes += kept
 
     def take_line(self) -> bytes:
-        """Read up to a line's end and return the line; nothing while its end has not come."""
+        """Read up to the end of a line and return the line; None if its end has not arrived."""
         end = _LINE_END.search(self._bytes)
         count = len(self._bytes) if end is None else end.end()
         self._begun += self._bytes[:count]
         del self._bytes[:count]
         if end is None:
-            del self._begun[_LONGEST:]  # no line is as long, and its end is still to come
+            del self._begun[_LONGEST:]  # no line is this long, and its end is still to come
             return b""
         line = bytes(self._begun)
         self._begun.clear()
@@ -90,19 +90,18 @@ class ReceiveRing:
 
 
 # --- Scripts: generators that yield the time until which they wait -------------------------------
-#
-# Infinity means "until something has happened": such a script looks again after every event.
+# Infinity means "until something happens": such a script checks again after every event.
 
 T = TypeVar("T")
 Script: TypeAlias = Generator[float, None, Ok | Error]
-"""A line at work; it returns its answer."""
+"""A line being executed; it returns its reply."""
 Boot: TypeAlias = Generator[float, None, None]
-"""A start."""
+"""A start-up sequence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Makers:
-    """What a board is made to do with lines, real-time commands and its two kinds of alarms."""
+    """How a board executes lines, real-time commands and its two kinds of alarms."""
 
     line: Callable[[GrblBoard, LineReceived], Script]
     order: Callable[[GrblBoard, Realtime], None]
@@ -111,7 +110,7 @@ class Makers:
 
 
 class BoardScript(Generic[T]):
-    """One script at a time, or none."""
+    """At most one script at a time."""
 
     def __init__(self) -> None:
         self.until_s = math.inf
@@ -119,46 +118,44 @@ class BoardScript(Generic[T]):
 
     @property
     def active(self) -> bool:
-        """Whether a script is at work."""
+        """Whether a script is running."""
         return self._script is not None
 
     def begin(self, script: Generator[float, None, T], now_s: float) -> None:
-        """Take up a script, which takes its first step by `step`."""
+        """Start a script, which takes its first step in `step`."""
         self._script, self.until_s = script, now_s
 
     def ready(self, now_s: float) -> bool:
-        """Tell whether the script wants to go on, or to look."""
+        """Return whether the script is due, or waits for an event."""
         waits = self.until_s > now_s and not math.isinf(self.until_s)
         return self._script is not None and not waits
 
     def step(self) -> tuple[T] | None:
-        """Let the script go on; return what it returned when it is at its end."""
+        """Resume the script; once it has ended, return its result."""
         script = self._script
         if script is None:
             return None
         try:
             self.until_s = next(script)
         except StopIteration as end:
-            if self._script is script:  # which may have begun another one
+            if self._script is script:  # the script may have started another one
                 self.end()
             return (end.value,)
         return None
 
     def end(self) -> None:
-        """Leave the script."""
+        """Abandon the script."""
         if self._script is not None:
             self._script.close()
         self._script, self.until_s = None, math.inf
 
 
 # --- The status report, and how often it comes ---------------------------------------------------
-#
-# Source: gnea/grbl grbl/report.c and config.h: WCO comes with every 30th report while something
-# moves and every 10th while nothing does, Ov with every 20th and 10th, both at once after a
-# change.
+# Source: gnea/grbl grbl/report.c and config.h: WCO comes with every 30th report in motion and every
+# 10th at rest, Ov with every 20th and 10th, and both at once after a change.
 
 GAP_S = 0.005
-"""Reports come no closer than this: what is asked in between is answered once."""
+"""The minimum time between reports. Several requests within it get one report."""
 BITS_A_BYTE = 10
 _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
@@ -168,7 +165,7 @@ MM_PER_INCH = 25.4
 
 
 class StatusReporter:
-    """Answers `?`. A report takes its time on the wire, and the next one waits for it."""
+    """Answers `?`. A report takes time on the wire, and the next one waits for it."""
 
     def __init__(self, baud: int | None) -> None:
         self.asked = False
@@ -177,20 +174,20 @@ class StatusReporter:
         self.restart()
 
     def restart(self) -> None:
-        """Begin as after a reset: the first report has the work offset."""
+        """Start as after a reset: the first report contains the work offset."""
         self.asked = False
         self._until_wco = self._until_ov = 0
 
     def offset_changed(self) -> None:
-        """Have the next report tell the work offset."""
+        """Include the work offset in the next report."""
         self._until_wco = 0
 
     def overrides_changed(self) -> None:
-        """Have the next report tell the overrides."""
+        """Include the overrides in the next report."""
         self._until_ov = 0
 
     def due_s(self, board: GrblBoard) -> float:
-        """Tell when a report is to be sent; infinity while none is, or none can be."""
+        """Return when a report is due; infinity if none is, or none can be sent."""
         if not self.asked:
             return math.inf
         firmware = board.firmware
@@ -200,7 +197,7 @@ class StatusReporter:
         return max(self._free_s, board.now_s)
 
     def report(self, board: GrblBoard) -> StatusReport:
-        """Return the report of this moment."""
+        """Return the report for this moment."""
         self.asked = False
         per_unit = 1.0 / MM_PER_INCH if board.settings.on(INCHES) else 1.0
         position = tuple(at * per_unit for at in board.drive.units_of(board.drive.counts))
@@ -228,7 +225,7 @@ class StatusReporter:
         return report
 
     def _now_and_then(self, busy: bool) -> tuple[bool, bool]:
-        """Count on, and tell whether the offset and the overrides are due; never both."""
+        """Count a report; return whether the offset and the overrides are due. Never both."""
         if self._until_wco == 0:
             self._until_wco = (_WCO_BUSY if busy else _IDLE) - 1
             self._until_ov = max(self._until_ov, 1)
@@ -259,24 +256,23 @@ def _pins(board: GrblBoard) -> str | None:
 
 
 # --- Hard limits: a switch that changes while the board is not homing ----------------------------
-#
-# The firmware's interrupt comes with either edge of any of the switches, so that backing off a
-# switch is an alarm as well. Source: gnea/grbl grbl/limits.c.
+# The firmware's interrupt fires on both edges of every switch, so backing off a switch raises an
+# alarm too. Source: gnea/grbl grbl/limits.c.
 
 TICK_S = 0.005
-"""How often the switches are looked at while something moves."""
+"""How often the switches are checked during motion."""
 HARD_LIMIT = 1
 
 
 class HardLimits:
-    """Looks at the switches; `due_s` is when to call `look` next."""
+    """Checks the switches; `due_s` is when to call `look` next."""
 
     def __init__(self) -> None:
         self.due_s = math.inf
         self._pressed = 0
 
     def plan(self, board: GrblBoard) -> None:
-        """Find out when to look next."""
+        """Compute when to check next."""
         limited = _in_force(board) and board.state is not State.HOME
         if not (limited and board.drive.moving) or board.critical:
             self.due_s = math.inf
@@ -284,7 +280,7 @@ class HardLimits:
             self.due_s = board.now_s + TICK_S
 
     def look(self, board: GrblBoard) -> None:
-        """Raise the alarm where a switch has changed."""
+        """Raise the alarm if a switch has changed."""
         before = self._pressed
         self.forget(board)
         deaf = board.state in (State.ALARM, State.HOME) or board.boot.active
@@ -292,13 +288,13 @@ class HardLimits:
             board.alarm(HARD_LIMIT)
 
     def forget(self, board: GrblBoard) -> None:
-        """Take the switches as they are."""
+        """Take the present state of the switches as the reference."""
         self.due_s = math.inf
         self._pressed = board.switches.mask()
 
 
 def _in_force(board: GrblBoard) -> bool:
-    """Tell whether a switch that changes is an alarm: not every build acts on $21=1."""
+    """Return whether a change of a switch is an alarm: not every build acts on $21=1."""
     return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)
 
 
@@ -308,7 +304,7 @@ _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
 
 class GrblBoard:
-    """Everything that the firmware knows and does. Answers are appended to `outgoing`."""
+    """The complete firmware state. Replies are appended to `outgoing`."""
 
     def __init__(
         self,
@@ -352,38 +348,38 @@ class GrblBoard:
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
         self._orders = {int(one): one for one in known}
 
-    # What others look at.
+    # Observable state.
 
     @property
     def now_s(self) -> float:
-        """The present time."""
+        """The current time."""
         return self._shared.now_s
 
     @property
     def blocked(self) -> bool:
-        """Whether the main loop goes on with no line."""
+        """Whether the main loop executes no lines."""
         held = self.state in _BLOCKING or self.cancelling or self.hung
         return held or self.boot.active or self.critical
 
     @property
     def at_work(self) -> bool:
-        """Whether a line is at work, or lines wait, or something moves."""
+        """Whether a line is being executed, lines wait, or something moves."""
         return self._line.active or len(self.ring) > 0 or self.drive.rack.waiting > 0
 
     @property
     def full(self) -> bool:
-        """Whether the planner takes no more lines."""
+        """Whether the planner is full."""
         blocks = self.firmware.blocks
         return self.drive.rack.waiting >= blocks and self.drive.queued(self.now_s) >= blocks
 
     def say(self, answer: Answer) -> None:
-        """Send something."""
+        """Send a message."""
         self._shared.outgoing += self.codec.send(answer)
 
     # The wire.
 
     def hear(self, data: bytes) -> None:
-        """Take bytes as the receive interrupt does."""
+        """Receive bytes, as the receive interrupt does."""
         if self.now_s < self.deaf_until_s:
             self.ring.lost += len(data)
             return
@@ -400,7 +396,7 @@ class GrblBoard:
     # Time.
 
     def due_s(self) -> float:
-        """Tell when the board next does something by itself."""
+        """Return when the board next acts on its own."""
         return min(
             math.inf if self.blocked else self._line.until_s,
             self.boot.until_s,
@@ -427,7 +423,7 @@ class GrblBoard:
             self.say(self.reporter.report(self))
 
     def run(self) -> None:
-        """Go on with lines as far as there is something to do."""
+        """Execute lines as long as there is something to do."""
         while not self.blocked:
             if not self._line.active and not self._fetch():
                 self.autostart()
@@ -445,7 +441,7 @@ class GrblBoard:
         self.limits.plan(self)
 
     def _fetch(self) -> bool:
-        """Take a line out of the ring; False where none is whole."""
+        """Take a line out of the ring; return False if none is complete."""
         while data := self.ring.take_line():
             self.codec.receive_data(data)
             request = self.codec.next_event()
@@ -457,12 +453,12 @@ class GrblBoard:
     # Motion.
 
     def autostart(self) -> None:
-        """Begin to follow the lines that are queued, as soon as no more are coming."""
+        """Start to execute the queued lines as soon as no more arrive."""
         if self.state is State.IDLE and self.drive.rack.waiting:
             self.set_going(State.RUN)
 
     def set_going(self, state: State) -> None:
-        """Switch the motors on and follow the queue."""
+        """Switch the motors on and execute the queue."""
         self.drive.energise()
         self.idle_off_s = math.inf
         self.drive.rack.resume(self.now_s)
@@ -474,15 +470,15 @@ class GrblBoard:
         self.cancelling = self.stands = self.leaving = False
 
     def let_motors_go(self) -> None:
-        """Switch the motors off after the idle delay, even where $1 leaves them on."""
+        """Switch the motors off after the idle delay, even if $1 says to leave them on."""
         self.idle_off_s = self.now_s + self.settings.idle_s
 
     def alarm(self, code: int) -> None:
-        """Lock the board by a limit alarm, until it is reset."""
+        """Lock the board after a limit alarm, until it is reset."""
         self.makers.critical(self, code)
 
     def _stood(self) -> None:
-        """Act on motors that have come to a stand."""
+        """React to the end of motion."""
         if not self.settings.motors_stay_on and self.state is not State.HOME:
             self.let_motors_go()
         if self.leaving:
@@ -503,7 +499,7 @@ class GrblBoard:
     # Restarting.
 
     def forget(self) -> None:
-        """Lose what is lost with the power, and with a reset of the whole board."""
+        """Clear what is lost with the power, and with a reset of the whole board."""
         self._line.end()
         self.boot.end()
         self.critical = self.stands = self.cancelling = self.leaving = False
@@ -516,7 +512,7 @@ class GrblBoard:
         self.outputs.forget()
 
     def drop_line(self) -> None:
-        """Leave the line at work; as the firmware falls out of it, it is answered with ok."""
+        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
         if self._line.active:
             self._line.end()
             if self.codec.unanswered:
@@ -529,21 +525,21 @@ Waits = Generator[float, None, None]
 
 
 def until_still(board: GrblBoard) -> Waits:
-    """Wait until everything queued has been driven."""
+    """Wait until the queue is empty and the motors stand."""
     while board.drive.rack.waiting or board.state is State.RUN:
         board.autostart()
         yield math.inf
 
 
 def until_room(board: GrblBoard) -> Waits:
-    """Wait until the planner takes one more line: one leaves it with its last segment."""
+    """Wait until the planner has room for a line; a line leaves it with its last segment."""
     while board.full:
         board.autostart()
         yield board.now_s + SEGMENT_S
 
 
 def write_eeprom(board: GrblBoard) -> Waits:
-    """Write, with the interrupts off on some boards: what arrives meanwhile is lost."""
+    """Write the EEPROM with interrupts off on some boards: what arrives meanwhile is lost."""
     if board.firmware.deaf_in_eeprom:
         board.deaf_until_s = board.now_s + board.firmware.eeprom_s
     yield board.now_s + board.firmware.eeprom_s

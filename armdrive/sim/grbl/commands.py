@@ -52,15 +52,14 @@ from firmware_protocol.grbl import (
 )
 
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
-#
-# All axes that are homed move together, each at the homing rate, and drop out as their switches
-# are pressed. Unlike the real firmware, which stops an axis dead, the others pause while one drops
-# out. Source: gnea/grbl grbl/limits.c (limits_go_home).
+# All axes that are homed move together, each at the homing rate, and drop out as their switches are
+# pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
+# Source: gnea/grbl grbl/limits.c (limits_go_home).
 
 SEARCH = 1.5
-"""The way in which a switch is looked for, in travels."""
+"""How far to search for a switch, in multiples of the travel."""
 LOCATE = 5.0
-"""The same in pull-offs, when it is looked for again."""
+"""How far to search when the switch is located again, in multiples of the pull-off."""
 _STILL_PRESSED, _NOT_FOUND = 8, 9
 _MINUTE_S = 60.0
 
@@ -68,7 +67,7 @@ Steps = Generator[float, None, int]
 
 
 def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
-    """Home axes; returns 0, or the number of the alarm with which it failed."""
+    """Home axes; return 0, or the number of the alarm if it fails."""
     settings = board.settings
     board.state = State.HOME
     board.drive.energise()
@@ -96,7 +95,7 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
 def _approach(
     board: GrblBoard, axes: Sequence[int], search: float, rate: float
 ) -> Generator[float, None, bool]:
-    """Move axes until each has pressed its switch; False where one has not by then."""
+    """Move axes until each has pressed its switch; return False if one never does."""
     left = [axis for axis in axes if not board.switches.pressed(axis)]
     while left:
         if search <= 0.0:
@@ -110,7 +109,7 @@ def _approach(
 
 
 def _units_to_switch(board: GrblBoard, axis: int) -> float | None:
-    """Return how far an axis has to go, and a whole step at least; None where for ever."""
+    """Return how far an axis must go, at least a whole step; None if its switch is out of reach."""
     steps = board.switches.steps_to(axis, _way(board, axis))
     return None if steps is None else max(steps, 1) / board.settings.axis(STEPS, axis)
 
@@ -122,7 +121,7 @@ def _way(board: GrblBoard, axis: int) -> int:
 def _go(
     board: GrblBoard, axes: Sequence[int], units: float, rate: float
 ) -> Generator[float, None, None]:
-    """Move axes by as much each towards their switches (back where negative), and wait."""
+    """Move axes towards their switches (backwards if negative), and wait."""
     target = list(board.drive.units_of(board.drive.rack.goal))
     for axis in axes:
         target[axis] += units * _way(board, axis)
@@ -132,7 +131,7 @@ def _go(
 
 
 def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
-    """Have the axes stand a pull-off inside their travel, which is all on the negative side."""
+    """Set the position of the axes to a pull-off inside the travel, which is all negative."""
     settings = board.settings
     place = list(board.drive.units_of(board.drive.rack.goal))
     for axis in axes:
@@ -145,12 +144,12 @@ def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
 
 
 # --- FluidNC's names of settings: `$/stepping/idle_ms`, and `=255` to change one -----------------
-#
-# On a real board such a change lasts until the power is cut: its file is another matter.
+# On a real board such a change lasts until the power is cut, because its configuration file is not
+# changed.
 
 UNKNOWN, NO_NUMBER, PATH_NOT_IDLE = 3, 2, 8
 FIRST_TOLD = 10
-"""Of the numbered settings `$$` lists those from here on."""
+"""`$$` lists the numbered settings from this one on."""
 _LINE = re.compile(r"\$/([a-z0-9_/]+)(?:=(.*))?", re.IGNORECASE)
 _AXIS = re.compile(r"axes/([a-z])/(\w+)")
 _OF_AXIS = {
@@ -162,13 +161,13 @@ _OF_AXIS = {
 
 
 def named_path(line: str) -> tuple[str, str | None] | None:
-    """Return the path that a line names, and the value that it sets; None for any other line."""
+    """Return the path that a line names, and the value it sets; None for any other line."""
     found = _LINE.fullmatch(line)
     return None if found is None else (found[1].lower(), found[2])
 
 
 def run_path(board: GrblBoard, path: str, value: str | None) -> int:
-    """Tell a setting, or change it; returns 0 or the number of an error."""
+    """Report or change a setting; return 0 or an error number."""
     number = _number(board, path)
     if number is None:
         return UNKNOWN
@@ -203,7 +202,7 @@ _HELP = "$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
 def run_system(board: GrblBoard, command: SystemCommand) -> Steps:
-    """Carry out a command, or refuse it in this state; returns 0 or the number of an error."""
+    """Execute a command, or refuse it in this state; return 0 or an error number."""
     states, act = _COMMANDS[type(command)]
     if states and board.state not in states:
         return NOT_IDLE
@@ -270,7 +269,7 @@ def _check(board: GrblBoard, _: CheckMode) -> Steps:
 
 
 def _sleep(board: GrblBoard, _: Sleep) -> int:
-    """Fall asleep, once the line is answered: seen on both 8-bit boards."""
+    """Fall asleep once the line is answered: observed on both 8-bit boards."""
 
     def fall_asleep() -> None:
         board.say(Feedback("Sleeping"))
@@ -359,7 +358,7 @@ _COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Ste
         }
     )
 )
-"""The states in which a command is taken (all where none is named), and what it does.
+"""The states in which a command is accepted (all if none is listed), and its action.
 
-That is done at once, or in steps.
+The action runs at once, or in steps.
 """

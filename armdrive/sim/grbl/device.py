@@ -1,7 +1,7 @@
-"""A simulated arm on a GRBL board: power, inputs, gripper, what a person does, what is saved.
+"""A simulated arm on a GRBL board: power, inputs, gripper, actions of a person, saved state.
 
-The board itself is in `board`. A new device has just been switched on, or was reset by opening its
-port: its counts are at zero whatever the posture, and its banner is the first thing it says.
+The board itself is in `board`. A new device has just been switched on, or was reset because its
+port was opened: its counts are zero whatever the posture, and it first sends its banner.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from kinematics.spaces import Motors
 
 
 def known_json(board: GrblBoard) -> dict[str, Json]:
-    """Return what is in the EEPROM, the outputs, and whether the board is locked."""
+    """Return the EEPROM contents, the outputs, and whether the board is locked."""
     locked = board.state in (State.ALARM, State.SLEEP)
     settings: dict[str, Json] = {str(key): value for key, value in board.settings.values.items()}
     offsets: dict[str, Json] = {name: list(board.parser.stored[name]) for name in STORED}
@@ -60,7 +60,7 @@ def known_json(board: GrblBoard) -> dict[str, Json]:
 
 
 def recall_known(board: GrblBoard, saved: Saved) -> None:
-    """Have a board know what `known_json` wrote; raises `StateFileError`."""
+    """Restore what `known_json` wrote. Raises `StateFileError`."""
     if saved.text("axes") != board.axes:
         raise StateFileError(f"the saved board has other axes than {board.axes}; {MEND}")
     state = saved.text("state")
@@ -100,12 +100,12 @@ def _line(item: object) -> str:
 
 COUNT_MOST = (1 << 31) - 1
 PINS = "PDHSR"
-"""What the input bits are: probe, door, feed hold, cycle start, reset."""
+"""The input bits: probe, door, feed hold, cycle start, reset."""
 _MAKERS = Makers(run_line, obey, raise_critical, fail)
 
 
 class WiredGrblBoard(Board):
-    """The board with its firmware, the fingers that one of its outputs moves, and the arm."""
+    """The board with its firmware, the fingers on one of its outputs, and the arm."""
 
     title: ClassVar[str] = "GRBL board"
     input_bits: ClassVar[int] = len(PINS)
@@ -134,26 +134,26 @@ class WiredGrblBoard(Board):
             outputs_changed=self._outputs_changed,
         )
         self._fingers: tuple[float, float] | None = None
-        """When the fingers arrive, and how wide open."""
+        """When the fingers arrive, and at which opening."""
         world.energised = settings.motors_stay_on
         self.start(0.0)
 
     @property
     def busy(self) -> bool:
-        """Whether a line is at work, or waits."""
+        """Whether a line is being executed or waits."""
         return self.grbl.at_work
 
     @property
     def registers(self) -> Motors:
-        """The steps that its axes count."""
+        """The step counts of the axes."""
         return self.drive.registers
 
     def boot(self) -> None:
-        """Begin the firmware."""
+        """Start the firmware."""
         self.start(self.build.firmware.boot_s)
 
     def start(self, wait_s: float) -> None:
-        """Restart the firmware after a while, with its banner."""
+        """Restart the firmware after a delay, with its banner."""
         self.grbl.forget()
         self.shared.outgoing.clear()
         self.grbl.boot.begin(switched_on(self.grbl, wait_s), self.now_s)
@@ -161,7 +161,7 @@ class WiredGrblBoard(Board):
             self.grbl.happen()
 
     def hear(self, data: bytes) -> None:
-        """Take bytes."""
+        """Receive bytes."""
         self.grbl.hear(data)
 
     def happen(self) -> None:
@@ -173,20 +173,20 @@ class WiredGrblBoard(Board):
         self.grbl.happen()
 
     def due_s(self) -> float:
-        """Tell when the board acts next, or the fingers arrive."""
+        """Return when the board acts next or the fingers arrive."""
         return min(self.grbl.due_s(), math.inf if self._fingers is None else self._fingers[0])
 
     def forget(self) -> None:
-        """Lose what the board keeps in its memory, and where the fingers were going."""
+        """Clear the board's volatile memory and the goal of the fingers."""
         self.grbl.forget()
         self._fingers = None
 
     def known(self) -> dict[str, Json]:
-        """Return what is saved of the board."""
+        """Return the saved state of the board."""
         return known_json(self.grbl)
 
     def recall_known(self, saved: Saved) -> None:
-        """Know what `known` wrote; raises `StateFileError`."""
+        """Restore what `known` wrote. Raises `StateFileError`."""
         recall_known(self.grbl, saved)
         if self.build.resets_on_open:
             self.world.cut_current(self.now_s)
@@ -196,7 +196,7 @@ class WiredGrblBoard(Board):
             self.grbl.limits.forget(self.grbl)
 
     def _outputs_changed(self) -> None:
-        """Move the fingers as their output says; they arrive when they have had the time to."""
+        """Move the fingers as their output commands; they arrive once the motion is over."""
         value = self.grbl.outputs.value(self.build.fingers)
         if value is None or self.world.body.transmission.has_gripper:
             return
@@ -205,10 +205,10 @@ class WiredGrblBoard(Board):
         way_mm = abs(opening_mm - self.world.opening_mm)
         self._fingers = self.now_s + way_mm / self.build.finger_mm_s, opening_mm
 
-    # What can be seen.
+    # Observable state.
 
     def details(self) -> dict[str, Json]:
-        """Return the firmware, its state, its outputs, and how many bytes it has lost."""
+        """Return the firmware, its state, its outputs, and how many bytes were lost."""
         return {
             "firmware": self.build.firmware.name,
             "state": str(self.grbl.state),
@@ -216,10 +216,10 @@ class WiredGrblBoard(Board):
             "lost_bytes": self.grbl.ring.lost,
         }
 
-    # What a person can do.
+    # Actions of a person.
 
     def set_input(self, bit: int, on: bool) -> None:
-        """Set a control pin; those of hold, start and reset do what their commands do."""
+        """Set a control pin. Hold, start and reset act like the corresponding commands."""
         pressed = on and not self.shared.inputs_set >> bit & 1
         super().set_input(bit, on)
         self.grbl.inputs = "".join(
@@ -230,14 +230,14 @@ class WiredGrblBoard(Board):
             act(self.grbl)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
-        """Have the limit switch of a motor (counted from 0) stick, or free it."""
+        """Make the limit switch of a motor (counted from 0) stick, or free it."""
         if not 0 <= axis < len(self.build.order):
             raise BadRequest(f"motors are numbered 0 to {len(self.build.order) - 1}, not {axis}")
         self.grbl.switches.stuck[axis] = state
         self._look()
 
     def moved_by_hand(self, *, counted: bool) -> None:
-        """Count on from there; or see what was turned by force, against a switch perhaps."""
+        """Count steps made at the controls; check the switches after motion by force."""
         if counted:
             self.grbl.parser.position = self.drive.units_of(self.drive.rack.goal)
             self.grbl.limits.forget(self.grbl)
@@ -245,7 +245,7 @@ class WiredGrblBoard(Board):
             self._look()
 
     def reset(self) -> None:
-        """Reset the board, as opening its port does: it forgets where it is, and the arm sags."""
+        """Reset the board, as opening its port does: it loses its position, and the arm sags."""
         if self.shared.powered:
             self.drive.stop(self.now_s)
             self.world.cut_current(self.now_s)

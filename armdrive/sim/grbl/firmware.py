@@ -1,7 +1,7 @@
 """The boards of the GRBL family as data: firmware quirks and settings.
 
-Where a figure is not known it is a guess to the harder side. Times are in seconds. Those of the
-8-bit boards were measured on the real firmware in a processor simulator, the others were not.
+Unknown figures are guessed on the harsher side. Times are in seconds. Those of the 8-bit boards
+were measured on the real firmware in a processor simulator; the others were not measured.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from firmware_protocol.grbl import (
 
 
 class Killed(Enum):
-    """What a reset that ends a motion does to the motors' current, even where $1 is 255.
+    """What a reset during a motion does to the motor current, even if $1 is 255.
 
     Sources: st_go_idle and mc_reset of gnea/grbl grbl/stepper.c and motion_control.c, and of
     grblHAL/core; protocol_disable_steppers of bdring/FluidNC Protocol.cpp.
@@ -38,79 +38,88 @@ class Killed(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Firmware:
-    """One firmware on its usual board. Bytes, steps a second, seconds.
+    """One firmware on its usual board. Units: bytes, steps per second, seconds.
 
-    Sources: gnea/grbl, fra589/grbl-Mega-5X, grblHAL/core, bdring/FluidNC. "Seen" is what the Mega
-    and an ATmega328P did with unchanged firmware in an AVR simulator.
+    Sources: gnea/grbl, fra589/grbl-Mega-5X, grblHAL/core, bdring/FluidNC. "Observed" means on the
+    Mega and an ATmega328P, running the unchanged firmware in an AVR simulator.
     """
 
     name: str
     variant: Variant
 
-    # what it holds
+    # capacities
     ring_bytes: int
-    """Its receive ring."""
+    """The size of the receive ring."""
     blocks: int
-    """How many lines its planner queues."""
+    """How many lines the planner queues."""
     max_line: int
-    """The characters of a line. Seen: the Mega takes more than 200."""
+    """The longest line in characters. Observed: the Mega takes more than 200."""
     stepping: Stepping
-    """How it steps. A hold begins to brake behind the segments that are computed, and a line leaves
-    the planner with its last one. Seen, from a hold to the last step: 0.43 s (Mega) and 0.24 s
-    (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s in 1.278 s
-    each. A guess of grblHAL and FluidNC."""
-    # the words that it knows
+    """How the board steps. A hold begins to brake after the segments already computed, and a line
+    leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
+    and 0.24 s (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s
+    in 1.278 s each. Guessed for grblHAL and FluidNC.
+    """
+    # commands that it knows
     outputs: bool
-    """M62 to M68. Seen: the Mega and the 328p refuse them with error 20."""
+    """Whether it knows M62 to M68. Observed: the Mega and the 328p refuse them with error 20."""
     unknown: frozenset[str]
-    """Words that its build refuses with error 20. Seen: M7 on the 328p."""
+    """Words that its build refuses with error 20. Observed: M7 on the 328p."""
     letters_to_home: int
     """How many axes `$H` may name."""
     crlf_answers_twice: bool
 
-    # how long it takes
+    # durations
     parse_s: float
-    """A line. Seen: an empty one 0.35 ms."""
+    """Parsing a line. Observed: 0.35 ms for an empty one."""
     plan_s: float
-    """A motion, on top of it. Seen: the Mega takes 30 lines in 0.05 s, as fast as they come."""
+    """Planning a motion, in addition. Observed: the Mega takes 30 lines in 0.05 s, as fast as they
+    arrive.
+    """
     eeprom_s: float
-    """A change of settings."""
+    """Changing a setting."""
     deaf_in_eeprom: bool
-    """Bytes that arrive meanwhile are lost."""
+    """Whether bytes that arrive meanwhile are lost."""
     alarm_s: float
-    """After an alarm its words are sent, before the board restarts ..."""
+    """After an alarm its messages are sent before the board restarts ..."""
     start_s: float
     """... and this is how long the restart takes."""
     boot_s: float
-    """From a reset of the board itself, without current."""
+    """From a reset of the board to its banner; the motors have no current."""
     # alarms, resets and jogs
     killed: Killed
     """What becomes of the motors at a reset in motion."""
     mute_in_critical: bool
-    """After a limit alarm `?` is not answered until the reset."""
+    """Whether `?` is unanswered after a limit alarm until the reset."""
     hard_limits: bool
-    """With $21=1 a switch that closes is an alarm. Seen: the default RAMPS build of the Mega takes
-    $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT). Reports show the pin."""
+    """Whether, with $21=1, a switch that closes raises an alarm. Observed: the default RAMPS build
+    of the Mega accepts $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT).
+    Reports show the pin.
+    """
     silent_in_homing: bool
     cancel_clears_ring: bool
-    """A jog cancel does. Seen on the Mega: five of eight lines were answered."""
+    """Whether a jog cancel clears the ring. Observed on the Mega: five of eight lines were
+    answered.
+    """
     cancel_hangs_s: float
-    """A cancel that comes so shortly before a jog's end leaves the board Idle, reading no line.
-    Seen: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a 328p."""
-    # what it says
+    """A cancel that comes so shortly before the end of a jog leaves the board in Idle without
+    reading lines. Observed: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a
+    328p.
+    """
+    # messages
     tells_axes: bool
-    """`$I` names the axes."""
+    """Whether `$I` names the axes."""
     version: str
     build: str
     letters: str
-    """Its options in `$I`. Seen: VNMGH on the Mega, V on the 328p."""
+    """The options listed in `$I`. Observed: VNMGH on the Mega, V on the 328p."""
     tells_flags: bool = False
-    """`$I` ends in a number of flags. Seen on the Mega."""
+    """Whether `$I` ends in a number of flags. Observed on the Mega."""
     factory: Mapping[int, float] = field(default_factory=dict)
-    """Settings as it leaves the factory, where gnea/grbl has others."""
+    """Factory settings that differ from those of gnea/grbl."""
 
     def dialect(self, axes: str) -> Dialect:
-        """Return what lines a build with these axes reads."""
+        """Return which lines a build with these axes reads."""
         return Dialect(
             self.variant,
             axes,
@@ -128,18 +137,18 @@ class Firmware:
 
     @property
     def has_paths(self) -> bool:
-        """Whether its settings have names, as FluidNC's, and `$$` lists some of them only."""
+        """Whether its settings have names, like FluidNC's, and `$$` lists only some of them."""
         return self.variant is Variant.FLUIDNC
 
     @property
     def banner(self) -> Banner:
-        """What it says when it starts."""
+        """The message sent at the start."""
         if self.variant is Variant.FLUIDNC:
             return Banner(self.version, self.variant, self.build)
         return Banner(self.version, self.variant)
 
     def info(self, axes: str, note: str) -> tuple[Info, ...]:
-        """Return what `$I` answers; FluidNC says nothing of its ring."""
+        """Return the reply to `$I`; FluidNC's does not mention its ring."""
         if self.variant is Variant.FLUIDNC:
             return Version(f"{self.version} FluidNC {self.build}", note), BuildInfo(self.letters)
         head = (
@@ -268,9 +277,8 @@ FIRMWARES: Mapping[str, Firmware] = MappingProxyType(
 
 
 # --- The settings `$0` to `$132` and beyond, as the board's EEPROM holds them --------------------
-#
-# Source: gnea/grbl doc/markdown/settings.md. Lengths are in the machine's own unit, which the
-# board takes for mm. Rates are stored per minute and accelerations per second squared.
+# Source: gnea/grbl doc/markdown/settings.md. Lengths are in the machine's own unit, which the board
+# takes for mm. Rates are stored per minute, accelerations per second squared.
 
 IDLE_MS, REPORT, JUNCTION = 1, 10, 11
 SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
@@ -292,13 +300,13 @@ _MINUTE_S = 60.0
 
 
 def factory_values(axes: int) -> dict[int, float]:
-    """Return the settings of a board as it leaves the factory."""
+    """Return the factory settings of a board."""
     each = {group + axis: value for group, value in _PER_AXIS.items() for axis in range(axes)}
     return {**_WHOLE, **_DECIMAL, **each}
 
 
 class BoardSettings:
-    """The values by their numbers; `values` is what a start finds."""
+    """Settings by number; `values` are those present at the start."""
 
     def __init__(
         self, axes: int, values: Mapping[int, float], factory: Mapping[int, float] | None = None
@@ -312,7 +320,7 @@ class BoardSettings:
         return self.values[number]
 
     def on(self, number: int) -> bool:
-        """Return a setting that is yes or no."""
+        """Return a yes-or-no setting."""
         return bool(self.values[number])
 
     def mask(self, number: int, axis: int) -> bool:
@@ -320,25 +328,25 @@ class BoardSettings:
         return bool(int(self.values[number]) >> axis & 1)
 
     def axis(self, group: int, axis: int) -> float:
-        """Return a setting that each axis has: `STEPS`, say."""
+        """Return a per-axis setting, such as `STEPS`."""
         return self.values[group + axis]
 
     def per_axis(self, group: int) -> tuple[float, ...]:
-        """Return such a setting of all axes."""
+        """Return a per-axis setting for all axes."""
         return tuple(self.values[group + axis] for axis in range(self.axes))
 
     @property
     def motors_stay_on(self) -> bool:
-        """Whether the motors keep their current while they stand."""
+        """Whether the motors keep their current at rest."""
         return self.values[IDLE_MS] == ALWAYS_ON_MS
 
     @property
     def idle_s(self) -> float:
-        """How long after a motion the motors keep it, unless they keep it always."""
+        """How long after a motion the motors keep their current, unless they always keep it."""
         return self.values[IDLE_MS] / 1000
 
     def limits(self) -> PathLimits:
-        """Return what the planner keeps to."""
+        """Return the limits that the planner observes."""
         return PathLimits(
             self.per_axis(STEPS),
             tuple(rate / _MINUTE_S for rate in self.per_axis(RATE)),
@@ -347,7 +355,7 @@ class BoardSettings:
         )
 
     def store(self, number: int, value: float) -> int:
-        """Write a setting; return 0, or the number of the error with which it is refused."""
+        """Write a setting; return 0, or the number of the error if it is refused."""
         if value < 0:
             return 4
         if number not in self.values:
@@ -357,14 +365,14 @@ class BoardSettings:
         if number == SOFT_LIMITS and value and not self.on(HOMING):
             return 10
         if number >= STEPS and not value:
-            return 4  # a real board takes it, and then divides by zero
+            return 4  # a real board accepts it, and later divides by zero
         self.values[number] = float(int(value)) if number in _WHOLE else value
         if number == HOMING and not value:
             self.values[SOFT_LIMITS] = 0.0
         return 0
 
     def written(self) -> list[tuple[int, str]]:
-        """Return the numbers and values as `$$` lists them."""
+        """Return numbers and values as `$$` lists them."""
         return [
             (number, f"{value:.0f}" if number in _WHOLE else f"{value:.3f}")
             for number, value in sorted(self.values.items())

@@ -1,7 +1,7 @@
-"""What a simulated GRBL board is built of: wiring, outputs, limit switches, motors.
+"""The hardware of a simulated GRBL board: wiring, outputs, limit switches, motors.
 
 Counts of the board are in the order of its axes, those of the arm in the order of its motors. A
-board can have more axes than the arm has motors; what is left over turns nothing.
+board may have more axes than the arm has motors; the surplus axes turn nothing.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from kinematics.spaces import Motors
 
 @dataclass(frozen=True, slots=True)
 class OutputWiring:
-    """Which output moves the fingers: spindle, flood, mist, digital or analog, or none of them.
+    """Which output moves the fingers: spindle, flood, mist, digital, analog, or none.
 
-    At the value `closed` the fingers are shut, at `opened` wide open, in between in proportion.
+    At the value `closed` the fingers are shut, at `opened` wide open, and proportional in between.
     """
 
     what: str = ""
@@ -42,9 +42,9 @@ class OutputWiring:
 class BoardBuild:
     """One board on one arm.
 
-    `order` gives the axis of each motor by its place in `axes`; `fingers` is which output moves
-    them, over `opening_mm` at `finger_mm_s`. `coast` is the share of the ramp that the arm runs on
-    when its motors stop dead. `resets_on_open`: a saved board is found freshly reset.
+    `order` gives the axis of each motor by its place in `axes`; `fingers` is the output that moves
+    the fingers, over `opening_mm` at `finger_mm_s`. `coast` is the share of the ramp that the arm
+    overruns when its motors stop dead. `resets_on_open`: a saved board is found freshly reset.
     """
 
     firmware: Firmware
@@ -64,7 +64,7 @@ V = TypeVar("V", bool, float)
 
 
 def _ports(value: Callable[[Saved, str], V]) -> Form:
-    """Return the form of ports by their numbers."""
+    """Return the form of output ports, keyed by number."""
 
     def read_ports(saved: Saved, key: str) -> dict[int, V]:
         table = saved.table(key)
@@ -98,42 +98,42 @@ class BoardOutputs:
     analog: dict[int, float] = field(default_factory=dict)
 
     def spin(self, modal: Modal, least_speed: float, most_speed: float) -> None:
-        """Have the spindle as the modes say, as slow and as fast as `$31` and `$30` allow."""
+        """Switch the spindle according to the modes, within the speeds `$31` and `$30`."""
         self.spindle = modal.spindle
         turns = modal.spindle != "M5" and modal.speed > 0.0
         self.speed = min(max(modal.speed, least_speed), most_speed) if turns else 0.0
 
     def cool(self, word: str) -> None:
-        """Switch coolant: M7 and M8 add to one another, M9 ends both."""
+        """Switch coolant: M7 and M8 add up, M9 ends both."""
         self.mist = word != "M9" and (self.mist or word == "M7")
         self.flood = word != "M9" and (self.flood or word == "M8")
 
     def put(self, word: str, port: int, value: float) -> None:
-        """Set a port, digital or analog."""
+        """Set a digital or analog port."""
         if word in ("M67", "M68"):
             self.analog[port] = value
         else:
             self.digital[port] = bool(value)
 
     def off(self) -> None:
-        """Stop spindle and coolant, as every reset does; ports stay."""
+        """Stop spindle and coolant, as every reset does; ports keep their values."""
         self.spindle, self.speed = "M5", 0.0
         self.flood = self.mist = False
 
     def forget(self) -> None:
-        """Switch everything off, as without power."""
+        """Switch everything off, as a loss of power does."""
         self.off()
         self.digital.clear()
         self.analog.clear()
 
     @property
     def letters(self) -> str:
-        """The accessories as a status report names them."""
+        """The accessory letters of a status report."""
         turning = {"M3": "S", "M4": "C"}.get(self.spindle, "")
         return turning + "F" * self.flood + "M" * self.mist
 
     def value(self, wiring: OutputWiring) -> float | None:
-        """Return the value of the gripper's output; None for a servo without a signal."""
+        """The value of the gripper's output; None for a servo without a signal."""
         match wiring.what:
             case "spindle":
                 return self.speed if self.spindle != "M5" else None
@@ -148,11 +148,11 @@ class BoardOutputs:
         return None
 
     def to_json(self) -> dict[str, Json]:
-        """Return the outputs for people and for programs."""
+        """Return the outputs as plain data."""
         return write(self, _OUTPUTS)
 
     def recall(self, saved: Saved) -> None:
-        """Be as `to_json` wrote. Raises `StateFileError`."""
+        """Restore what `to_json` wrote. Raises `StateFileError`."""
         for name, value in read(saved, _OUTPUTS).items():
             setattr(self, name, value)
         saved.end()
@@ -163,7 +163,7 @@ class BoardOutputs:
 
 @dataclass(frozen=True, slots=True)
 class LimitInput:
-    """The motor that it is on, the physical steps from which it is pressed, and which way."""
+    """A switch: its motor, the physical step count from which it is pressed, and the direction."""
 
     motor: int
     trip_steps: int
@@ -172,15 +172,15 @@ class LimitInput:
 
 @dataclass(slots=True)
 class Switches:
-    """Switches by the number of their axis. What the registers say does not matter to them."""
+    """Switches by the number of their axis. They depend on physical positions, not on registers."""
 
     world: World
     by_axis: Mapping[int, LimitInput]
     stuck: dict[int, SwitchState] = field(default_factory=dict)
-    """What is stuck, by motor."""
+    """The stuck switches, by motor."""
 
     def pressed(self, axis: int) -> bool:
-        """Tell whether the board sees a switch pressed; an axis without a motor has none."""
+        """Return whether the board sees a switch pressed; an axis without a motor has none."""
         one = self.by_axis.get(axis)
         if one is None:
             return False
@@ -190,11 +190,11 @@ class Switches:
         return (self.world.motors[one.motor] - one.trip_steps) * one.way >= 0
 
     def mask(self) -> int:
-        """Return a bit for each switch that is seen pressed, the first axis lowest."""
+        """Return a bit for each switch seen pressed, the first axis in the lowest bit."""
         return sum(self.pressed(axis) << axis for axis in self.by_axis)
 
     def steps_to(self, axis: int, way: int) -> int | None:
-        """Return how many steps in a direction press the switch; None where none ever do."""
+        """Return how many steps in a direction press the switch; None if none ever do."""
         one = self.by_axis.get(axis)
         if self.pressed(axis):
             return 0
@@ -208,7 +208,7 @@ class Switches:
 
 
 class BoardDrive(MotorDrive[PathRack]):
-    """A path in the space of the board's axes; the build gives the axis of each motor."""
+    """A path in the space of the board's axes; the build maps motors to axes."""
 
     def __init__(self, world: World, build: BoardBuild, limits: PathLimits) -> None:
         axes = len(build.axes)
@@ -219,32 +219,32 @@ class BoardDrive(MotorDrive[PathRack]):
 
     @property
     def registers(self) -> Motors:
-        """The counts of the axes that are motors."""
+        """The counts of the axes that have motors."""
         return self._of_motors(self.counts)
 
     def set_counts(self, counts: Sequence[int], now_s: float) -> None:
-        """Count from here on as if the motors stood there; nothing turns."""
+        """Set the counts of the motors. Nothing turns."""
         self.set_axes(self._of_axes(counts), now_s)
 
     def set_axes(self, counts: Sequence[int], now_s: float) -> None:
-        """Count from here on as if the axes stood there; nothing turns."""
+        """Set the counts of the axes. Nothing turns."""
         super().set_counts(counts, now_s)
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
-        """Turn motors by hand: counted, with the current on, and at once."""
+        """Turn motors from the controls: counted, with the current on, and at once."""
         self.stop(now_s)
         self.energise()
         self.rack.count(self._of_axes(steps))
         self._follow(now_s)
 
     def follow(self, now_s: float) -> None:
-        """Bring the arm to where its motors are by now, once for each moment."""
+        """Move the arm to where its motors are by now, once for each moment."""
         if now_s != self._followed_s:
             super().follow(now_s)
             self._followed_s = now_s
 
     def steps_of(self, target: Sequence[float]) -> Motors:
-        """Return where a target in units lies in steps: rounded once, as it is absolute."""
+        """Convert a target from units to steps, rounded once because it is absolute."""
         per_unit = self.rack.limits.steps_per_unit
         return Motors(
             math.floor(abs(unit * per) + 0.5) * (1 if unit >= 0 else -1)
@@ -252,45 +252,45 @@ class BoardDrive(MotorDrive[PathRack]):
         )
 
     def units_of(self, counts: Sequence[int]) -> tuple[float, ...]:
-        """Return steps in units."""
+        """Convert steps to units."""
         per_unit = self.rack.limits.steps_per_unit
         return tuple(count / per for count, per in zip(counts, per_unit, strict=True))
 
     def queue_to(
         self, target: Sequence[float], rate: float, now_s: float, *, rapid: bool = False
     ) -> bool:
-        """Queue a line to a target in units; False where it is no way at all."""
+        """Queue a line to a target in units; return False if it has no length."""
         self.follow(now_s)
         deltas = self.steps_of(target) - self.rack.goal
         return self.rack.queue(deltas, rate, now_s, rapid=rapid)
 
     @property
     def next_s(self) -> float:
-        """When a line ends; infinity while none is under way."""
+        """When a line ends; infinity if none is under way."""
         return self.rack.next_line_s
 
     def live(self, now_s: float) -> bool:
-        """Do what is due; True where the motors have come to a stand."""
+        """Do what is due; return True if the motors have come to a stand."""
         if self.rack.next_line_s <= now_s:
             self.settle(now_s)
             return not self.moving
         return False
 
     def brake(self, now_s: float) -> None:
-        """Slow down along the path to a stand-still, behind the segments that are computed."""
+        """Brake along the path to a standstill, after the segments already computed."""
         self.follow(now_s)
         self.rack.hold(now_s)
 
     def queued(self, now_s: float) -> int:
-        """Return how many lines wait: one whose last segment is computed does no longer."""
+        """Return how many lines wait; a line whose last segment is computed no longer does."""
         return self.rack.waiting - self.rack.ending_by(self.rack.computed_s(now_s))
 
     def speed(self, now_s: float) -> float:
-        """Return the speed of the segment that was computed last, in units a second."""
+        """Return the speed of the segment computed last, in units per second."""
         return self.rack.speed(self.rack.computed_s(now_s))
 
     def kill(self, now_s: float, coast: float) -> None:
-        """Stop dead, all lines lost; the arm runs on for a share of the ramp that is not made."""
+        """Stop dead and drop all lines; the arm overruns by a share of the ramp that is cut off."""
         self.follow(now_s)
         here = there = Motors(self.rack.positions(now_s))
         if self.moving:

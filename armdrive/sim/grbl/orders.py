@@ -1,7 +1,7 @@
-"""What a simulated GRBL board does with lines and real-time commands, its alarms, its starts.
+"""How a simulated GRBL board handles lines and real-time commands, alarms and restarts.
 
-G-code and jogs go from the parser to the planner. A script here yields until when it waits, and
-returns the line's answer.
+G-code and jogs go from the parser to the planner. A script here yields the time until which it
+waits, and returns the line's reply.
 """
 
 from __future__ import annotations
@@ -39,22 +39,22 @@ from firmware_protocol.grbl import (
 )
 
 Steps = Generator[float, None, int]
-"""Part of a script; it returns 0, or the number of an error."""
+"""A part of a script; it returns 0, or an error number."""
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
 _TOO_LONG = 11
 _CANCELLED = -1
-"""A line that was planned, and taken away by a jog cancel; it is answered with ok."""
+"""A planned line that a jog cancel removed; it is answered with ok."""
 
 
 def run_line(board: GrblBoard, line: LineReceived) -> Script:
-    """Carry out a line."""
+    """Execute a line."""
     yield board.now_s + board.firmware.parse_s
     code = yield from _run(board, line)
     return Error(code) if code else Ok()
 
 
 def run_startup(board: GrblBoard) -> None:
-    """Carry out the lines that every start begins with; of motions there the first alone fits."""
+    """Execute the start-up lines; of the motions in them, only the first runs."""
     for text in board.startup:
         if not text:
             continue
@@ -66,7 +66,7 @@ def run_startup(board: GrblBoard) -> None:
 
 
 def _at_once(steps: Steps) -> int:
-    """Go through a script without waiting; return what it returns."""
+    """Run a script to its end without waiting; return its result."""
     while True:
         try:
             next(steps)
@@ -115,7 +115,7 @@ def _block(board: GrblBoard, block: Block) -> Steps:
 
 
 def _serve(board: GrblBoard, work: Work) -> Generator[float, None, None]:
-    """Do what stands before the motion: outputs, a wait, and what the EEPROM keeps."""
+    """Do what precedes the motion: outputs, a dwell, and changes of the EEPROM."""
     if work.waits:
         yield from until_still(board)
     if work.spindle:
@@ -138,8 +138,8 @@ def _serve(board: GrblBoard, work: Work) -> Generator[float, None, None]:
 def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     """Queue a line as soon as there is room.
 
-    A jog cancel finds what is planned by then, or being planned, and takes it away. A line that was
-    read and not yet planned is carried out afterwards, to its target as it was reckoned before.
+    A jog cancel removes lines that are planned or being planned. A line that was read but not yet
+    planned runs afterwards, to the target computed before the cancel.
     """
     if board.settings.on(SOFT_LIMITS) and _outside(board, way):
         if work.jog:
@@ -154,13 +154,13 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
         return _CANCELLED
     rack = board.drive.rack
     if board.state is State.IDLE:
-        rack.hold(board.now_s)  # until no more lines are coming
+        rack.hold(board.now_s)  # until no more lines arrive
     rate = way.rate
     if way.inverse:
         here = board.drive.units_of(rack.goal)
         rate *= math.dist(way.target, here)
     if work.jog:
-        rate *= 100 / board.overrides[0]  # which a jog does not follow
+        rate *= 100 / board.overrides[0]  # a jog ignores this override
     board.drive.queue_to(way.target, rate, board.now_s, rapid=way.rapid)
     if work.jog and board.state is State.IDLE and rack.waiting:
         board.set_going(State.JOG)
@@ -168,13 +168,13 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
 
 
 def _outside(board: GrblBoard, way: MotionMode) -> bool:
-    """Tell whether a target lies outside the travel, which is all on the negative side."""
+    """Return whether a target lies outside the travel, which is all negative."""
     travels = board.settings.per_axis(TRAVEL)
     return any(not -far <= at <= 0 for at, far in zip(way.target, travels, strict=True))
 
 
 def _leave(board: GrblBoard) -> Generator[float, None, None]:
-    """Come to a stand in a controlled way, and lock; the line is never carried out."""
+    """Stop along the path, and lock; the line is never executed."""
     if board.state is State.RUN:
         board.leaving = True
         board.drive.brake(board.now_s)
@@ -186,7 +186,7 @@ def _leave(board: GrblBoard) -> Generator[float, None, None]:
 
 
 def _end(board: GrblBoard, work: Work) -> Generator[float, None, None]:
-    """Do what ends a program, or pauses it."""
+    """Do what ends or pauses a program."""
     if work.pause:
         board.state, board.stands = State.HOLD, True
         yield math.inf
@@ -206,7 +206,7 @@ _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
 def obey(board: GrblBoard, command: Realtime) -> None:
-    """Do at once what a real-time command says; in a limit alarm only a reset is obeyed."""
+    """Execute a real-time command at once; during a limit alarm only a reset is obeyed."""
     if board.critical and command not in (Realtime.SOFT_RESET, *_STATUS):
         return
     order = _ORDERS.get(command)
@@ -218,7 +218,7 @@ def obey(board: GrblBoard, command: Realtime) -> None:
 
 
 def hold(board: GrblBoard) -> None:
-    """Slow down and stand: of a jog it is the end, of a motion a pause; in Idle a pause too."""
+    """Slow down and stand: this ends a jog and pauses a motion, even in Idle."""
     if board.state is State.JOG:
         _cancel(board)
     elif board.state is State.RUN:
@@ -229,7 +229,7 @@ def hold(board: GrblBoard) -> None:
 
 
 def resume(board: GrblBoard) -> None:
-    """Go on from a pause that is complete, not before; a board that hangs reads lines again."""
+    """Resume from a completed hold; a board that hangs reads lines again."""
     board.hung = False
     if board.state in (State.HOLD, State.DOOR) and board.stands:
         board.stands = False
@@ -239,7 +239,7 @@ def resume(board: GrblBoard) -> None:
 
 
 def soft_reset(board: GrblBoard) -> None:
-    """Restart; in motion the motors stop dead, and steps may be lost."""
+    """Restart; in motion the motors stop dead and may lose steps."""
     if board.boot.active:
         return
     _outputs_off(board)
@@ -254,7 +254,7 @@ def soft_reset(board: GrblBoard) -> None:
 
 
 def raise_critical(board: GrblBoard, code: int) -> None:
-    """Lock the board by a limit alarm: a motion under way stops dead, and the motors go off."""
+    """Lock the board after a limit alarm: motion stops dead, and the motors go off."""
     _outputs_off(board)
     if board.drive.moving:
         board.kill()
@@ -265,13 +265,13 @@ def raise_critical(board: GrblBoard, code: int) -> None:
 
 
 def fail(board: GrblBoard, code: int) -> None:
-    """Raise an alarm of homing, after which the board restarts; the motors stay on."""
+    """Raise a homing alarm, after which the board restarts; the motors stay on."""
     board.kill()
     board.boot.begin(_started_anew(board, code), board.now_s)
 
 
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
-    """Start from nothing: the counts are at zero, whatever the truth; with homing it is locked."""
+    """Start after power-on, with all counts at zero; with homing enabled, locked."""
     yield board.now_s + wait_s
     board.state = State.ALARM if board.settings.on(HOMING) else State.IDLE
     board.drive.set_axes((0,) * len(board.axes), board.now_s)
@@ -280,7 +280,7 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
 
 def _started_anew(board: GrblBoard, code: int) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
-        yield board.now_s + board.settings[IDLE_MS] / 1000  # seen: 0.26 s at $1=255
+        yield board.now_s + board.settings[IDLE_MS] / 1000  # observed: 0.26 s at $1=255
     if code:
         if code == _ABORTED and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[IDLE_MS] / 1000
@@ -293,7 +293,7 @@ def _started_anew(board: GrblBoard, code: int) -> Boot:
 
 
 def _lose_current(board: GrblBoard, *, restarts: bool) -> None:
-    """Let go of motors that were killed; `restarts` where the board restarts by itself."""
+    """Release motors that were stopped dead; `restarts` if the board restarts by itself."""
     if board.firmware.killed is Killed.AT_ONCE:
         board.idle_off_s = board.now_s
     elif not restarts or board.firmware.killed is Killed.LATE:
@@ -332,7 +332,7 @@ def _start(board: GrblBoard) -> None:
 
 
 def _cancel(board: GrblBoard) -> None:
-    """Slow down and give up what the planner holds; what is not read yet runs on."""
+    """Slow down and drop the planned lines; lines not read yet run afterwards."""
     if not board.cancelling:
         board.cancelling = True
         board.cancels += 1
@@ -351,7 +351,7 @@ def _jog_cancel(board: GrblBoard) -> None:
 
 
 def _stop(board: GrblBoard) -> None:
-    """Give up everything without an alarm (grblHAL)."""
+    """Drop everything without an alarm (grblHAL)."""
     board.ring.clear()
     if board.state in (State.RUN, State.JOG):
         _cancel(board)
@@ -421,4 +421,4 @@ _STEPS: Mapping[Realtime, tuple[int, int, bool]] = MappingProxyType(
         Realtime.SPINDLE_MINUS_1: (_SPINDLE, -1, True),
     }
 )
-"""Which override, by how much, and whether that is added to what it was."""
+"""Which override, by how much, and whether the amount is added to the present value."""

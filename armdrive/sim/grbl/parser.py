@@ -1,7 +1,7 @@
-"""What a line of g-code wants of a simulated GRBL board: modes, offsets, and where it leads.
+"""What a line of g-code requests of a simulated GRBL board: modes, offsets, and the target.
 
-Positions are in the machine's own unit. Arcs, probing and tool lengths are not built: they are
-refused with error 20.
+Positions are in the machine's own unit. Arcs, probing and tool lengths are not implemented; they
+are refused with error 20.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from firmware_protocol.grbl import Block, GcodeError, Group, Modal, lengths_mm
 Place = tuple[float, ...]
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 STORED = (*SYSTEMS, "G28", "G30")
-"""What the EEPROM keeps."""
+"""What the EEPROM stores."""
 _NOT_BUILT = ("G2", "G3", "G38", "G43", "G49")
 _MINUTE_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
 class MotionMode:
-    """A motion to a target; `rate` is in units a second, or in ways a second where `inverse`."""
+    """A motion to a target; `rate` is in units per second, or motions per second if `inverse`."""
 
     target: Place
     rate: float = 0.0
@@ -32,7 +32,7 @@ class MotionMode:
 
 @dataclass(slots=True)
 class Work:
-    """What a line wants, in the order in which it is done."""
+    """What a line requests, in the order of execution."""
 
     jog: bool
     after: Modal
@@ -49,12 +49,12 @@ class Work:
 
     @property
     def writes_eeprom(self) -> bool:
-        """Whether it changes what the EEPROM keeps."""
+        """Whether the line changes the EEPROM."""
         return bool(self.stores)
 
     @property
     def waits(self) -> bool:
-        """Whether it is done only when the motion before it has ended."""
+        """Whether the line waits for the previous motion to end."""
         synced = self.output is not None and self.output[0] not in ("M64", "M65", "M68")
         return (
             synced or self.spindle or self.coolant or self.pause or self.end
@@ -63,7 +63,7 @@ class Work:
 
 
 class GcodeParser:
-    """Modes, work offsets and the position up to which lines have been read."""
+    """Modes, work offsets, and the position up to which lines have been parsed."""
 
     def __init__(self, axes: str, unknown: frozenset[str] = frozenset()) -> None:
         self.axes = axes
@@ -73,18 +73,18 @@ class GcodeParser:
         self.restart(self.zero)
 
     def restart(self, position: Place) -> None:
-        """Begin as after a reset, from a position."""
+        """Start as after a reset, from a position."""
         self.modal = Modal()
         self.g92 = self.zero
         self.position = position
 
     @property
     def offset(self) -> Place:
-        """How far the work's zero is from the machine's."""
+        """The work zero in machine coordinates."""
         return _with(add, self.stored[self.modal.coordinates], self.g92)
 
     def work(self, block: Block) -> Work:
-        """Return what a line wants; raises `GcodeError`."""
+        """Return what a line requests. Raises `GcodeError`."""
         names = set(block.commands.values())
         if "G53" in names and names & {"G2", "G3"}:
             raise GcodeError(30)
@@ -104,7 +104,7 @@ class GcodeParser:
         return work
 
     def take(self, work: Work) -> None:
-        """Have a line's modes, offsets and target hold from now on."""
+        """Apply a line's modes, offsets and target from now on."""
         self.modal = work.after
         self.stored.update(work.stores)
         self.g92 = self.g92 if work.g92 is None else work.g92
@@ -125,7 +125,7 @@ class GcodeParser:
             work.dwell_s = values["P"]
 
     def _places(self, block: Block, modes: Modal, work: Work) -> None:
-        """Find the offsets that change, and the targets of the motion."""
+        """Determine the offsets that change, and the targets of the motion."""
         words = lengths_mm(block, modes)
         shift = _with(add, self.stored[modes.coordinates], self.g92)
         name = block.commands.get(Group.NON_MODAL)
@@ -179,7 +179,7 @@ class GcodeParser:
     def _changed(
         self, place: Place, words: Mapping[str, float], how: Callable[[int, float], float]
     ) -> Place:
-        """Return a place with the axes that are named changed; `how` is told axis and number."""
+        """Return a position with the named axes changed; `how` receives axis and number."""
         return tuple(
             how(index, words[letter]) if letter in words else place[index]
             for index, letter in enumerate(self.axes)

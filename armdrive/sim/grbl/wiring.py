@@ -1,7 +1,7 @@
-"""How a simulated GRBL board is wired to an arm and set up, and what cannot be wired so.
+"""Wires and configures a simulated GRBL board for an arm, or says why that is impossible.
 
-Rates, travels and where the switches are come from the arm file, and are worked out here. The
-driver's figures stay its own, so that a difference shows.
+Rates, travels and switch positions are computed here from the arm file, independently of the
+driver, so that a difference shows.
 """
 
 from __future__ import annotations
@@ -36,15 +36,14 @@ from firmware_protocol.grbl import AXIS_LETTERS
 from kinematics.transmission import Transmission
 
 # --- What the board would trip over in an arm file -----------------------------------------------
-#
 # The driver checks its own part of the file itself.
 
 LEAST, MOST = 0.001, 1e9
-"""What a setting of an axis may be: three decimals are stored, and a float has not many more."""
+"""The range of a setting per axis: three decimals are stored, and a float holds few more digits."""
 FARTHEST_RAD = 1e4
 """More than a thousand turns of a joint."""
 FARTHEST_STEPS = 2**31
-"""How many axes a board counts steps for (gnea/grbl grbl/system.h, sys_position)."""
+"""The range in which a board counts steps (gnea/grbl grbl/system.h, sys_position)."""
 
 _AXIS_SETTINGS = {
     STEPS: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
@@ -55,7 +54,7 @@ _AXIS_SETTINGS = {
 
 
 def check_ranges(config: ArmConfig) -> None:
-    """Raise `ArmFileError` for angles that no motor could be driven to, and no sum can hold."""
+    """Raise `ArmFileError` for angles out of reach of any motor, or too large to add up."""
     named = list(zip(config.model.arm.joint_names, config.model.arm.limits, strict=True))
     angles = [
         (f"limits_deg.{name}", end) for name, one in named for end in (one.low_rad, one.high_rad)
@@ -71,7 +70,7 @@ def check_ranges(config: ArmConfig) -> None:
 
 
 def check_lists(device: GrblSettings, motors: int) -> None:
-    """Raise `ArmFileError` for a list that has not an entry for each motor."""
+    """Raise `ArmFileError` for a list without an entry for each motor."""
     for name in ("rates", "accelerations", "travel"):
         given = getattr(device, name)
         if given and len(given) != motors:
@@ -81,7 +80,7 @@ def check_lists(device: GrblSettings, motors: int) -> None:
 
 
 def check_gripper(device: GrblSettings) -> None:
-    """Raise `ArmFileError` for a gripper on an output that is none."""
+    """Raise `ArmFileError` for a gripper on an output that does not exist."""
     if not 0 <= device.gripper_output < len(device.outputs):
         raise ArmFileError(
             f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
@@ -90,7 +89,7 @@ def check_gripper(device: GrblSettings) -> None:
 
 
 def check_unit(motor: int, per_unit: float) -> float:
-    """Return how many steps a unit has; raise `ArmFileError` where it has next to none."""
+    """Return the steps per unit. Raises `ArmFileError` if there are almost none."""
     if not LEAST <= per_unit <= MOST:
         raise ArmFileError(
             f'grbl.unit: motor {motor + 1} has {per_unit:g} steps a unit, use "steps"'
@@ -99,7 +98,7 @@ def check_unit(motor: int, per_unit: float) -> float:
 
 
 def check_settings(values: Mapping[int, float], letters: str, axes: str) -> None:
-    """Raise `ArmFileError` for a setting of an axis that no board can hold."""
+    """Raise `ArmFileError` for a per-axis setting that no board can store."""
     for motor, letter in enumerate(letters):
         for group, what in _AXIS_SETTINGS.items():
             value = values[group + axes.index(letter)]
@@ -121,9 +120,9 @@ def check_switch(motor: int, steps: float) -> None:
 
 MPOS_AND_BUFFERS = 3
 SEEK_SHARE, FEED_SHARE = 0.5, 0.05
-"""How fast homing is, of an axis's own greatest rate."""
+"""The speeds of homing, as shares of an axis's own maximum rate."""
 PULL_OFF_SHARE = 0.005
-"""How far a switch is left behind, of the travel."""
+"""How far axes back off their switches, as a share of the travel."""
 _MINUTE_S = 60.0
 
 
@@ -136,7 +135,7 @@ def motor_letters(config: ArmConfig, count: int) -> str:
 
 
 def board_axes(letters: str, built: str) -> str:
-    """Return the axes of the board in its own order: those that are needed, or as it is built."""
+    """Return the axes of the board in its own order: those needed, or those built in."""
     axes = "".join(letter for letter in AXIS_LETTERS if letter in (built or letters))
     if not set(letters) <= set(axes) or set(built) - set(AXIS_LETTERS):
         raise BadRequest(f"a board with the axes {built} has no motors for {letters}")
@@ -144,9 +143,9 @@ def board_axes(letters: str, built: str) -> str:
 
 
 def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
-    """Return the settings that somebody has given a board who knows this arm.
+    """Return the settings of a board that was configured correctly for this arm.
 
-    Raises `ArmFileError` for an arm that no board can be set up for.
+    Raises `ArmFileError` for an arm that no board can be configured for.
     """
     device = _settings(config)
     turning = _transmission(config)
@@ -187,9 +186,9 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
 def switches(
     config: ArmConfig, world: World, letters: str, axes: str, values: dict[int, float]
 ) -> Switches:
-    """Return the limit switches: where homing ends by the arm file is a pull-off behind them.
+    """Return the limit switches: a pull-off beyond the posture in which homing ends.
 
-    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    If the arm file states no such posture, they are at the upper end of each motor's travel.
     """
     found: dict[int, LimitInput] = {}
     for motor, letter in enumerate(letters):
@@ -206,7 +205,7 @@ def switches(
 
 
 def gripper_wiring(config: ArmConfig) -> OutputWiring:
-    """Return which output moves the fingers, where no motor does."""
+    """Return which output moves the fingers, if no motor does."""
     device = _settings(config)
     if config.gripper.kind == "servo":
         shut, wide = device.servo_closed, device.servo_open
@@ -234,7 +233,7 @@ def _transmission(config: ArmConfig) -> Transmission:
 
 
 def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float, ...]:
-    """Return 1 where the unit is a step, or steps a degree of a motor (a mm of the fingers')."""
+    """Return steps per degree of each motor (per mm for fingers), or 1 if the unit is a step."""
     if device.unit == "steps":
         return (1.0,) * len(turning.motors)
     joints = len(turning.joint_names)
@@ -249,7 +248,7 @@ def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float,
 def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
     """Return how fast each motor turns when all joints that it moves are at full speed.
 
-    More than the quickest motor needs for one joint alone is given to none.
+    No motor gets more than the fastest motor needs for a single joint.
     """
     speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
     parts = [
@@ -287,5 +286,5 @@ def _highest(config: ArmConfig, motor: int) -> int:
 
 
 def _up(value: float) -> float:
-    """Round up to what the board's settings can hold."""
+    """Round up to the precision of the board's settings."""
     return math.ceil(value * 1000.0 - 1e-6) / 1000.0

@@ -1,7 +1,7 @@
-"""Steppers that turn together, the physical arm that follows them, and how fast they really turn.
+"""Steppers that turn together, the physical arm that follows them, and their true speed.
 
-Half-steps, seconds, half-steps a second. A rack counts what was commanded, at any moment and
-without ticking; the world decides whether the arm could follow.
+Units: half-steps, seconds, half-steps per second. A rack computes the commanded counts at any time,
+without ticking; the world decides whether the arm can follow.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from armdrive.sim.world.arm import World
 from kinematics.spaces import Motors
 
 _ROUNDING = 1e-6
-"""The share of a step that may be missing through floating-point rounding."""
+"""Tolerance for floating-point rounding, as a share of a step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Some steps of every motor: the one with the most of them makes one each `interval_s`.
+    """Steps for every motor: the one with the most steps makes one each `interval_s`.
 
     Motors turn `in_proportion`, or each at the full rate until its own steps are made.
     """
@@ -33,7 +33,7 @@ class Motion:
     """One interval before the first step."""
     in_proportion: bool = True
     busiest: int = field(init=False)
-    """The steps of the motor that has most of them."""
+    """The steps of the motor with the most steps."""
     done_s: float = field(init=False)
     """When the last step has been made."""
 
@@ -51,7 +51,7 @@ class Motion:
         return min(max(count, 0), self.busiest)
 
     def made(self, now_s: float) -> tuple[int, ...]:
-        """Return the steps made by now: of each motor's share only whole steps."""
+        """Return the whole steps that each motor has made by now."""
         if now_s >= self.done_s:
             return self.deltas
         count = self.count(now_s)
@@ -91,8 +91,8 @@ class MotorRack:
     ) -> None:
         """Begin to turn all motors by `deltas`; a motion under way is cut short.
 
-        Motors in proportion make their first step after an interval. The others make it at once,
-        or an interval after the last step of the motion before.
+        Motors in proportion make their first step after an interval. The others make it at once, or
+        an interval after the last step of the previous motion.
         """
         self.stop(now_s)
         start_s = now_s
@@ -108,12 +108,12 @@ class MotorRack:
         return tuple(count + step for count, step in zip(self._counts, made, strict=True))
 
     def bends(self, start_s: float, end_s: float) -> list[float]:
-        """Return when motors fall out of step, between two moments."""
+        """Return when motors fall out of step, between two times."""
         bends = self._motion.bends() if self._motion else ()
         return [bend for bend in bends if start_s < bend < end_s]
 
     def settle(self, now_s: float) -> None:
-        """Take in a motion that has ended."""
+        """Fold a finished motion into the counts."""
         if self.done_s <= now_s:
             self.stop(now_s)
 
@@ -125,56 +125,55 @@ class MotorRack:
         self._motion = None
 
     def count(self, deltas: Sequence[int]) -> None:
-        """Count steps that were made apart from any motion."""
+        """Add steps that were made outside any motion."""
         self._counts = tuple(a + b for a, b in zip(self._counts, deltas, strict=True))
 
     def zero(self) -> None:
-        """Count from zero again; nothing turns."""
+        """Set the counts to zero. Nothing turns."""
         self._counts = (0,) * len(self._counts)
         self._motion = None
 
 
 # --- The controller's counting and the arm, kept in step on one clock ----------------------------
-#
-# A rack knows where its motors stand at any moment: `MotorRack` turns them at one rate,
+# A rack computes where its motors stand at any time: `MotorRack` turns them at one rate,
 # `UncoordinatedRack` each by itself, `PathRack` along queued lines.
 
 
 class Rack(Protocol):
-    """Counts of all motors at any moment, without ticking."""
+    """The counts of all motors at any time, without ticking."""
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended without a call of `settle` since."""
+        """Whether a motion is under way, or has ended since the last call of `settle`."""
 
     @property
     def done_s(self) -> float:
         """When the motion under way ends; infinity while there is none."""
 
     def positions(self, now_s: float) -> tuple[int, ...]:
-        """Return the counts at a moment, which never comes before that of an earlier change."""
+        """Return the counts at a time, which must not precede that of an earlier change."""
 
     def bends(self, start_s: float, end_s: float) -> Iterable[float]:
-        """Return the moments in between at which the motors leave a straight way, in order."""
+        """Return the times in between at which the motors leave a straight path, in order."""
 
     def settle(self, now_s: float) -> None:
-        """Take in what has ended by now."""
+        """Fold finished motion into the counts."""
 
     def stop(self, now_s: float) -> None:
         """End all motion dead where it is now."""
 
     def count(self, deltas: Sequence[int]) -> None:
-        """Count steps that were made apart from any motion, while standing."""
+        """Add steps made outside any motion, while standing."""
 
     def zero(self) -> None:
-        """Count from zero again; nothing turns."""
+        """Set the counts to zero. Nothing turns."""
 
 
 R = TypeVar("R", bound=Rack)
 
 
 class MotorDrive(Generic[R]):
-    """Turns motors: the rack counts what was commanded, the world says what came of it.
+    """Turns motors: the rack counts what was commanded, and the world applies it to the arm.
 
     A dialect's device starts motions on `rack` itself, after `energise`.
     """
@@ -205,10 +204,10 @@ class MotorDrive(Generic[R]):
         self.world.energised = True
 
     def follow(self, now_s: float) -> None:
-        """Bring the physical arm to where the motors have turned it by now.
+        """Move the physical arm to where the motors have turned it by now.
 
-        A device calls it whenever its clock goes on, standing or not, so that a motion's way is
-        looked at from its very start.
+        A device calls this whenever its clock advances, moving or not, so that a motion is followed
+        from its very start.
         """
         if self.rack.moving:
             for bend_s in self.rack.bends(self._looked_s, now_s):
@@ -217,7 +216,7 @@ class MotorDrive(Generic[R]):
         self._looked_s = now_s
 
     def settle(self, now_s: float) -> None:
-        """Take in what has ended by now."""
+        """Fold finished motion into the counts."""
         self.follow(now_s)
         self.rack.settle(now_s)
 
@@ -227,21 +226,21 @@ class MotorDrive(Generic[R]):
         self.rack.stop(now_s)
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
-        """Turn motors by hand of the pendant: counted, with the current on, and at once."""
+        """Turn motors from the pendant: counted, with the current on, and at once."""
         self.stop(now_s)
         self.energise()
         self.rack.count(steps)
         self.follow(now_s)
 
     def set_counts(self, counts: Sequence[int], now_s: float) -> None:
-        """Count from here on as if the motors stood at `counts`; nothing turns."""
+        """Set the counts. Nothing turns."""
         self.stop(now_s)
         self.rack.zero()
         self.rack.count(counts)
         self._driven = Motors(counts)
 
     def lose_power(self, now_s: float) -> None:
-        """End motion dead, let the motors go, and count from zero."""
+        """Stop dead, let the motors go, and set the counts to zero."""
         self.set_counts((0,) * len(self.world.motors), now_s)
         self.world.cut_current(now_s)
 
@@ -267,8 +266,7 @@ class CoordinatedDrive(MotorDrive[MotorRack]):
 
 
 # --- The real rates of a simulated TeachMover, from SP to half-steps a second --------------------
-#
-# Apart from the driver's table on purpose: where the two differ, the driver has to find out.
+# Deliberately independent of the driver's table: if the two differ, the driver has to notice.
 
 RateTable = tuple[tuple[int, float], ...]
 DEFAULT_RATES: RateTable = ((0, 30.0), (140, 150.0), (190, 250.0), (240, 470.0))
@@ -277,7 +275,7 @@ FASTEST_ERROR = -0.95
 
 
 def rate_hz(table: RateTable, speed: int, error: float) -> float:
-    """Return half-steps a second; `error` 0.2 is an arm a fifth slower, -0.2 one that is faster.
+    """Return half-steps per second; an `error` of 0.2 means a fifth slower, -0.2 a fifth faster.
 
     A speed beyond either end of the table has the rate of that end.
     """
@@ -285,7 +283,7 @@ def rate_hz(table: RateTable, speed: int, error: float) -> float:
 
 
 def checked_error(error: float) -> float:
-    """Return a speed error that an arm can have, or raise `BadRequest`."""
+    """Return a valid speed error. Raises `BadRequest`."""
     if not FASTEST_ERROR <= error <= 100.0:
         raise BadRequest(
             f"a speed error must be from {FASTEST_ERROR} (much faster) to 100 (much slower), "
@@ -295,18 +293,18 @@ def checked_error(error: float) -> float:
 
 
 class MotorSpeed:
-    """How much longer motions last than the board believes: 0.2 is a fifth longer."""
+    """How much longer motions last than the board assumes: 0.2 is a fifth longer."""
 
     def __init__(self, error: float) -> None:
         self.error = error
 
     @property
     def stretch(self) -> float:
-        """How many times as long a motion lasts as it should."""
+        """The factor by which motions are longer than nominal."""
         return 1.0 + self.error
 
     def set(self, error: float) -> None:
-        """Set the error for motions that begin from now on. Raises `BadRequest`."""
+        """Set the error for later motions. Raises `BadRequest`."""
         self.error = checked_error(error)
 
 

@@ -1,6 +1,6 @@
 """Queued straight lines in motor space: lines, speeds, and the steppers that follow them.
 
-Steps of the motors; `units` of the controller's own (mm or degrees), seconds.
+Units: motor steps; the controller's own units (mm or degrees); seconds.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from armdrive.sim.mechanics.profiles import Part, ProfilePiece, nearest, trapezo
 from kinematics.spaces import Motors
 
 _STRAIGHT = 1e-6
-"""Lines whose directions differ by less than this cosine are one, or turn right round."""
+"""Lines whose directions' cosine differs from 1 or -1 by less than this are parallel or opposite.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class PathLimits:
-    """What each axis can do, and how far a corner may be cut in thought (GRBL's $11), in units."""
+    """The limits of each axis, and the junction deviation (GRBL's $11), in units."""
 
     steps_per_unit: tuple[float, ...]
     most_rate: tuple[float, ...]
@@ -29,7 +30,7 @@ class PathLimits:
     junction_deviation: float = 0.01
 
     def along(self, unit: Sequence[float], limits: Sequence[float]) -> float:
-        """Return what a direction may have of a limit, so that no axis exceeds its own."""
+        """Return the limit along a direction, so that no axis exceeds its own limit."""
         return min(
             (limit / abs(share) for limit, share in zip(limits, unit, strict=True) if share),
             default=math.inf,
@@ -38,9 +39,9 @@ class PathLimits:
 
 @dataclass(frozen=True, slots=True)
 class PlannedLine:
-    """A line by its steps; `rate` is what was asked for, and `most` what the axes allow.
+    """A line by its steps; `rate` is the rate requested, and `most` the rate the axes allow.
 
-    A motor that turns at all makes the line at no less than the speed `least`.
+    No motor that turns at all goes slower than the speed `least`.
     """
 
     deltas: tuple[int, ...]
@@ -58,11 +59,11 @@ class PlannedLine:
         return self.length / max(map(abs, self.deltas))
 
     def nominal(self, scale: tuple[float, float]) -> float:
-        """Return the speed of its middle; `scale` is the override of feeds and of rapids."""
+        """Return the line's cruising speed; `scale` is the override of feeds and of rapids."""
         return min((self.most if self.rapid else self.rate) * scale[self.rapid], self.most)
 
     def made(self, along: float) -> tuple[int, ...]:
-        """Return the steps made at a length along it."""
+        """Return the steps made at a length along the line."""
         if along >= self.length:
             return self.deltas
         share = along / self.length
@@ -79,9 +80,9 @@ def line(
     *,
     rapid: bool = False,
 ) -> PlannedLine | None:
-    """Make a line of some steps at a rate in units a second; None where there is no way to go.
+    """Return a line of some steps at a rate in units per second; None if it has no length.
 
-    Its busiest motor turns no slower than `slowest_hz` steps a second.
+    Its busiest motor turns no slower than `slowest_hz` steps per second.
     """
     way = [count / per for count, per in zip(deltas, limits.steps_per_unit, strict=True)]
     length = math.hypot(*way)
@@ -113,13 +114,12 @@ def corner_speed(one: PlannedLine, other: PlannedLine, limits: PathLimits) -> fl
 
 
 # --- The speed along the lines: planned backwards from the stop, then forwards -------------------
-#
-# Every plan is a row of stretches of constant acceleration, exact in time.
+# A plan is a list of stretches of constant acceleration, exact in time.
 
 
 @dataclass(frozen=True, slots=True)
 class PlannerStretch:
-    """A piece of the way along one line of the queue; `last` where the line ends with it."""
+    """A stretch of constant acceleration along one queued line; `last` if the line ends with it."""
 
     number: int
     piece: ProfilePiece
@@ -134,7 +134,7 @@ def planned(
     limits: PathLimits,
     scale: tuple[float, float],
 ) -> list[PlannerStretch]:
-    """Plan from a length along the first line, at a speed, to the end of the last one."""
+    """Plan from a length along the first line, at a speed, to the end of the last line."""
     entries = _entries(lines, limits, scale)
     stretches: list[PlannerStretch] = []
     for number, one in enumerate(lines):
@@ -153,7 +153,7 @@ def planned(
 def braked(
     lines: Sequence[PlannedLine], along: float, speed: float, now_s: float
 ) -> list[PlannerStretch]:
-    """Slow down to a stand-still along the way, as soon as the lines' accelerations allow."""
+    """Brake to a standstill along the path, as hard as the lines' accelerations allow."""
     stretches: list[PlannerStretch] = []
     for number, one in enumerate(lines):
         first = along if number == 0 else 0.0
@@ -172,7 +172,7 @@ def braked(
 def _entries(
     lines: Sequence[PlannedLine], limits: PathLimits, scale: tuple[float, float]
 ) -> list[float]:
-    """Return the greatest speeds at which the lines may begin, the end after the last at 0."""
+    """Return the greatest speeds at which each line may begin; the speed after the last is 0."""
     corners = [
         min(corner_speed(a, b, limits), a.nominal(scale), b.nominal(scale))
         for a, b in itertools.pairwise(lines)
@@ -186,7 +186,7 @@ def _entries(
 
 
 def _floored(shape: Iterable[Part], least: float) -> Iterator[Part]:
-    """Yield the same ways, with no speed below the least: what is slower takes less time."""
+    """Yield the same stretches with the minimum speed applied, which shortens slow ones."""
     for speed, slope, duration_s in shape:
         end = speed + slope * duration_s
         below_s = duration_s if max(speed, end) <= least else 0.0
@@ -224,24 +224,23 @@ def _lay(
 
 
 # --- The steppers, as GRBL's planner has them follow the lines -----------------------------------
-#
-# Known at every moment without ticking: the path's length is quadratic in time, piece by piece,
-# and each motor stands at the step that is nearest to the path. Lines may be queued while others
-# run, the motion can be held and resumed, and its speed overridden. Each of these plans again,
-# except for the segments that are already computed: they are driven as they are (gnea/grbl
-# grbl/stepper.c, st_prep_buffer).
+# Positions are known at any time without ticking: the path length is piecewise quadratic in time,
+# and each motor stands at the step nearest to the path. Lines may be queued while others run, the
+# motion can be held and resumed, and its speed overridden. Each of these replans, except for the
+# segments that are already computed: those are executed unchanged (gnea/grbl grbl/stepper.c,
+# st_prep_buffer).
 
 SEGMENT_S = 0.01
 STEPS_A_SEGMENT = 1.25
-"""A segment lasts as many times 10 ms as its busiest motor takes for so many steps, or to the end
-of its line."""
+"""A segment lasts until its busiest motor has made this many steps per 10 ms, or to the line's end.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Stepping:
-    """How a processor steps: `segments` are computed ahead of the motors, each in `compute_s`.
+    """How a processor steps: it computes `segments` ahead of the motors, each in `compute_s`.
 
-    The motor that makes most steps of a line makes no fewer than `slowest_hz` a second.
+    The busiest motor of a line makes no fewer than `slowest_hz` steps per second.
     """
 
     segments: int = 0
@@ -250,7 +249,7 @@ class Stepping:
 
 
 class PathRack:
-    """The lines under way. A device that bounds their number looks at `waiting`."""
+    """The lines under way. A device that limits their number checks `waiting`."""
 
     def __init__(
         self, counts: Sequence[int], limits: PathLimits, stepping: Stepping | None = None
@@ -269,17 +268,17 @@ class PathRack:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended without a call of `settle` since."""
+        """Whether a motion is under way, or has ended since the last call of `settle`."""
         return bool(self._stretches)
 
     @property
     def held(self) -> bool:
-        """Whether the motion is held, or slows down to be."""
+        """Whether the motion is held, or is slowing down to be held."""
         return self._held
 
     @property
     def waiting(self) -> int:
-        """How many lines are not finished, the one under way included."""
+        """How many lines are unfinished, including the one under way."""
         return len(self._lines)
 
     @property
@@ -289,16 +288,16 @@ class PathRack:
 
     @property
     def done_s(self) -> float:
-        """When the motion comes to a stand-still by itself; infinity while there is none."""
+        """When the motion ends by itself; infinity if there is none."""
         return self._stretches[-1].piece.end_s if self._stretches else math.inf
 
     @property
     def next_line_s(self) -> float:
-        """When the line under way ends, or the motion stands; infinity while there is none."""
+        """When the line under way ends, or a held motion stands; infinity if there is none."""
         return self._next_line_s
 
     def ending_by(self, time_s: float) -> int:
-        """Return how many of the lines will have ended by a time, as it is planned now."""
+        """Return how many of the lines will have ended by a time, as planned now."""
         return sum(1 for each in self._stretches if each.last and each.piece.end_s <= time_s)
 
     def queue(
@@ -309,9 +308,9 @@ class PathRack:
         *,
         rapid: bool = False,
     ) -> bool:
-        """Append a line by its steps, at a rate in units a second; False where it is no way at all.
+        """Append a line by its steps, at a rate in units per second; False if it has no length.
 
-        A `rapid` one goes as fast as the axes allow.
+        A `rapid` line goes as fast as the axes allow.
         """
         added = line(deltas, self.limits, rate, self._stepping.slowest_hz, rapid=rapid)
         if added is None:
@@ -322,25 +321,25 @@ class PathRack:
         return True
 
     def hold(self, now_s: float, *, dead: bool = False) -> None:
-        """Slow down to a stand-still along the path; the lines stay.
+        """Slow down to a standstill along the path; the lines stay queued.
 
-        `dead` gives up the segments that are computed already.
+        `dead` discards the segments that are already computed.
         """
         self._held = True
         self._replan(now_s, now_s if dead else self.computed_s(now_s))
 
     def resume(self, now_s: float) -> None:
-        """Go on along the path."""
+        """Resume the path."""
         self._held = False
         self._replan(now_s, self.computed_s(now_s))
 
     def override(self, feed: float, rapid: float, now_s: float) -> None:
-        """Scale the speeds of feeds and of rapids from now on; 1 is as asked."""
+        """Scale the speeds of feeds and of rapids from now on; 1 means as requested."""
         self._scale = (feed, rapid)
         self._replan(now_s, self.computed_s(now_s))
 
     def computed_s(self, now_s: float) -> float:
-        """Return up to when the motion is computed; the moment itself while there is none."""
+        """Return up to when the motion is computed; `now_s` if there is none."""
         if self._computed[0] != now_s:
             until_s, index = now_s, self._index(now_s)
             for _ in range(self._count(now_s)):
@@ -349,14 +348,14 @@ class PathRack:
         return self._computed[1]
 
     def _count(self, now_s: float) -> int:
-        """Return how many segments there has been time to compute since the motors stood."""
+        """Return how many segments can have been computed since the motors started."""
         stepping = self._stepping
         if not stepping.compute_s:
             return stepping.segments
         return int(min((now_s - self._began_s) / stepping.compute_s, stepping.segments))
 
     def _segment_end(self, start_s: float, index: int) -> tuple[float, int]:
-        """Return when a segment ends that begins in a stretch, and the stretch behind it."""
+        """Return when a segment that begins in a stretch ends, and in which stretch."""
         if index >= len(self._stretches):
             return start_s, index
         under_way = self._stretches[index]
@@ -373,12 +372,12 @@ class PathRack:
                 return end_s, index
 
     def speed(self, now_s: float) -> float:
-        """Return how fast the path is followed, in units a second."""
+        """Return the speed along the path, in units per second."""
         found = self._at(now_s)
         return 0.0 if found is None else found.piece.speed_at(now_s)
 
     def positions(self, now_s: float) -> tuple[int, ...]:
-        """Return the counts at a moment."""
+        """Return the counts at a time."""
         if not self._stretches:
             return tuple(
                 self._base + Motors(self._lines[0].made(self._along)) if self._lines else self._base
@@ -390,12 +389,12 @@ class PathRack:
         return tuple(counts + Motors(self._made(found, now_s)))
 
     def bends(self, start_s: float, end_s: float) -> Iterator[float]:
-        """Yield when lines end: in between the motors are in proportion."""
+        """Yield when lines end: between these times the motors are in proportion."""
         ends = (each.piece.end_s for each in self._stretches if each.last)
         return (at for at in ends if start_s < at < end_s)
 
     def settle(self, now_s: float) -> None:
-        """Forget the lines that have ended by now; held or at the end, stand."""
+        """Drop the lines that have ended by now, and stand if held or finished."""
         while self._stretches and self._stretches[0].piece.end_s <= now_s:
             ended = self._stretches.pop(0)
             self._along = ended.piece.at(ended.piece.end_s)
@@ -412,16 +411,16 @@ class PathRack:
             self._follow_on([])
 
     def stop(self, now_s: float) -> None:
-        """Stop dead where the path is now, and drop every line."""
+        """Stop dead at the current point of the path, and drop all lines."""
         self._base = Motors(self.positions(now_s))
         self._clear()
 
     def count(self, deltas: Sequence[int]) -> None:
-        """Count steps that were made apart from any motion, while standing."""
+        """Add steps made outside any motion, while standing."""
         self._base = self._base + Motors(deltas)
 
     def zero(self) -> None:
-        """Count from zero again; nothing turns."""
+        """Set the counts to zero. Nothing turns."""
         self._base = Motors((0,) * len(self._base))
         self._clear()
 
@@ -445,7 +444,7 @@ class PathRack:
         return one.made(found.piece.at(now_s))
 
     def _replan(self, now_s: float, from_s: float) -> None:
-        """Plan again from a moment on; what is under way until then stays."""
+        """Plan again from a time on; what is under way until then stays."""
         self.settle(now_s)
         kept: list[PlannerStretch] = []
         number, along, speed = 0, self._along, 0.0

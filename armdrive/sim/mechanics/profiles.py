@@ -1,7 +1,7 @@
-"""Where each axis stands at any moment while it speeds up, runs and slows down, without ticking.
+"""The position of each axis at any time while it speeds up, runs and slows down, without ticking.
 
-Steps, seconds, steps a second. A profile is a row of pieces of constant acceleration; beyond its
-last piece the axis stands, unless that piece never ends.
+Units: steps, seconds, steps per second. A profile is a list of pieces of constant acceleration;
+after its last piece the axis stands, unless that piece never ends.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class ProfilePiece:
-    """A stretch of constant acceleration, which may last for ever."""
+    """A stretch of constant acceleration, possibly endless."""
 
     start_s: float
     position: float
@@ -27,21 +27,21 @@ class ProfilePiece:
 
     @property
     def end_s(self) -> float:
-        """When it ends."""
+        """When the piece ends."""
         return self.start_s + self.duration_s
 
     def at(self, now_s: float) -> float:
-        """Return the position at a moment within it, or at its nearer end."""
+        """Return the position at a time within the piece, or at its nearer end."""
         time = min(max(now_s - self.start_s, 0.0), self.duration_s)
         return self.position + time * (self.speed + self.acceleration * time / 2)
 
     def speed_at(self, now_s: float) -> float:
-        """Return the speed at a moment within it."""
+        """Return the speed at a time within the piece."""
         return self.speed + self.acceleration * (now_s - self.start_s)
 
 
 class AxisProfile:
-    """Pieces one after the other, and where the axis ends."""
+    """A sequence of pieces, and where the axis ends."""
 
     def __init__(self, pieces: Sequence[ProfilePiece], end: float) -> None:
         self.pieces = tuple(piece for piece in pieces if piece.duration_s > 0.0)
@@ -49,12 +49,12 @@ class AxisProfile:
         self.end_s = self.pieces[-1].end_s if self.pieces else -math.inf
 
     def at(self, now_s: float) -> float:
-        """Return the position at a moment."""
+        """Return the position at a time."""
         piece = self._piece(now_s)
         return self.end if piece is None else piece.at(now_s)
 
     def speed_at(self, now_s: float) -> float:
-        """Return the speed at a moment; what has ended stands."""
+        """Return the speed at a time; 0 after the end."""
         piece = self._piece(now_s)
         return 0.0 if piece is None else piece.speed_at(now_s)
 
@@ -75,7 +75,7 @@ def standing(position: float) -> AxisProfile:
 def to_speed(
     position: float, speed: float, wanted: float, acceleration: float, now_s: float
 ) -> AxisProfile:
-    """Ramp from one speed to another and keep it for ever, or stand where that is zero."""
+    """Ramp from one speed to another and keep it for ever; stand if it is zero."""
     ramp_s = abs(wanted - speed) / acceleration
     slope = math.copysign(acceleration, wanted - speed)
     ramp = ProfilePiece(now_s, position, speed, slope, ramp_s)
@@ -94,10 +94,10 @@ def to_goal(
     now_s: float,
     braking: float | None = None,
 ) -> AxisProfile:
-    """Go to a goal and stand: a trapezoid, from whatever speed there is.
+    """Go to a goal and stand: a trapezoid, from any initial speed.
 
-    What already runs away from the goal, or too fast to stop before it, stops first and turns.
-    `braking` is how fast it slows down, where that is not as fast as it speeds up.
+    An axis that moves away from the goal, or too fast to stop before it, first stops and then turns
+    back. `braking` is the deceleration, if it differs from the acceleration.
     """
     braking = acceleration if braking is None else braking
     brake = speed * abs(speed) / (2 * braking)
@@ -116,13 +116,13 @@ def to_goal(
 
 
 Part: TypeAlias = tuple[float, float, float]
-"""Speed, acceleration and duration of a part of a way."""
+"""Speed, acceleration and duration of a part of a path."""
 
 
 def trapezoid(
     enter: float, nominal: float, leave: float, far: float, gain: float, brake: float
 ) -> Iterator[Part]:
-    """Yield the parts of a way: from one speed towards the nominal one, on, and down to another.
+    """Yield the parts of a path: from a speed towards the nominal one, and down to another.
 
     `gain` and `brake` are how fast the speed rises and falls. What is so fast that there is no room
     for anything but slowing down does that alone, and is not at the end of the way when it has.
@@ -142,29 +142,28 @@ def trapezoid(
 
 
 def nearest(position: float) -> int:
-    """Round to the whole step that a motor stands at."""
+    """Round to the whole step at which a motor stands."""
     return math.floor(position + 0.5)
 
 
 # --- Uncoordinated steppers, in the arithmetic of the AccelStepper library -----------------------
-#
 # The library does not follow a trapezoid: each step sets the pause before the next one (D. Austin,
-# "Generate stepper-motor speed profiles in real time", Embedded Systems Programming, January
-# 2005), a pause counts from the step that was really made, and a stop begins as soon as the steps
-# left are no more than v^2 / 2a. A board that serves its motors in turn lets each make a step
-# at fixed intervals only, and a step waits for the next one.
+# "Generate stepper-motor speed profiles in real time", Embedded Systems Programming, January 2005),
+# a pause counts from the step actually made, and a stop begins as soon as no more than v^2 / 2a
+# steps are left. A board that serves its motors in turn gives each motor a chance to step only at
+# fixed intervals, and a step waits for the next chance.
 
 LOOK_S = 0.1
-"""The way of the arm is looked at this often: it is no straight one."""
+"""How often the arm's path is sampled, because it is not straight."""
 LOOP_S = 0.0001
-"""A board without a grid looks at its motors about this often: no order acts at once."""
+"""How often a board without a grid serves its motors: no command acts at once."""
 FIRST_PAUSE = 0.676
 """Austin's correction of the first pause."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    """One motor after a step or an order. `pause_s` is until its next step, infinity for none.
+    """One motor after a step or a command; `pause_s` is infinity if no step follows.
 
     `ramp` counts the steps of the ramp so far, and is negative while the motor slows down.
     """
@@ -180,7 +179,7 @@ class _Moment:
 
 
 class _ProfileAxis:
-    """One motor; `phase_s` shifts its chances on the grid, which is none where `grid_s` is 0."""
+    """One motor; `phase_s` shifts its chances on the grid. A `grid_s` of 0 means no grid."""
 
     def __init__(
         self, count: int, acceleration: float, top_hz: float, grid_s: float, phase_s: float
@@ -195,18 +194,20 @@ class _ProfileAxis:
         self._moment = _Moment(count, count)
         self._times: list[float] = []
         self._steps: list[_Moment] = []
+        self._laid_s = -math.inf
+        """The time up to which the steps of the present order have been computed."""
 
     # -- what can be seen ---------------------------------------------------------------------
 
     def at(self, now_s: float) -> _Moment:
-        """Return the motor as it is by now."""
+        """Return the motor's state by now."""
         self._lay(now_s)
         made = bisect_right(self._times, now_s + _ROUNDING)
         return self._steps[made - 1] if made else self._moment
 
     @property
     def done_s(self) -> float:
-        """When it makes its last step; infinity where it runs for ever, or hangs."""
+        """When the motor makes its last step; infinity if it runs for ever or hangs."""
         if self._by_speed:
             return math.inf if self._moment.speed_hz else self._moment.last_s
         self._lay(math.inf)
@@ -214,7 +215,7 @@ class _ProfileAxis:
         return end.last_s if end.position == end.goal else math.inf
 
     def moves(self, now_s: float) -> bool:
-        """Tell whether the board calls it moving: by speed, only at a chance that it has used."""
+        """Return whether the board reports it as moving: by speed, only at a chance it has used."""
         moment = self.at(now_s)
         if self._by_speed:
             return now_s < moment.last_s + max(self._grid_s, LOOP_S)
@@ -223,7 +224,7 @@ class _ProfileAxis:
     # -- orders, in the words of the library --------------------------------------------------
 
     def set_speed(self, speed_hz: float, now_s: float) -> None:
-        """Run at a constant speed, no faster than the top speed, until the next step at least."""
+        """Run at a constant speed, no faster than the top speed, at least until the next step."""
         moment = self.at(now_s)
         if speed_hz == moment.speed_hz:
             return
@@ -239,7 +240,7 @@ class _ProfileAxis:
         )
 
     def set_top(self, top_hz: float, now_s: float) -> None:
-        """Ramp up to this speed from now on, in every motion to come too."""
+        """Ramp up to this speed from now on, also in later motions."""
         if top_hz == self.top_hz:
             return
         moment = self.at(now_s)
@@ -249,13 +250,13 @@ class _ProfileAxis:
         self._order(moment, now_s)
 
     def aim(self, goal: int, now_s: float) -> None:
-        """Go to a goal; nothing happens where it is the goal already."""
+        """Go to a goal; no effect if it is the goal already."""
         moment = self.at(now_s)
         if goal != moment.goal:
             self._order(self._paced(replace(moment, goal=goal)), now_s)
 
     def ramp_down(self, now_s: float) -> None:
-        """Aim for where the motor can stop."""
+        """Aim for the point where the motor can stop."""
         moment = self.at(now_s)
         if moment.speed_hz:
             steps = self._steps_to_stop(moment) + 1
@@ -269,7 +270,7 @@ class _ProfileAxis:
             self._order(moment, now_s)
 
     def stand(self, at: int, now_s: float = -math.inf) -> None:
-        """Stand dead at a count."""
+        """Stand at a count."""
         last_s = self.at(now_s).last_s if now_s > self._since_s else self._moment.last_s
         self._order(_Moment(at, at, last_s), max(now_s, self._since_s))
 
@@ -278,6 +279,7 @@ class _ProfileAxis:
     def _order(self, moment: _Moment, now_s: float) -> None:
         self._moment, self._since_s = moment, now_s
         self._times, self._steps = [], []
+        self._laid_s = -math.inf
 
     def _steps_to_stop(self, moment: _Moment) -> int:
         return int(moment.speed_hz**2 / (2.0 * self._acceleration))
@@ -309,7 +311,10 @@ class _ProfileAxis:
         )
 
     def _lay(self, until_s: float) -> None:
-        """Work out each step, as far as anybody has looked."""
+"""Compute the steps up to the requested time; they are kept until an order changes them."""
+        if until_s <= self._laid_s:
+            return
+        self._laid_s = until_s
         moment = self._steps[-1] if self._steps else self._moment
         while (step_s := self._chance(moment)) <= until_s + _ROUNDING and math.isfinite(step_s):
             way = 1 if moment.forward else -1
@@ -320,7 +325,7 @@ class _ProfileAxis:
             self._steps.append(moment)
 
     def _chance(self, moment: _Moment) -> float:
-        """Return when the next step is made, infinity for never."""
+        """Return when the next step is made; infinity for never."""
         due_s = moment.last_s + moment.pause_s
         if math.isinf(moment.pause_s) or not self._grid_s:
             return math.inf if math.isinf(moment.pause_s) else max(due_s, self._since_s + LOOP_S)
@@ -330,7 +335,7 @@ class _ProfileAxis:
 
 
 class UncoordinatedRack:
-    """Axes that each go their own way; `done_s` is when the last one has arrived."""
+    """Axes that move independently; `done_s` is when the last one has arrived."""
 
     def __init__(
         self,
@@ -348,60 +353,68 @@ class UncoordinatedRack:
         self._top_hz = top_hz
         self._under_way = False
         self._ordered_s = -math.inf
+        self._done_s: float | None = None
+        """The value of `done_s`, or None until it is computed for the latest order."""
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended without a call of `settle` since."""
+        """Whether a motion is under way, or has ended since the last call of `settle`."""
         return self._under_way
 
     @property
     def done_s(self) -> float:
-        """When the last axis stands; infinity while none moves, or one runs without an end."""
+        """When the last axis stands; infinity if none moves or one runs without an end."""
         if not self._under_way:
             return math.inf
-        return max([self._ordered_s, *(axis.done_s for axis in self._axes)])
+        if self._done_s is None:
+            self._done_s = max([self._ordered_s, *(axis.done_s for axis in self._axes)])
+        return self._done_s
 
     def mask(self, now_s: float) -> int:
-        """Return a bit for each axis that still moves, the first axis lowest."""
+        """Return a bit for each axis that still moves, the first axis in the lowest bit."""
         return sum(1 << n for n, axis in enumerate(self._axes) if axis.moves(now_s))
 
     def speeds(self, now_s: float) -> tuple[float, ...]:
-        """Return the speed that each axis is asked to have, in steps a second."""
+        """Return the speed commanded for each axis, in steps per second."""
         return tuple(axis.at(now_s).speed_hz for axis in self._axes)
 
     def move_to(self, axis: int, goal: int, speed_hz: float, now_s: float) -> None:
-        """Send an axis to a count, at its top speed at most.
+        """Send an axis to a count, at most at its top speed.
 
-        The speed given is only that until its first step: an axis that is at its goal already
-        makes a step that way, and one back, unless the speed is 0.
+        The given speed applies only until the first step. An axis already at its goal makes a step
+        in that direction and one back, unless the speed is 0.
         """
         self._begin(now_s, by_speed=False)
         self._axes[axis].set_speed(speed_hz, now_s)
         self._axes[axis].aim(goal, now_s)
 
     def move_at(self, axis: int, goal: int, speed_hz: float, now_s: float) -> None:
-        """Send an axis to a count at most this fast, which stays its top speed."""
+        """Send an axis to a count at most at this speed, which stays its top speed."""
         self._begin(now_s, by_speed=False)
         self._axes[axis].set_speed(speed_hz, now_s)
         self._axes[axis].set_top(abs(speed_hz), now_s)
         self._axes[axis].aim(goal, now_s)
 
     def run(self, axis: int, speed_hz: float, now_s: float) -> None:
-        """Have an axis run for ever, backwards where negative; 0 ends it dead."""
+        """Make an axis run for ever, backwards if negative; 0 stops it dead."""
         self._begin(now_s, by_speed=True)
         self._axes[axis].set_speed(speed_hz, now_s)
 
     def ramp_down(self, now_s: float) -> None:
-        """Slow down every axis that is on the way to a goal; what runs by speed runs on."""
+        """Slow down every axis that is going to a goal.
+
+        Axes that run at a constant speed run on.
+        """
         for axis in self._axes:
             axis.ramp_down(now_s)
+        self._done_s = None
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a moment."""
         return tuple([axis.at(now_s).position for axis in self._axes])
 
     def bends(self, start_s: float, end_s: float) -> Iterator[float]:
-        """Yield moments at which to look, while anything moves."""
+        """Yield times at which to sample while anything moves."""
         last_s = min(end_s, self.done_s)
         for number in range(1, math.ceil((last_s - start_s) / LOOK_S)):
             yield start_s + number * LOOK_S
@@ -409,33 +422,33 @@ class UncoordinatedRack:
             yield last_s
 
     def settle(self, now_s: float) -> None:
-        """Take in a motion that has ended."""
+        """Fold finished motion into the counts."""
         if self._under_way and self.done_s <= now_s:
             self.stop(now_s)
 
     def stop(self, now_s: float) -> None:
-        """End all motion dead where it is now."""
+        """Stop all motion dead."""
         for axis in self._axes:
             axis.stand(axis.at(now_s).position, now_s)
         self._under_way = False
 
     def count(self, deltas: Sequence[int]) -> None:
-        """Count steps that were made apart from any motion, while standing."""
+        """Add steps made outside any motion, while standing."""
         for axis, delta in zip(self._axes, deltas, strict=True):
             axis.stand(axis.at(-math.inf).position + delta)
 
     def zero(self) -> None:
-        """Count from zero again; nothing turns."""
+        """Set the counts to zero. Nothing turns."""
         for axis in self._axes:
             axis.stand(0)
         self._under_way = False
 
     def restart(self) -> None:
-        """Have the top speeds that the firmware begins with."""
+        """Restore the top speeds that the firmware starts with."""
         for axis in self._axes:
             axis.top_hz = self._top_hz
 
     def _begin(self, now_s: float, *, by_speed: bool) -> None:
         for axis in self._axes:
             axis.obey(now_s, by_speed=by_speed)
-        self._under_way, self._ordered_s = True, now_s
+        self._under_way, self._ordered_s, self._done_s = True, now_s, None

@@ -1,4 +1,4 @@
-"""Shafts in a closed loop: where each is meant to be, and the arm that follows them."""
+"""Shafts in a closed loop: the set-point of each, and the arm that follows them."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from armdrive.sim.world.body import sagged
 from kinematics.spaces import Motors
 
 # --- The set-point of one shaft ------------------------------------------------------------------
-#
-# Where a closed-loop shaft is meant to be at any moment, without ticking. Counts are the shaft's
-# own, whatever zero was set. Times are in seconds, speeds in counts a second.
+# The set-point of a closed-loop shaft at any time, without ticking. Counts are the shaft's own,
+# whatever zero was set. Times are in seconds, speeds in counts per second.
 
 _HALVINGS = 60
 
 
 class ShaftPoint:
-    """It stands, or is under way on a profile from whatever it did before."""
+    """The set-point stands, or follows a profile that starts from its previous state."""
 
     def __init__(self, at: int) -> None:
         self._profile = standing(at)
@@ -37,29 +36,29 @@ class ShaftPoint:
 
     @property
     def end_s(self) -> float:
-        """When it comes to a stand; infinity while it runs without an end."""
+        """When the set-point comes to a stand; infinity if it runs without an end."""
         return self._end_s
 
     @property
     def end(self) -> int:
-        """Where it comes to a stand; meaningless while it runs without an end."""
+        """Where the set-point comes to a stand; meaningless if it runs without an end."""
         return nearest(self._profile.end)
 
     def moving(self, now_s: float) -> bool:
-        """Tell whether it is under way."""
+        """Return whether the set-point is moving."""
         return now_s < self._end_s
 
     def at(self, now_s: float) -> int:
-        """Return where it is, in whole counts."""
+        """Return the position in whole counts."""
         profile = self._profile
         return nearest(profile.end if now_s >= profile.end_s else profile.at(now_s))
 
     def rate(self, now_s: float) -> float:
-        """Return how fast it goes, in counts a second."""
+        """Return the speed, in counts per second."""
         return self._profile.speed_at(now_s)
 
     def gain(self, now_s: float) -> float:
-        """Return how much faster it gets, in counts a second squared; below 0 while it brakes."""
+        """Return the acceleration, in counts per second squared; negative while braking."""
         piece = next((each for each in self._profile.pieces if now_s < each.end_s), None)
         if piece is None:
             return 0.0
@@ -67,19 +66,19 @@ class ShaftPoint:
         return -abs(piece.acceleration) if brakes else abs(piece.acceleration)
 
     def demand(self, now_s: float) -> int:
-        """Return where `glide_to` wants it by now: ahead of what its motor can follow."""
+        """Return the position commanded by `glide_to`, ahead of what the motor can follow."""
         return self.at(now_s) if self._demand is None else nearest(self._demand.at(now_s))
 
     def hold(self, at: int) -> None:
-        """Stand dead at a count."""
+        """Stand at a count."""
         self._profile, self._end_s, self._demand = standing(at), -math.inf, None
 
     def go_to(
         self, goal: int, rate: float, slope: float, now_s: float, *, braking: float | None = None
     ) -> None:
-        """Go to a count, from whatever is under way; an infinite slope is no ramp.
+        """Go to a count from the current motion; an infinite slope means no ramp.
 
-        `braking` is the slope of slowing down, where that is another.
+        `braking` is the deceleration, if it differs from the acceleration.
         """
         position, speed = self._state(now_s)
         if math.isinf(slope):
@@ -88,12 +87,12 @@ class ShaftPoint:
             self._begin(to_goal(position, speed, goal, rate, slope, now_s, braking), now_s)
 
     def go_at(self, rate: float, slope: float, now_s: float) -> None:
-        """Run until the next order; a rate of 0 ends it."""
+        """Run until the next command; a rate of 0 ends the motion."""
         position, speed = self._state(now_s)
         self._begin(at_rate(position, speed, rate, slope, now_s), now_s)
 
     def go_for(self, rate: float, slope: float, time_s: float, now_s: float) -> None:
-        """Run for a time, and then slow down."""
+        """Run for a time, then slow down."""
         self.go_at(rate, slope, now_s)
         over_s = now_s + time_s
         pieces = [
@@ -116,7 +115,7 @@ class ShaftPoint:
     def glide_to(
         self, target: int, period_s: float, most_rate: float, now_s: float, *, on: bool = False
     ) -> None:
-        """Go straight to a target within a period, no faster than at a rate; or go `on` beyond."""
+        """Go straight to a target in a period, limited to a rate; with `on`, continue beyond it."""
         demand, here = self.demand(now_s), self._state(now_s)[0]
         rate, way = (target - demand) / period_s, target - here
         able = math.copysign(min(abs(way) / period_s, most_rate), way)
@@ -128,9 +127,9 @@ class ShaftPoint:
         self._demand = ProfilePiece(now_s, demand, rate, 0.0, math.inf if goes_on else period_s)
 
     def passes_s(self, count: int, way: int, now_s: float) -> float:
-        """Return when it comes to a count or beyond, seen in a direction; infinity for never.
+        """Return when the set-point reaches or passes a count in a direction; infinity for never.
 
-        For what comes there and goes on: a search, or a motion towards a switch.
+        For motions that pass the count: a search, or a motion towards a switch.
         """
         if (self.at(now_s) - count) * way >= 0:
             return now_s
@@ -155,7 +154,7 @@ class ShaftPoint:
         return late_s
 
     def _state(self, now_s: float) -> tuple[float, float]:
-        """Return position and speed; one that stands does so on a whole count."""
+        """Return position and speed; a standing shaft is at a whole count."""
         if not self.moving(now_s):
             return float(self.end), 0.0
         return self._profile.at(now_s), self._profile.speed_at(now_s)
@@ -165,7 +164,7 @@ class ShaftPoint:
 
 
 def dead(position: float, goal: float, rate: float, now_s: float) -> AxisProfile:
-    """Go to a goal at once at full speed, and stop there dead."""
+    """Go to a goal at full speed without a ramp, and stop there dead."""
     way = goal - position
     piece = ProfilePiece(now_s, position, math.copysign(rate, way), 0.0, abs(way) / rate)
     return AxisProfile((piece,), goal)
@@ -174,7 +173,7 @@ def dead(position: float, goal: float, rate: float, now_s: float) -> AxisProfile
 def at_rate(
     position: float, speed: float, wanted: float, slope: float, now_s: float
 ) -> AxisProfile:
-    """Run at a speed for ever, or stand; an infinite slope is no ramp."""
+    """Run at a speed for ever, or stand; an infinite slope means no ramp."""
     if not math.isinf(slope):
         return to_speed(position, speed, wanted, slope, now_s)
     if not wanted:
@@ -183,16 +182,15 @@ def at_rate(
 
 
 # --- The shafts, and the arm that follows them ---------------------------------------------------
-#
-# A motor in a closed loop makes up for what it has lost, as far as the arm lets it. Counts are
-# those of the world's motors, and of their shafts where there is play between the two.
+# A closed-loop motor makes up for what it has lost, as far as the arm lets it. Counts are those of
+# the world's motors, or of their shafts where there is backlash between the two.
 
 LOOK_S = 0.05
-"""How often an arm in motion is looked at, and its shafts are made to follow."""
+"""How often a moving arm is updated so that its shafts follow."""
 SLACK_S = 0.001
-"""How old the shafts' places may be when no caller looks at them."""
+"""How old the shafts' positions may be when no caller asks for them."""
 WATCH_S = 0.01
-"""How often while a shaft is not where it should be."""
+"""How often the arm is updated while a shaft is off its set-point."""
 
 
 class ShaftPoints:
@@ -209,20 +207,20 @@ class ShaftPoints:
 
     @property
     def done_s(self) -> float:
-        """When the last motion under way ends; infinity while there is none."""
+        """When the last motion under way ends; infinity if there is none."""
         ends = [point.end_s for point in self.each if point.moving(self.now_s)]
         return max(ends, default=math.inf)
 
     def positions(self, now_s: float) -> tuple[int, ...]:
-        """Return where all are."""
+        """Return all set-points."""
         return tuple([point.at(now_s) for point in self.each])
 
     def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
-        """Return nothing: the device looks at its arm often enough by itself."""
+        """Return nothing: the device samples its arm often enough by itself."""
         return ()
 
     def settle(self, now_s: float) -> None:
-        """Do nothing: what has ended stands."""
+        """Do nothing: a finished motion needs no bookkeeping."""
 
     def stop(self, now_s: float) -> None:
         """End all motion dead where it is now."""
@@ -230,16 +228,16 @@ class ShaftPoints:
             point.hold(point.at(now_s))
 
     def count(self, deltas: Sequence[int]) -> None:
-        """Shift those that stand."""
+        """Shift the set-points that stand."""
         for point, delta in zip(self.each, deltas, strict=True):
             point.hold(point.end + delta)
 
     def zero(self) -> None:
-        """Do nothing: a zero is a matter of what a drive says, and no shaft turns for it."""
+        """Do nothing: a zero only changes what a drive reports; no shaft turns."""
 
 
 class ShaftDrive(MotorDrive[ShaftPoints]):
-    """Six loops and one arm. `holding` says which drives have current: the others turn freely.
+    """Six closed loops and one arm; drives that are not `holding` turn freely.
 
     `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
     `slack_s` is how old the shafts' places may be; a caller who needs them now calls `look`.
@@ -249,22 +247,22 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         super().__init__(world, ShaftPoints([ShaftPoint(count) for count in world.motors]))
         self._makes_up, self._slack_s = makes_up, slack_s
         self.holding = [False] * len(world.motors)
-        world.energised = False  # found at rest: the arm came down long ago
+        world.energised = False  # found at rest: the arm sagged long ago
         self._last = self.rack.positions(0.0)
         self.astray = False
-        """Whether a shaft is not where it should be, as of the last look."""
+        """Whether a shaft was off its set-point at the last look."""
         self._seen: Motors | None = None
         self.hold_shafts()
 
     @property
     def shafts(self) -> Motors:
-        """Where the shafts are, physically: ahead of what they drive by the play that is taken."""
+        """The physical shaft positions: ahead of the joints they drive by the backlash taken up."""
         if not self.world.play.any:
             return self.world.motors
         return self.world.motors + Motors(self.world.play.ahead)
 
     def errors(self, now_s: float) -> tuple[int, ...]:
-        """Return how far each shaft is from where it should be; 0 where nothing holds it."""
+        """Return how far each shaft is from its set-point; 0 for a shaft that nothing holds."""
         return self._errors(self.rack.positions(now_s))
 
     def _errors(self, positions: Sequence[int]) -> tuple[int, ...]:
@@ -272,26 +270,26 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         return tuple([wanted - shaft if held else 0 for wanted, shaft, held in points])
 
     def hold_shafts(self) -> None:
-        """Have every set-point be where its shaft is."""
+        """Move every set-point to where its shaft is."""
         for point, shaft in zip(self.rack.each, self.shafts, strict=True):
             point.hold(shaft)
         self._last = tuple(self.shafts)
 
     @property
     def look_s(self) -> float:
-        """When the arm has to be looked at next; infinity while all stand where they should."""
+        """When to update the arm next; infinity if all shafts stand at their set-points."""
         if self.astray:
             return self._looked_s + WATCH_S
         return self._looked_s + LOOK_S if self.rack.moving else math.inf
 
     def follow(self, now_s: float) -> None:
-        """Go on to now; frames come so close together that not all of them are worth a look."""
+        """Advance to now; frames arrive so close together that not every one is worth an update."""
         self.rack.now_s = now_s
         if self.astray or now_s - self._looked_s >= self._slack_s:
             self.look(now_s)
 
     def look(self, now_s: float) -> None:
-        """Have the shafts be where their set-points are by now, as far as they follow."""
+        """Move the shafts to their set-points as far as they can follow by now."""
         since_s = now_s - self._looked_s
         if not since_s or self._stands():
             self._looked_s = self.rack.now_s = now_s
@@ -314,7 +312,7 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         self._seen = self.world.motors
 
     def _stands(self) -> bool:
-        """Tell whether nothing has turned since the last look, and nothing shall."""
+        """Return whether nothing has turned since the last update and nothing is about to."""
         if self.astray or self.world.motors is not self._seen:
             return False
         return all(point.end_s <= self._looked_s for point in self.rack.each)
@@ -326,12 +324,12 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         self.hold_shafts()
 
     def set_counts(self, counts: Sequence[int], now_s: float) -> None:  # noqa: ARG002
-        """Stand where the shafts are: what is counted there is not a motor's business."""
+        """Stand where the shafts are: counts are not a motor's business."""
         self.look(now_s)
         self.hold_shafts()
 
     def release(self, motors: Sequence[int], now_s: float) -> None:
-        """Take the current of some motors: what they have held comes down."""
+        """Cut the current of some motors, so that their loads sag."""
         self.look(now_s)
         freed = [motor for motor in motors if self.holding[motor]]
         if not freed:
@@ -346,11 +344,11 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         self._free(now_s)
 
     def release_all(self, now_s: float) -> None:
-        """Take the current of all motors."""
+        """Cut the current of all motors."""
         self.release(range(len(self.holding)), now_s)
 
     def hold(self, motor: int, now_s: float) -> None:
-        """Give a motor its current, where it is."""
+        """Switch a motor's current on at its present position."""
         self.look(now_s)
         self.rack.each[motor].hold(self.shafts[motor])
         self._last = self.rack.positions(now_s)
@@ -358,7 +356,7 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         self.world.energised = all(self.holding)
 
     def _sag(self, freed: Sequence[int]) -> list[int]:
-        """Return the steps by which motors give way on an arm that the others still hold."""
+        """Return the steps by which motors sag on an arm that the others still hold."""
         body, world = self.world.body, self.world
         rest = sagged(body.arm, world.joints)
         away = body.transmission.to_motors(rest, world.opening_mm) - world.motors

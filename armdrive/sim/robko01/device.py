@@ -1,12 +1,12 @@
-"""A Robko 01 that is not there: the arm's end of its SUPER protocol on a simulated physical arm.
+"""A simulated Robko 01: the arm's end of its SUPER protocol on a simulated physical arm.
 
-Everything that was seen of the AVR firmware is repeated, and what public sources say of the ESP32
-retrofit. Where a habit is unknown the harsher one is built: after power-up the motors are off,
-motors that are switched off in mid-motion are counted on though nothing turns, and `Clear` ends
-a motion dead.
+It reproduces everything observed on the AVR firmware, and what public sources say about the ESP32
+retrofit. Where the behaviour is unknown, this device takes the harsher option: after power-on the
+motors are off; motors that are switched off in mid-motion go on counting although nothing turns;
+and `Clear` stops a motion dead.
 
-Requests are answered one at a time, each a little after it has come. A frame that is none, and a
-request that the firmware names but does not know, is dropped in silence.
+Requests are answered one at a time, each after a short delay. Invalid frames, and requests that the
+firmware lists but does not implement, are dropped silently.
 """
 
 from __future__ import annotations
@@ -66,37 +66,36 @@ from kinematics.spaces import Motors
 BAUD = 115_200
 
 # --- The firmware's frame reader, with its faults ------------------------------------------------
-#
-# The codec's `Device` finds every good frame. The firmware's reader does not, and the driver has
-# to cope with it, so a simulated board reads its bytes as the firmware does (`SUPER.cpp`,
+# The codec's `Device` finds every valid frame. The firmware's reader does not, and the driver has
+# to cope with that, so a simulated board reads its bytes as the firmware does (`SUPER.cpp`,
 # read_frame).
 
 LENGTHS = range(1, PAYLOAD_MAX + 2)
-"""What the length byte can be: the operation and its payload."""
+"""The possible values of the length byte: the operation and its payload."""
 ECHOED = (Op.PING, Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
-"""Operations whose payload has any length."""
+"""Operations whose payload may have any length."""
 PAYLOAD_BYTES = {
     Op.MOVE_RELATIVE: 24,
     Op.MOVE_ABSOLUTE: 24,
     Op.MOVE_SPEED: 24,
     Op.OUTPUTS: 1,
 }
-"""What an operation reads of the payload, whatever was sent; the others read nothing."""
+"""How many payload bytes an operation reads, whatever was sent; other operations read none."""
 
 _HEADER, _CHECK = 4, 2
 
 
 class FirmwareReader:
-    """Bytes in, whole requests out. All that it drops, it drops in silence.
+    """Turns bytes into whole requests, and silently drops what it cannot read.
 
-    Two quirks, both seen on the ARDN_Operation example on an atmega328p in an AVR simulator:
+    Two quirks, both observed on the ARDN_Operation example on an atmega328p in an AVR simulator:
 
     - **It loses the next frame** after a frame with a length of 0 and after a doubled 0xAA. A byte
-      that does not fit sends it back to waiting for 0xAA without being looked at again, so an 0xAA
-      among the bytes that are left over is taken for the beginning of a frame.
-    - **Short payloads run on stale bytes.** The payload is copied into a buffer that is never
-      cleared, and an operation reads its whole length from there. (What `MoveSpeed` finds behind
-      a short payload was not seen; the same is assumed.) Bytes too many are ignored.
+      that does not fit resets the reader to waiting for 0xAA without being examined again, so an
+      0xAA among the leftover bytes is taken for the start of a frame.
+    - **Short payloads use stale bytes.** The payload is copied into a buffer that is never
+      cleared, and an operation reads its full length from there. (What `MoveSpeed` reads after a
+      short payload was not observed; the same is assumed.) Excess bytes are ignored.
     """
 
     def __init__(self) -> None:
@@ -106,7 +105,7 @@ class FirmwareReader:
         self._skipping = False
 
     def read(self, data: bytes) -> Iterator[bytes]:
-        """Yield each request that the firmware acts on, its payload as the operation reads it."""
+        """Yield each request that the firmware acts on, with the payload as it reads it."""
         for byte in data:
             if not self._frame and byte != SENTINEL:
                 self.dropped += not self._skipping
@@ -126,7 +125,7 @@ class FirmwareReader:
                     yield self._request(frame[_HEADER - 1], frame[_HEADER:-_CHECK])
 
     def _fits(self) -> bool:
-        """Tell whether the last byte of the header can stand where it stands."""
+        """Return whether the last byte of the header is valid in its place."""
         match len(self._frame):
             case 2:
                 return self._frame[1] in (Kind.REQUEST, Kind.ANSWER)
@@ -146,48 +145,50 @@ class FirmwareReader:
 
 
 THINKS_S = 0.0025
-"""A ping of eight bytes went round in 5 ms; the rest of that was the line's."""
+"""A ping of eight bytes took 5 ms there and back, of which the line accounts for the rest."""
 EARLY_ZERO_S = 0.010
-"""How long after an accepted move `IsMoving` may still answer that nothing moves."""
+"""How long after an accepted move `IsMoving` may still report that nothing moves."""
 AVR, ESP32 = "avr", "esp32"
 
 
 GRIDS_S = {AVR: 0.00804, ESP32: 0.0}
-"""How often a motor may step. The AVR board serves eight addresses, one a millisecond and a little
-more: 400 steps at full speed came 8.048 ms apart on the ARDN_Operation example in an AVR simulator.
+"""How often a motor may step. The AVR board serves eight addresses, one every millisecond and a
+little more: 400 steps at full speed came 8.048 ms apart on the ARDN_Operation example in an AVR
+simulator.
 """
 ACCELERATIONS_STEPS_S2 = {AVR: 700.0, ESP32: 75.0}
 TOP_SPEEDS_HZ = {AVR: 5000.0, ESP32: 100.0}
-"""Up to where axes ramp after power-up: DEFAULT_SPEED of `Robko01.h`, M1_MAX_SPEED to M6_MAX_SPEED
-of the retrofit's `ApplicationConfiguration.h`."""
+"""The top speed of an axis after power-on: DEFAULT_SPEED of `Robko01.h`, and M1_MAX_SPEED to
+M6_MAX_SPEED of the retrofit's `ApplicationConfiguration.h`.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class RobkoQuirks:
-    """What differs between boards: see `kind` for each.
+    """What differs between boards.
 
-    With `grid_s` a motor can make a step only at these intervals. `watchdog_s` of silence
-    switch the motors off (0: there is no watchdog); with `rearms` any frame switches them on.
+    With `grid_s`, a motor can step only at these intervals. Silence for `watchdog_s` switches the
+    motors off (0 means no watchdog); with `rearms`, any frame switches them on again.
 
-    Quirks of the AVR board, all seen on the ARDN_Operation example on an atmega328p in an AVR
+    Quirks of the AVR board, all observed on the ARDN_Operation example on an atmega328p in an AVR
     simulator:
 
     - **Operation 6 ignores its speed**: it ramps up to the axis's top speed, `top_speed_hz` after
       power-up. 50 steps took 0.66 s at 20, 50 and 100 steps/s alike.
     - **The top speed sticks**: operation 7 sets it for each axis (`absolute_sets_top`). After
       operation 7 at 30 steps/s, operation 6 at 100 ran at 30.
-    - **A top speed of 0 leaves the axis hanging** when operation 6 next moves it: the answer is
-      OK, one step is made, and the axis is reported as moving. Operation 7 is refused as busy, and
-      operation 2 does nothing. Operation 12 with all speeds 0 ends it, and so does a reset.
-    - **A resting axis twitches**: an axis that is at its goal already and is given a speed makes
-      one step forward and 40 ms later one back, unless its top speed was 0.
+    - **A top speed of 0 leaves the axis hanging** when operation 6 next moves it: the reply is OK,
+      the axis makes one step and is reported as moving. Operation 7 is then refused as busy, and
+      operation 2 has no effect. Operation 12 with all speeds 0 frees the axis, and so does a reset.
+    - **A resting axis twitches**: an axis that is already at its goal and is given a speed makes
+      one step forward and, 40 ms later, one back, unless its top speed was 0.
     - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s. It hardly stops
-      operation 6 either: the library believes that the axis has come up to the top speed, and
-      slows down over as many steps as it would need from there (2899 were still to come).
-    - Those of the reader are in `FirmwareReader`.
+      operation 6 either: the library assumes that the axis has reached the top speed, and slows
+      down over as many steps as it would need from there (2899 steps were still to come).
+    - The quirks of the reader are listed in `FirmwareReader`.
 
-    The retrofit sets no top speed at all, in operation 6 as in operation 7, whose axes that are at
-    their goals it leaves alone. That is a reading of its `main.cpp`.
+    The retrofit sets no top speed, in operation 6 or 7, and operation 7 leaves axes that are at
+    their goals alone. This was read in its `main.cpp`, not observed.
     """
 
     board: str = AVR
@@ -200,12 +201,12 @@ class RobkoQuirks:
 
     @property
     def absolute_sets_top(self) -> bool:
-        """Whether operation 7 obeys its speed, which then is the axis's top speed."""
+        """Whether operation 7 obeys its speed, which then becomes the axis's top speed."""
         return self.board == AVR
 
 
 class RobkoDrive(MotorDrive[UncoordinatedRack]):
-    """Axes that go their own way; without current the counts go on and the arm does not."""
+    """Axes that move independently. Without current the counts go on and the arm does not move."""
 
     def __init__(self, world: World, quirks: RobkoQuirks) -> None:
         stretch = 1.0 + quirks.slowness
@@ -220,12 +221,12 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         self._stretch, self._absolute_sets_top = stretch, quirks.absolute_sets_top
 
     def run_at(self, axes: Axes, now_s: float) -> None:
-        """Have every axis run at a speed until the next order: operation 12."""
+        """Run every axis at a speed until the next command: operation 12."""
         for axis, speed in enumerate(axes.speeds_steps_s):
             self.rack.run(axis, speed / self._stretch, now_s)
 
     def move(self, axes: Axes, relative: bool, now_s: float) -> None:
-        """Have every axis go to its goal: operation 6, `relative`, or 7."""
+        """Send every axis to its goal: operation 6 (`relative`) or 7."""
         here = self.rack.positions(now_s)
         for axis, (steps, speed) in enumerate(
             zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
@@ -239,12 +240,12 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
                 self.rack.move_to(axis, steps, rate_hz, now_s)
 
     def reported(self, now_s: float) -> Axes:
-        """Return positions and speeds as they are reported: in 16 bits."""
+        """Return positions and speeds as reported: in 16 bits."""
         speeds = (wrap(round(speed)) for speed in self.rack.speeds(now_s))
         return Axes(tuple(wrap(count) for count in self.counts), tuple(speeds))
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
-        """Turn motors by hand of a person; those that were off are off again afterwards."""
+        """Turn motors by hand. Motors that were off are off again afterwards."""
         held = self.world.energised
         super().turn(steps, now_s)
         self.world.energised = held
@@ -256,7 +257,7 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
 
 
 class SimRobkoBoard(Board):
-    """The board and the arm; see `RobkoQuirks` for what differs."""
+    """The board and the arm; `RobkoQuirks` lists the differences between boards."""
 
     title: ClassVar[str] = "Robko 01"
     remembered: ClassVar[Mapping[str, Form]] = {"enabled": FLAG, "outputs": BYTE}
@@ -287,7 +288,7 @@ class SimRobkoBoard(Board):
 
     @property
     def dropped(self) -> int:
-        """How many pieces of bytes were dropped in silence."""
+        """How many fragments of input were dropped silently."""
         return self._reader.dropped + self._ignored
 
     @property
@@ -297,16 +298,16 @@ class SimRobkoBoard(Board):
 
     @property
     def unanswered(self) -> bool:
-        """Whether a request is being thought about."""
+        """Whether a request is being processed."""
         return self._codec.unanswered is not None
 
     @property
     def registers(self) -> Motors:
-        """The positions as they are reported: in 16 bits."""
+        """The positions as reported: in 16 bits."""
         return Motors(wrap(count) for count in self.drive.counts)
 
     def due_s(self) -> float:
-        """Tell when a motion ends, it answers, or its watchdog runs out."""
+        """Return when a motion ends, a reply is due, or the watchdog expires."""
         return min(super().due_s(), self._own_due_s())
 
     def _own_due_s(self) -> float:
@@ -319,12 +320,12 @@ class SimRobkoBoard(Board):
         self._begin()
 
     def recall_known(self, saved: Saved) -> None:
-        """Know what `known` wrote; raises `StateFileError`."""
+        """Restore what `known` wrote. Raises `StateFileError`."""
         super().recall_known(saved)
         self.world.energised = self.enabled
 
     def details(self) -> dict[str, Json]:
-        """Return the board, its outputs and whether its motors are on."""
+        """Return the board type, its outputs, and whether its motors are on."""
         return {
             "board": self.quirks.board,
             "enabled": self.enabled,
@@ -333,20 +334,20 @@ class SimRobkoBoard(Board):
         }
 
     def reset(self) -> None:
-        """Restart the firmware: motion stops dead, positions are zero, and the motors off."""
+        """Restart the firmware: motion stops dead, positions become zero, and the motors go off."""
         if self.shared.powered:
             self.drive.lose_power(self.now_s)
             self.shared.outgoing.clear()
             self.forget()
 
     def hear(self, data: bytes) -> None:
-        """Take bytes; each request is thought about for a while."""
+        """Receive bytes; each request takes a while to process."""
         for request in self._reader.read(data):
             self._codec.receive_data(request)
         self._take_up(self.now_s)
 
     def happen(self) -> None:
-        """End a motion, answer, or act on the watchdog, where that is due."""
+        """End a motion, reply, or act on the watchdog, whichever is due."""
         super().happen()
         now_s = self.now_s
         if self._answer_s <= now_s:

@@ -1,6 +1,6 @@
 """The console of a simulated arm: one-line commands on standard input, and their table.
 
-Each line gets one line in answer; `--json` anywhere in it makes that answer JSON.
+Each line gets a one-line reply; with `--json` anywhere in the line the reply is JSON.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from kinematics.errors import did_you_mean
 
 @dataclass(frozen=True, slots=True)
 class ConsoleAnswer:
-    """What a command has to say: a sentence for people, or the same and more as data."""
+    """The reply to a command: a sentence for people, and data with at least the same content."""
 
     text: str
     data: Json = None
@@ -42,7 +42,7 @@ class ConsoleAnswer:
 
 @dataclass(frozen=True, slots=True)
 class ConsoleCommand:
-    """One row of the table: how it is called, what follows, what it does."""
+    """One row of the table: name, arguments and action of a command."""
 
     name: str
     arguments: str
@@ -51,7 +51,7 @@ class ConsoleCommand:
 
     @property
     def usage(self) -> str:
-        """How it is written."""
+        """How the command is written."""
         return f"{self.name} {self.arguments}".strip()
 
 
@@ -145,7 +145,7 @@ def _faults(console: Console, _: list[str]) -> ConsoleAnswer:
 
 
 def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
-    """Have some drives alone be on the bus: commissioning meets one at a time."""
+    """Connect only some drives to the bus, because commissioning handles one at a time."""
     board = console.device.board
     if not isinstance(board, DrivesOnBus):
         raise lacks(board, "drives on a bus")
@@ -156,7 +156,7 @@ def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     if any(not 1 <= each <= len(names) for each in numbers):
         raise BadRequest(f"drives are numbered 1 to {len(names)}, not {' '.join(words)}")
     for number_of, _ in enumerate(names, 1):
-        board.drives().plug(number_of - 1, number_of in numbers)
+        board.drives.plug(number_of - 1, number_of in numbers)
     there = ", ".join(names[each - 1] for each in sorted({*numbers})) or "none"
     return ConsoleAnswer(f"on the bus: {there}")
 
@@ -233,13 +233,13 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
         )
     }
 )
-"""Every command by its name; parsing and help are made from it."""
+"""Every command by its name. Parsing and help are made from this table."""
 
 JSON_FLAG = "--json"
 
 
 class Console:
-    """Steers one device, its line, and the server that offers it. `ended` is true after `quit`."""
+    """Controls a device, its line, and the server that offers it. `ended` is true after `quit`."""
 
     def __init__(self, device: SimDevice, server: Server, line: PacedDevice) -> None:
         self.device = device
@@ -249,7 +249,7 @@ class Console:
         self.ended = False
 
     def answer(self, line: str) -> str:
-        """Do what a line says and return the line that answers it; nothing for an empty one."""
+        """Execute a line and return the reply; an empty line has no reply."""
         words = line.split()
         as_json = JSON_FLAG in words
         words = [word for word in words if word != JSON_FLAG]

@@ -1,4 +1,4 @@
-"""A simulated arm as a process of its own: the real-time loop between a server and a console."""
+"""A simulated arm as a separate process: the real-time loop between a server and a console."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from types import FrameType
 from typing import TextIO
 
 from armdrive.errors.printable import printable_lines
-from armdrive.sim.bus.line import BITRATE
+from armdrive.sim.bus.line import BITRATE, BusLine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import FaultRequest
 from armdrive.sim.serving.console import Console
 from armdrive.sim.serving.servers import (
     Adapter,
-    AdapterBus,
     PtyServer,
     Server,
     SlcanServer,
@@ -35,7 +34,7 @@ from armdrive.transports.link import Bell
 LONGEST_SLEEP_S = 0.25
 LONGEST_LINE = 1024
 MOST_BACKLOG = 4096
-"""As many bytes as a computer's own serial port takes ahead of its line."""
+"""As many bytes as a computer's own serial port buffers."""
 _CHUNK = 4096
 
 
@@ -50,8 +49,9 @@ def make_server(
 ) -> Server:
     """Offer a pty (linked at a path), or a TCP or UDP port (`HOST:PORT`, `:PORT` or `PORT`).
 
-    With none of them, a pty without a link; `slcan` is one behind which a CAN adapter stands, on a
-    bus of so many bits a second, and `beside` a second such adapter. Raises `PortUnavailable`.
+    With none of them, offer a pty without a link. With `slcan`, offer a pty with a CAN adapter
+    behind it, on a bus of that bit rate; `beside` adds a second such adapter. Raises
+    `PortUnavailable`.
     """
     if beside is not None:
         return TwoAdapters(slcan, beside, bits_s)
@@ -71,13 +71,13 @@ def run_device(
     faults: Iterable[FaultRequest] = (),
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Let the device live in real time until `quit`, SIGTERM or SIGINT, then close the server.
+    """Run the device in real time until `quit`, SIGTERM or SIGINT, then close the server.
 
-    The `faults` begin, or count their time, when it begins to live. Raises `BadRequest` for one
-    that this device cannot have.
+    The `faults` begin, or start counting their time, at the same moment. Raises `BadRequest` for a
+    fault that this device cannot have.
 
-    `commands` is a file descriptor with one-line commands, None where there are none; its end
-    ends nothing. Answers go to `out`.
+    `commands` is a file descriptor with one-line commands, or None; its end does not end the
+    device. Replies go to `out`.
     """
     bell = Bell()
     try:
@@ -95,7 +95,7 @@ def run_device(
 
 
 class _ServeLoop:
-    """Carries bytes and commands to the device, each as it comes."""
+    """Passes bytes and commands to the device as they come."""
 
     def __init__(
         self,
@@ -114,12 +114,12 @@ class _ServeLoop:
         self._clock = clock
 
     def end(self) -> None:
-        """Have the loop end; safe within a signal handler."""
+        """End the loop; safe within a signal handler."""
         self._console.ended = True
         self._bell.ring()
 
     def begin(self, faults: Iterable[FaultRequest]) -> None:
-        """Let the device's time begin, and give it faults."""
+        """Start the device's clock and its faults."""
         self._line.advance(self._clock())
         for fault in faults:
             self._console.faults.ask(fault)
@@ -139,12 +139,12 @@ class _ServeLoop:
                 self._say(self._console.faults.troubles.pop(0))
 
     def _sleep(self) -> None:
-        """Sleep until bytes or commands come, or the device has something to do."""
+        """Sleep until bytes or commands arrive, or the device has something to do."""
         pause_s = min(max(self._line.next_s() - self._clock(), 0.0), LONGEST_SLEEP_S)
         self._bell.wait(pause_s, *(self._server.filenos() if self._listening() else ()))
 
     def _listening(self) -> bool:
-        """Tell whether to take more bytes: a client that floods the line has to wait for it."""
+        """Return whether to read more bytes: a client that floods the line has to wait for it."""
         return self._line.backlog < MOST_BACKLOG
 
     def _obey(self, line: str) -> None:
@@ -153,22 +153,23 @@ class _ServeLoop:
             self._say(answer)
 
     def _say(self, line: str) -> None:
-        with contextlib.suppress(OSError, ValueError):  # the reader of the answers is gone
+        with contextlib.suppress(OSError, ValueError):  # the reader of the replies is gone
             self._out.write(printable_lines(line) + "\n")
             self._out.flush()
 
 
 def _line_to(device: SimDevice, server: Server) -> PacedDevice:
-    """Return what carries the bytes: a serial line at its pace, or the bus behind an adapter."""
+    """Return the line that carries the bytes: a paced serial line, or the bus behind an adapter."""
     if isinstance(server, SlcanServer):
-        return AdapterBus(device, server.adapter)
+        adapter = server.adapter
+        return BusLine(device, adapter.bus_bitrate, adapter.faults)
     return PacedDevice(device, device.board.baud if server.paced else None)
 
 
 def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:
-    """Read command lines as they come, on a thread: not every system can select on such files.
+    """Read command lines on a thread, because not every system can select on such files.
 
-    By the system's own read: a thread that sleeps in a Python file cannot be left behind at exit.
+    It uses the system's own read: a thread blocked in a Python file would hang at exit.
     """
     rest = b""
     with contextlib.suppress(OSError):
@@ -184,7 +185,7 @@ def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:
 
 @contextlib.contextmanager
 def _ending_signals(end: Callable[[], None]) -> Iterator[None]:
-    """Have SIGTERM and SIGINT end the loop, where signals can be had: in the main thread."""
+    """Make SIGTERM and SIGINT end the loop. Only the main thread can set signal handlers."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -18,8 +18,6 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
-from armdrive.sim.bus.line import BusLine
-from armdrive.sim.wire import WireDevice
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.slcan import BELL, CR, ON_BUS, SlcanLines, frame_of, line_of
 
@@ -36,33 +34,39 @@ class Server(Protocol):
 
     @property
     def address(self) -> str:
-        """What the other program opens."""
+        """The address for the other program to open."""
 
     @property
     def paced(self) -> bool:
-        """Whether bytes come at the pace of a serial line; a network has none."""
+        """Whether bytes arrive at the pace of a serial line; on a network they do not."""
 
     def open(self, address: str | None = None) -> None:
-        """Offer the wire, again after `close`, and perhaps elsewhere. Raises `PortUnavailable`."""
+        """Offer the wire, also again after `close`, possibly at another address.
+
+        Raises `PortUnavailable`.
+        """
 
     def filenos(self) -> tuple[int, ...]:
-        """What to select on for reading."""
+        """The file descriptors to select on for reading."""
 
     def read(self) -> bytes:
-        """Return what has come, possibly nothing."""
+        """Return the bytes that have arrived, possibly none."""
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the programs that are connected."""
+        """Send bytes to the connected programs."""
 
     def close(self) -> None:
-        """Withdraw the wire: its other end breaks, as by a pulled cable. Twice is no error."""
+        """Withdraw the wire: its other end breaks, as if the cable were pulled.
+
+        Closing twice is no error.
+        """
 
 
 class PtyServer:
     """A pseudo-terminal in raw mode; `path` becomes a link to the side that others open.
 
-    It keeps that side open itself, so that clients can come and go. The link replaces only a
-    link to a pseudo-terminal that is gone, and is removed by `close`.
+    The server keeps that side open itself, so that clients can come and go. The link replaces only
+    a link to a pseudo-terminal that no longer exists, and `close` removes it.
     """
 
     paced = True
@@ -75,7 +79,7 @@ class PtyServer:
 
     @property
     def address(self) -> str:
-        """The link's path, or the pseudo-terminal's own where there is no link."""
+        """The link's path, or the pseudo-terminal's own if there is no link."""
         return str(self._path or self._target)
 
     def open(self, address: str | None = None) -> None:
@@ -98,7 +102,7 @@ class PtyServer:
             raise
 
     def filenos(self) -> tuple[int, ...]:
-        """What to select on for reading."""
+        """The file descriptors to select on for reading."""
         return () if self._ends is None else self._ends[:1]
 
     def read(self) -> bytes:
@@ -109,7 +113,7 @@ class PtyServer:
         return b""
 
     def write(self, data: bytes) -> None:
-        """Write to the reader; what the system's buffer does not take is lost."""
+        """Write to the reader; bytes that do not fit the system's buffer are lost."""
         if self._ends is not None:
             with contextlib.suppress(BlockingIOError):
                 os.write(self._ends[0], data)
@@ -143,7 +147,7 @@ class PtyServer:
             raise PortUnavailable(f"{path} cannot be made: {error.strerror}") from None
 
     def _left_behind(self, path: Path) -> bool:
-        """Tell whether a link leads to a pseudo-terminal that is gone, or by now is this one."""
+        """Return whether a link leads to a pseudo-terminal that is gone, or to this one."""
         target = str(path.readlink())
         is_pty = target.startswith(_PTY_FOLDERS)
         return is_pty and (target == self._target or not path.exists())
@@ -163,7 +167,7 @@ def split_address(address: str) -> tuple[str, int]:
 
 
 class NetworkServer(ABC):
-    """A port of this computer; 0 lets one be found. Offered to it alone unless a host is named.
+    """A port of this computer; 0 picks a free one. Visible only locally unless a host is named.
 
     Anybody who reaches the port can move the simulated arm.
     """
@@ -181,7 +185,7 @@ class NetworkServer(ABC):
 
     @property
     def port(self) -> int:
-        """The port number, found by the system where 0 was asked for."""
+        """The port number, chosen by the system if 0 was requested."""
         return self._port
 
     def open(self, address: str | None = None) -> None:
@@ -200,28 +204,28 @@ class NetworkServer(ABC):
         self._ear, self._port = ear, ear.getsockname()[1]
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         ear, self._ear = self._ear, None
         if ear is not None:
             ear.close()
 
     @abstractmethod
     def _bound(self, host: str, port: int) -> socket.socket:
-        """Return a socket that listens there. Raises `OSError` or `OverflowError`."""
+        """Return a listening socket. Raises `OSError` or `OverflowError`."""
 
 
 class TcpServer(NetworkServer):
-    """A TCP port for one client at a time; a second one is turned away."""
+    """A TCP port for one client at a time; a second one is rejected."""
 
     paced = True
     _client: socket.socket | None = None
 
     def filenos(self) -> tuple[int, ...]:
-        """What to select on for reading."""
+        """The file descriptors to select on for reading."""
         return tuple(end.fileno() for end in (self._ear, self._client) if end is not None)
 
     def read(self) -> bytes:
-        """Return all that the client has sent, and let the next one in when it has left."""
+        """Return all that the client has sent, and accept the next client once it has left."""
         first = self._hear()
         self._admit()
         return first + self._hear()
@@ -237,7 +241,7 @@ class TcpServer(NetworkServer):
                 self._hang_up()
 
     def close(self) -> None:
-        """Hang up and listen no more."""
+        """Disconnect the client and stop listening."""
         self._hang_up()
         super().close()
 
@@ -282,19 +286,19 @@ MOST = 65535
 
 
 class UdpServer(NetworkServer):
-    """A UDP port: passes each datagram on by itself, and answers the last sender."""
+    """A UDP port: passes each datagram on by itself, and replies to the last sender."""
 
     paced = False
     _peer: tuple[Any, ...] | None = None
 
     def filenos(self) -> tuple[int, ...]:
-        """What to select on for reading."""
+        """The file descriptors to select on for reading."""
         return () if self._ear is None else (self._ear.fileno(),)
 
     def read(self) -> bytes:
         """Return one datagram, or nothing; there may be more."""
         if self._ear is not None:
-            with contextlib.suppress(OSError):  # nothing there, or an earlier answer was unwanted
+            with contextlib.suppress(OSError):  # nothing there, or an earlier reply was rejected
                 data, self._peer = self._ear.recvfrom(MOST)
                 return data
         return b""
@@ -306,7 +310,7 @@ class UdpServer(NetworkServer):
                 self._ear.sendto(data, self._peer)
 
     def close(self) -> None:
-        """Listen no more, and forget who spoke."""
+        """Stop listening, and forget the last sender."""
         super().close()
         self._peer = None
 
@@ -321,9 +325,9 @@ class UdpServer(NetworkServer):
 
 
 def beyond_this_computer(address: str) -> str:
-    """Return the warning of an address that others can reach; nothing where only we can.
+    """Return a warning if others can reach an address; empty if only this computer can.
 
-    Raises `PortUnavailable` for what is no address.
+    Raises `PortUnavailable` for an invalid address.
     """
     host, _ = split_address(address)
     if host.lower() == "localhost" or _is_loopback(host):
@@ -337,20 +341,19 @@ def beyond_this_computer(address: str) -> str:
 def _is_loopback(host: str) -> bool:
     try:
         return ipaddress.ip_address(host.strip("[]")).is_loopback
-    except ValueError:  # a name: it may lead anywhere
+    except ValueError:  # a host name: it may lead anywhere
         return False
 
 
 # --- A serial CAN adapter ------------------------------------------------------------------------
-#
-# It behaves like a Lawicel adapter: it answers a command with CR or the bell, a frame that it
-# accepts with `z` or `Z`, and `F`, `V` and `N` with words. Timestamps are off.
+# It behaves like a Lawicel adapter: it answers a command with CR or the bell character, an accepted
+# frame with `z` or `Z`, and `F`, `V` and `N` with text. Timestamps are off.
 
 _KBIT_S = (10, 20, 50, 100, 125, 250, 500, 750, 1000)
 BITRATES: Mapping[bytes, int] = MappingProxyType(
     {b"%d" % number: 1000 * kbit_s for number, kbit_s in enumerate(_KBIT_S)}
 )
-"""What `S` and a digit set, in bits a second."""
+"""Bit rates set by `S` and a digit."""
 VERSION = b"V1013"
 SERIAL_NUMBER = b"NA123"
 _PASSIVE, _BUS_ERRORS = 0x20, 0x80
@@ -358,16 +361,16 @@ _PASSIVE, _BUS_ERRORS = 0x20, 0x80
 
 @dataclass(slots=True)
 class AdapterFaults:
-    """What is wrong with the adapter or its bus; nothing, unless a person says so."""
+    """Faults of the adapter or its bus; all off by default."""
 
     bus_off: bool = False
-    """Its controller has left the bus, until the channel is closed and opened again."""
+    """The controller has gone bus-off, until the channel is closed and opened again."""
     alone: bool = False
-    """No other node is there to acknowledge a frame."""
+    """No other node acknowledges frames."""
     mute: bool = False
-    """It answers no command, as the CANable's first firmware does; `V` excepted."""
+    """The adapter answers no command except `V`, like the CANable's first firmware."""
     dead: bool = False
-    """It has hung: nothing at all comes from it."""
+    """The adapter hangs and sends nothing at all."""
 
 
 class Adapter:
@@ -377,7 +380,7 @@ class Adapter:
         self.bus_bitrate = bus_bitrate
         self.faults = AdapterFaults()
         self.refused = 0
-        """How many frames of its host it did not send."""
+        """How many of its host's frames it did not send."""
         self._bitrate = 0
         self._open = False
         self._listens = False
@@ -387,11 +390,11 @@ class Adapter:
 
     @property
     def on_bus(self) -> bool:
-        """Whether frames pass, in one direction at least."""
+        """Whether frames pass in at least one direction."""
         return self._open and self._bitrate == self.bus_bitrate and not self.faults.bus_off
 
     def hear(self, data: bytes) -> list[Frame]:
-        """Take what the host says; return the frames that go out to the bus."""
+        """Receive bytes from the host; return the frames that go out on the bus."""
         for line in self._lines.feed(data):
             if not self.faults.dead:
                 self._obey(line)
@@ -399,18 +402,18 @@ class Adapter:
         return sent
 
     def show(self, frame: Frame) -> None:
-        """Take a frame from the bus."""
+        """Receive a frame from the bus."""
         if self.on_bus and not self.faults.dead:
             self._said += line_of(frame)
 
     def say(self) -> bytes:
-        """Take what the adapter has to say to its host."""
+        """Take the bytes to send to the host."""
         sent = bytes(self._said)
         self._said.clear()
         return sent
 
     def restart(self) -> None:
-        """Lose the power: everything that the host has set is forgotten."""
+        """Lose the power, and with it all settings made by the host."""
         self._open, self._bitrate, self._lines = False, 0, SlcanLines()
         self._said.clear()
 
@@ -426,7 +429,7 @@ class Adapter:
             self._reply(CR if self._changed(order, rest) else BELL)
 
     def _changed(self, order: bytes, rest: bytes) -> bool:
-        """Do what changes the adapter or its channel; False where it refuses that."""
+        """Execute a command that changes the adapter or its channel; False if it is refused."""
         match order:
             case b"":
                 return True
@@ -464,13 +467,13 @@ class Adapter:
 
 
 class SlcanServer:
-    """A `Server` whose other end is a serial CAN adapter; its `adapter` can be made to fail.
+    """A `Server` whose other end is a serial CAN adapter; `adapter` can be given faults.
 
-    Another program opens `can:slcan:PATH`, or whatever it uses for such adapters. On the
-    simulator's side packed frames come and go, as on every other server.
+    Another program opens `can:slcan:PATH`, or its own form of such an address. On the simulator's
+    side the server reads and writes packed frames, like every other server.
 
-    Unplugging it (`close`, and `open` again) is pulling the adapter out: it forgets its bit rate
-    and that it was open.
+    `close` followed by `open` corresponds to pulling the adapter out and plugging it in: it loses
+    its bit rate and its open channel.
     """
 
     paced = False
@@ -483,30 +486,30 @@ class SlcanServer:
 
     @property
     def address(self) -> str:
-        """The path of the serial port that others open."""
+        """The path of the serial port for others to open."""
         return self._port.address
 
     @property
     def can_address(self) -> str:
-        """The same as armdrive takes it."""
+        """The same address in armdrive's notation."""
         return f"can:slcan:{self.address}?bitrate={self.adapter.bus_bitrate}"
 
     def open(self, address: str | None = None) -> None:
-        """Plug the adapter in, under another name perhaps. Raises `PortUnavailable`."""
+        """Plug the adapter in, possibly under another name. Raises `PortUnavailable`."""
         self._port.open(address)
 
     def filenos(self) -> tuple[int, ...]:
-        """What to select on for reading."""
+        """The file descriptors to select on for reading."""
         return self._port.filenos()
 
     def read(self) -> bytes:
-        """Return the frames that the other program has sent, packed; the rest is answered."""
+        """Return the frames sent by the other program, packed; commands are answered."""
         frames = self.adapter.hear(self._port.read())
         self._answer()
         return b"".join(map(pack, frames))
 
     def write(self, data: bytes) -> None:
-        """Hand frames of the bus to the adapter."""
+        """Pass frames of the bus to the adapter."""
         for frame in self._unpacker.feed(data):
             self.adapter.show(frame)
         self._answer()
@@ -523,9 +526,9 @@ class SlcanServer:
 
 
 class TwoAdapters(SlcanServer):
-    """A `Server` whose bus a second program can listen to, or speak on, by an adapter of its own.
+    """A `Server` whose bus a second program can read and write through an adapter of its own.
 
-    Faults strike the first adapter; `second` is a server like it.
+    Faults affect the first adapter; `second` is a server like it.
     """
 
     def __init__(self, path: Path | None, beside: Path | None, bits_s: int = 500_000) -> None:
@@ -534,7 +537,7 @@ class TwoAdapters(SlcanServer):
         self.second = SlcanServer(beside, Adapter(bits_s))
 
     def filenos(self) -> tuple[int, ...]:
-        """What to select on for reading."""
+        """The file descriptors to select on for reading."""
         return (*super().filenos(), *self.second.filenos())
 
     def read(self) -> bytes:
@@ -547,7 +550,7 @@ class TwoAdapters(SlcanServer):
         return first + other
 
     def write(self, data: bytes) -> None:
-        """Hand frames of the bus to both adapters."""
+        """Pass frames of the bus to both adapters."""
         super().write(data)
         self.second.write(data)
 
@@ -555,20 +558,3 @@ class TwoAdapters(SlcanServer):
         """Pull both adapters out."""
         super().close()
         self.second.close()
-
-
-class AdapterBus(BusLine):
-    """A bus whose host is a simulated adapter: that is what leaves it, and comes back."""
-
-    def __init__(self, device: WireDevice, adapter: Adapter) -> None:
-        self.adapter = adapter
-        super().__init__(device, adapter.bus_bitrate)
-
-    @property
-    def bus_off(self) -> bool:
-        """Whether the adapter has left the bus; its host ends that by opening it again."""
-        return self.adapter.faults.bus_off
-
-    @bus_off.setter
-    def bus_off(self, off: bool) -> None:
-        self.adapter.faults.bus_off = off

@@ -1,11 +1,12 @@
-"""A TeachMover that is not there: the device side of its dialect on a simulated physical arm.
+"""A simulated TeachMover: the device side of its dialect on a simulated physical arm.
 
-Where the real arm's habit is unknown the harsher one is built: bytes that come in while a command
-is unanswered are lost, the program memory is lost with the power, and after power-up the motors
-are without current until the first motion.
+Where the behaviour of the real arm is unknown, this device takes the harsher option: bytes that
+arrive while a command is unanswered are lost, the program memory does not survive a loss of power,
+and after power-on the motors have no current until the first motion.
 
-One command is unanswered at a time. A motion's end answers it (`motion_ended`), the pendant can
-(`press`, `pendant_returns`), and everything else is answered at once.
+Only one command is unanswered at a time. The end of a motion answers it (`motion_ended`), the
+pendant may answer it (`Pendant.press`, `Pendant.return_control`), and everything else is answered
+at once.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ BAUD = 9600
 
 MEMORY_ROWS = 50
 CLOSE_RATE_HZ = 277.0
-"""Closing over the full 76 mm takes about 4 s."""
+"""At this rate, closing over the full 76 mm takes about 4 s."""
 STILL = (0, 0, 0, 0, 0, 0)
 _MOVE_KIND = 1
 _WORD = 1 << 16
@@ -68,11 +69,11 @@ _ROW_WORDS = 8
 
 @dataclass(frozen=True, slots=True)
 class TwinSettings:
-    """What is unverified of the real arm, or differs between arms.
+    """What is unverified about the real arm, or differs between arms.
 
-    `speed_table` and `speed_error` say how fast the motors really turn (an error of 0.2: a fifth
-    longer); `delay_unit_s` is what one count of @DELAY is worth; `grip_bit` is the grip switch's
-    input bit. Bytes that come in while a command is unanswered are lost unless
+    `speed_table` and `speed_error` give the true motor speeds (an error of 0.2 makes motions a
+    fifth longer); `delay_unit_s` is the length of one count of @DELAY; `grip_bit` is the input bit
+    of the grip switch. Bytes that arrive while a command is unanswered are lost unless
     `keeps_input_while_moving`.
     """
 
@@ -87,7 +88,7 @@ class TwinSettings:
 
 
 class StoredProgram:
-    """The rows of the program memory, and those that a run still has to carry out."""
+    """The rows of the program memory, and those that a run has yet to execute."""
 
     def __init__(self, rows: Iterable[ProgramRow] = ()) -> None:
         self.rows = {row.number: row for row in rows}
@@ -95,22 +96,22 @@ class StoredProgram:
 
     @property
     def in_order(self) -> list[ProgramRow]:
-        """The rows in the order of their numbers."""
+        """The rows ordered by number."""
         return [self.rows[number] for number in sorted(self.rows)]
 
     def keep(self, row: ProgramRow) -> bool:
-        """Store a row; return False where there is no room for another."""
+        """Store a row; return False if the memory is full."""
         if row.number not in self.rows and len(self.rows) >= MEMORY_ROWS:
             return False
         self.rows[row.number] = row
         return True
 
     def start(self) -> None:
-        """Begin a run: the rows that are moves, in the order of their numbers."""
+        """Begin a run: the rows that are moves, ordered by number."""
         self._left = deque(row for row in self.in_order if row.kind == _MOVE_KIND)
 
     def next_row(self) -> ProgramRow | None:
-        """Take the next row of the run; None behind the last."""
+        """Return the next row of the run; None after the last."""
         return self._left.popleft() if self._left else None
 
     def stop(self) -> None:
@@ -141,14 +142,14 @@ class Pendant:
         self._board = board
 
     def press_named(self, name: str) -> None:
-        """Press a key by its name, in capitals or not. Raises `BadRequest`."""
+        """Press a key by its name, in any case. Raises `BadRequest`."""
         names = [key.name for key in Key if key is not Key.NONE]
         if name.upper() not in Key.__members__:
             raise BadRequest(f"the pendant has no key {name!r}; it has {', '.join(names)}")
         self.press(Key[name.upper()])
 
     def press(self, key: Key) -> None:
-        """Press a key: STOP ends a motion, a program and the pendant's control."""
+        """Press a key. STOP ends a motion, a program and the pendant's control."""
         board = self._board
         if board.shared.powered:
             board.key = key
@@ -158,7 +159,7 @@ class Pendant:
                 board.finish(Status.STOPPED)
 
     def return_control(self) -> bool:
-        """Answer the host's @SET; return False where the host has control already."""
+        """Answer the host's @SET. Returns False if the host has control already."""
         waits = isinstance(self._board.unanswered, Set)
         if waits:
             self._board.finish(Status.DONE)
@@ -166,7 +167,10 @@ class Pendant:
 
 
 class TeachMoverBoard(Board):
-    """The controller box with its pendant, and the arm. All it knows is lost with the power."""
+    """The controller box with its pendant, and the arm.
+
+    Everything it stores is lost with the power.
+    """
 
     title: ClassVar[str] = "TeachMover"
     remembered: ClassVar[Mapping[str, Form]] = {
@@ -191,16 +195,16 @@ class TeachMoverBoard(Board):
         self.forget()
 
     def forget(self) -> None:
-        """Lose the program, the outputs and whatever is unanswered."""
+        """Clear the program, the outputs and any unanswered command."""
         self.memory = StoredProgram()
         self.key = Key.NONE
-        """The key of the pendant that was pressed last."""
+        """The pendant key pressed last."""
         self.outputs = 0
         self.byte_gap_s = 0.0
         self.lost_bytes = 0
         self._codec = Device()
 
-    # What can be seen.
+    # Observable state.
 
     @property
     def busy(self) -> bool:
@@ -209,38 +213,38 @@ class TeachMoverBoard(Board):
 
     @property
     def unanswered(self) -> Request | None:
-        """The command that is unanswered."""
+        """The unanswered command, if any."""
         return self._codec.unanswered
 
     @property
     def registers(self) -> Motors:
-        """The position registers: signed 16 bit, wrapping."""
+        """The position registers: signed, 16 bits, wrapping."""
         return Motors(signed(count) for count in self.drive.counts)
 
     @property
     def inputs(self) -> int:
-        """The input byte: what was set from outside, and the grip switch."""
+        """The input byte: bits set from outside, and the grip switch."""
         grip = 1 << self.settings.grip_bit
         return self.shared.inputs_set & ~grip | (grip if self.world.grip_switch else 0)
 
     def details(self) -> dict[str, Json]:
-        """Return the pendant's key, the outputs, and how wrong the speed is."""
+        """Return the pendant's key, the outputs and the speed error."""
         error = self.motor_speed.error
         return {"key": self.key.name, "outputs": self.outputs, "speed_error": error}
 
-    # What a person can do.
+    # Actions of a person.
 
     def set_input(self, bit: int, on: bool) -> None:
-        """Set an input bit; the grip switch's own bit follows the fingers alone."""
+        """Set an input bit. The grip switch's own bit follows only the fingers."""
         grip = self.settings.grip_bit
         if not 0 <= bit < self.input_bits or bit == grip:
             raise BadRequest(f"input bits are 0 to 7 without {grip}, the grip switch; not {bit}")
         super().set_input(bit, on)
 
-    # What the controller does with each command.
+    # How the controller handles commands.
 
     def hear(self, data: bytes) -> None:
-        """Take bytes; what comes while a command is unanswered is lost, or waits."""
+        """Receive bytes. Those that arrive while a command is unanswered are lost, or wait."""
         for line in data.splitlines(keepends=True):
             if self.busy and not self.settings.keeps_input_while_moving:
                 self.lost_bytes += len(line)
@@ -249,12 +253,12 @@ class TeachMoverBoard(Board):
                 self._serve()
 
     def motion_ended(self) -> None:
-        """Go on with the program that runs, or answer."""
+        """Continue the running program, or answer."""
         if not self._begin_next_row():
             self.finish(Status.DONE)
 
     def finish(self, status: Status) -> None:
-        """Answer the command, and go on with what waits."""
+        """Answer the command, and handle what waits."""
         self._answer(status)
         self._serve()
 
@@ -276,7 +280,7 @@ class TeachMoverBoard(Board):
                 if not self._begin_next_row():
                     self._answer(Status.FAILED)
             case Set() | Ignored():
-                pass  # the pendant answers the one in its own time, nobody the other
+                pass  # the pendant answers @SET later; nothing answers an ignored line
             case Read() | QDump():
                 self._tell(request)
             case Reset():
@@ -294,7 +298,7 @@ class TeachMoverBoard(Board):
                 self._answer(Status.FAILED)
 
     def _begin_next_row(self) -> bool:
-        """Begin the next row of the program; return False where none is left."""
+        """Begin the next row of the program; return False if none is left."""
         row = self.memory.next_row()
         if row is not None:
             places = zip(row.positions, self.registers, strict=True)

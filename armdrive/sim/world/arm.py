@@ -1,7 +1,7 @@
-"""The physical arm and what is around it, which no controller's register knows.
+"""The physical arm and its surroundings, which no controller register sees.
 
-Motors are in half-steps of the model's own coordinates: all joints zero is all motors zero.
-Incidents are kept in the order in which they happened.
+Motor positions are in half-steps of the model's own coordinates: all joints at zero means all
+motors at zero. Incidents are kept in the order in which they happened.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 
 BY_HAND = ("put", "take", "lose")
-"""The calls of people and tests. The others drive the motors, thousands of times a second."""
+"""Calls made by people and tests. The other calls drive the motors, thousands of times a second."""
 A_BLOCK = 'TableBlock("A", 250, 0)'
 
 FOUND_OPENING_MM = 20.0
 MOST_INCIDENTS = 1000
-"""A world that goes wrong for days remembers this many of the latest incidents."""
+"""Only this many of the latest incidents are kept."""
 _ROUNDING = 1e-6
 
 
 @checked_calls({**BASIC, "TableBlock": made_of(TableBlock, "a block", A_BLOCK)}, *BY_HAND)
 class World:
-    """One arm, its motors where they really are, and the blocks on its table.
+    """One arm, the true positions of its motors, and the blocks on its table.
 
-    `stalled` are the motors (counted from 0) that no longer follow their controller.
+    `stalled` holds the motors (counted from 0) that no longer follow their controller.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class World:
         blocks: Iterable[TableBlock] = (),
         stand: Stand | None = None,
     ) -> None:
-        """Take an arm as it is found; without a `stand` it has a table of its own."""
+        """Create the arm at rest. Without a `stand` it has a table of its own."""
         self.body = body or ArmBody.of_preset(preset("teachmover"))
         self.energised = True
         self.incidents: list[Incident] = []
@@ -67,37 +67,37 @@ class World:
 
     @property
     def motors(self) -> Motors:
-        """Where the motors have what they drive, physically."""
+        """The true motor positions, after backlash."""
         return self._motors
 
     @property
     def joints(self) -> Joints:
-        """The joint angles, physically."""
+        """The true joint angles."""
         return self._joints
 
     @property
     def pose(self) -> Pose:
-        """Where the tip is and how the hand points, physically."""
+        """The true pose of the hand."""
         return self._pose
 
     @property
     def tip(self) -> Point:
-        """Where the tip is, in mm."""
+        """The true position of the tip, in mm."""
         return self._pose.x_mm, self._pose.y_mm, self._pose.z_mm
 
     @property
     def opening_mm(self) -> float:
-        """The width between the fingers: what they touch keeps them apart."""
+        """The width between the fingers, limited by any block between them."""
         return max(self._pull_mm, self.scene.contact_mm, 0.0)
 
     @property
     def fingers_mm(self) -> float:
-        """How wide a servo or a valve holds the fingers, were nothing between them."""
+        """The opening commanded by a servo or a valve, ignoring any block between the fingers."""
         return self._fingers_mm
 
     @property
     def grip_force_n(self) -> float:
-        """The force with which the fingers press on a block, or on each other."""
+        """The force with which the fingers press on a block or on each other."""
         if not self.body.transmission.has_gripper:
             return 0.0
         return self.body.force_n(self.scene.contact_mm - self._pull_mm)
@@ -108,39 +108,39 @@ class World:
         return self.grip_force_n >= self.body.switch_force_n - _ROUNDING
 
     def put(self, block: TableBlock) -> TableBlock:
-        """Set a block down; return where it came to rest, on what stood there already."""
+        """Put a block down; return where it came to rest, possibly on other blocks."""
         return self.scene.put(block, self.tip, self._pull_mm)
 
     def take(self, name: str) -> TableBlock | None:
-        """Take a block away; None where there is none of that name."""
+        """Take a block away; return None if there is no block of that name."""
         return self.scene.take(name, self.tip, self._pull_mm)
 
     def restore_blocks(self, blocks: Iterable[TableBlock], held: str | None) -> None:
-        """Have these blocks where they say, one of them in the fingers, as a saved world had."""
+        """Restore the blocks of a saved world, one of them possibly in the fingers."""
         self.scene = GripScene(blocks, held, self.tip, self._pull_mm)
 
     def steps_to_trip(self) -> Motors:
-        """Return the steps that close the fingers until the switch trips; none if it has."""
+        """Return the steps that close the fingers until the switch trips; 0 if it has."""
         if self.grip_switch or not self.body.transmission.has_gripper:
             return Motors((0,) * len(self._motors))
         squeeze_mm = self.body.squeeze_mm(self.body.switch_force_n)
         return self._gripper_steps(self.scene.contact_mm - squeeze_mm)
 
     def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
-        """Have the controller turn all motors in proportion, as far as they follow it."""
+        """Turn all motors in proportion, as commanded; stalled motors do not follow."""
         if self.stalled or self._to_lose:
             steps = [self._followed(motor, count) for motor, count in enumerate(steps)]
         self.force(self.play.drive(steps), time_s)
 
     def lose(self, motor: int, steps: int) -> None:
-        """Have a motor lose its next commanded steps, in either direction."""
+        """Make a motor lose its next commanded steps, in either direction."""
         self._to_lose[motor] = self._to_lose.get(motor, 0) + steps
 
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
-        """Turn motors by these steps, by whatever force it may be, and let the world answer."""
+        """Turn motors by these steps, whatever the cause, and update the world."""
         last = len(steps) - self.body.transmission.has_gripper
         pieces = 1 + max(map(abs, steps[:last]), default=0) // self._sample_steps
-        if pieces == 1:  # as nearly always: an arm in motion is looked at often
+        if pieces == 1:  # the usual case, because a moving arm is updated often
             self._shift(Motors(steps), time_s)
             return
         made = Motors((0,) * len(steps))
@@ -150,23 +150,23 @@ class World:
             made = share
 
     def give_way(self, steps: Sequence[int], time_s: float = 0.0) -> None:
-        """Let motors sag by these steps that have lost their current, while others hold."""
+        """Let motors without current sag by these steps while others hold."""
         self.force(steps, time_s)
 
     def drive_to(self, motors: Sequence[int], time_s: float = 0.0) -> None:
-        """Turn all motors in proportion to where they shall be, whatever holds them."""
+        """Turn all motors in proportion to these positions, whatever holds them."""
         self.force(Motors(motors) - self._motors, time_s)
 
     def move_fingers(self, opening_mm: float, time_s: float = 0.0) -> None:
-        """Have a servo or a valve open or close the fingers of an arm without a gripper motor.
+        """Open or close fingers that are driven by a servo or a valve instead of a gripper motor.
 
-        What is between them keeps them apart.
+        A block between the fingers keeps them apart.
         """
         self._fingers_mm = min(max(opening_mm, 0.0), self.body.opening_stop_mm)
         self.force((0,) * len(self._motors), time_s)
 
     def cut_current(self, time_s: float = 0.0) -> None:
-        """Switch the motors' current off: the fingers' spring lets go, and the arm sags."""
+        """Switch the motor current off: the spring opens the fingers, and the arm sags."""
         if not self.energised:
             return
         self.energised = False
@@ -177,7 +177,7 @@ class World:
         self.force(there - self._motors, time_s)
 
     def _followed(self, motor: int, count: int) -> int:
-        """Return how many steps of a count a motor really makes."""
+        """Return how many of the commanded steps a motor really makes."""
         if motor in self.stalled:
             return 0
         lost = min(abs(count), self._to_lose.get(motor, 0))
@@ -198,7 +198,7 @@ class World:
         self._feel_table(time_s)
 
     def _stop_joint(self, joint: int, bound_rad: float, time_s: float) -> None:
-        """Keep a joint at its mechanical stop: its motors lose the steps that lead beyond."""
+        """Keep a joint at its mechanical stop: its motors lose the steps beyond it."""
         name = self._joints.names[joint]
         if self._joints[joint] == bound_rad:
             self._blocked.discard(name)
@@ -233,7 +233,7 @@ class World:
             self._tell(Incident(IncidentKind.STOP, name, loses, time_s))
 
     def _tell(self, *incidents: Incident) -> None:
-        """Keep what has happened; of very much, the latest."""
+        """Keep an incident, and drop the oldest if there are too many."""
         self.incidents += incidents
         del self.incidents[:-MOST_INCIDENTS]
 
@@ -247,7 +247,7 @@ class World:
             self._tell(Incident(IncidentKind.TABLE, "tip", sentence, time_s))
 
     def _gripper_steps(self, opening_mm: float) -> Motors:
-        """Return the gripper motor's steps to an opening, no step short of it."""
+        """Return the gripper motor's steps to an opening, rounded so as not to fall short of it."""
         *others, wanted = self.body.transmission.to_exact(self._joints, opening_mm)
         exact = wanted - self._motors[-1]
         whole = math.copysign(math.ceil(abs(exact) - _ROUNDING), exact)

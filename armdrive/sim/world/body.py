@@ -1,4 +1,4 @@
-"""The mechanics of a simulated arm: geometry, stops, fingers, lost motion, sag, start."""
+"""The mechanics of a simulated arm: geometry, stops, fingers, backlash, sag, first posture."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from kinematics.transmission import MotorSpec, Transmission
 
 _BEYOND_RANGE_RAD = math.radians(3.0)
 SAMPLE_STEPS = 72
-"""A motion is looked at whenever a motor has made this many steps: some 30 mm at full reach."""
+"""Motion is sampled every time a motor has made this many steps: some 30 mm at full reach."""
 _SAMPLES_PER_RAD = 17
-"""Looks for each rad of a motor whose steps are finer than those of such an arm."""
+"""Samples per rad, for motors whose steps are much finer than those of a Mini-mover."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArmBody:
-    """What a simulated arm is made of.
+    """The physical properties of a simulated arm.
 
     `stop_margin_rad` is how far beyond its stated range a joint meets its mechanical stop, and
-    `opening_stop_mm` how wide the fingers can be pulled. The grip switch trips at
-    `switch_force_n` (the arm's papers do not state it: a setting), and beyond `most_force_n` the
-    gripper's motor loses steps. `stalls` names, for each joint, the motors that lose steps when
-    it is at its stop. `reference` is where the arm counts its steps from, if that is known. `play`
-    is the lost motion of each motor's train in steps, none where it is empty.
+    `opening_stop_mm` is the widest opening of the fingers. The grip switch trips at
+    `switch_force_n` (not documented by the makers, hence a setting); beyond `most_force_n` the
+    gripper's motor loses steps. `stalls` lists, for each joint, the motors that lose steps when it
+    is at its stop. `reference` is the posture from which the arm counts its steps, if known. `play`
+    is the backlash of each motor's drive train in steps, empty for none.
     """
 
     key: str
@@ -49,7 +49,7 @@ class ArmBody:
 
     @classmethod
     def of_preset(cls, preset: ArmModel) -> ArmBody:
-        """Build the arm that a preset describes; `BadRequest` where its steps are unknown."""
+        """Build the arm that a preset describes. Raises `BadRequest` if its steps are unknown."""
         if preset.transmission is None:
             raise BadRequest(
                 f"no steps per turn are known of the {preset.title}, so it cannot be simulated; "
@@ -67,7 +67,7 @@ class ArmBody:
 
     @property
     def stops(self) -> tuple[JointRange, ...]:
-        """Where each joint meets its mechanical stop."""
+        """The mechanical stops of each joint."""
         margin = self.stop_margin_rad
         return tuple(
             JointRange(limit.low_rad - margin, limit.high_rad + margin) for limit in self.arm.limits
@@ -75,7 +75,7 @@ class ArmBody:
 
     @property
     def sample_steps(self) -> int:
-        """Return after how many steps of a motor a motion is looked at."""
+        """Return after how many steps of a motor a motion is sampled."""
         finest = max(abs(motor.steps_per_unit) for motor in self._turning)
         return max(SAMPLE_STEPS, int(finest / _SAMPLES_PER_RAD))
 
@@ -85,7 +85,7 @@ class ArmBody:
 
     @property
     def grip_steps_per_mm(self) -> float:
-        """Half-steps of the gripper's motor, where there is one, for each mm of opening."""
+        """Half-steps of the gripper motor, if there is one, for each mm of opening."""
         return abs(self.transmission.motors[-1].steps_per_unit)
 
     def force_n(self, squeeze_mm: float) -> float:
@@ -98,10 +98,10 @@ class ArmBody:
 
 
 def _stalls(transmission: Transmission) -> tuple[tuple[int, ...], ...]:
-    """Return the motors that turn each joint by themselves.
+    """Return the motors that alone turn each joint.
 
-    Those that see it and that it is computed from: an elbow's angle is computed from the
-    shoulder's motor too, but that motor does not see the elbow.
+    Such a motor is blocked by the joint, and the joint's angle is computed from it. An elbow's
+    angle is computed from the shoulder's motor too, but that motor is not blocked by the elbow.
     """
     motors = range(len(transmission.motors))
     return tuple(
@@ -116,9 +116,8 @@ def _stalls(transmission: Transmission) -> tuple[tuple[int, ...], ...]:
 
 
 # --- Lost motion: a pin in a slot between each motor and what it drives --------------------------
-#
-# The motor moves the slot, which is longer than the pin by the play. The pin follows only where an
-# end of the slot pushes it. All in steps.
+# Backlash is modelled as a pin in a slot. The motor moves the slot, which is longer than the pin by
+# the play. The pin follows only when an end of the slot pushes it. All lengths are in steps.
 
 MOST_STEPS = 10_000
 
@@ -132,7 +131,7 @@ class Play:
         self.ahead = [0] * len(self.widths)
 
     def stand(self, ahead: Sequence[int]) -> None:
-        """Have the slots stand so far ahead, or as far as they are long."""
+        """Set how far each slot is ahead of its pin, limited to its width."""
         self.ahead = [min(one, width) for one, width in zip(ahead, self.widths, strict=False)]
 
     def drive(self, steps: Sequence[int]) -> Sequence[int]:
@@ -143,14 +142,14 @@ class Play:
         for motor, (step, width) in enumerate(zip(steps, self.widths, strict=True)):
             slot = (
                 self.ahead[motor] + step
-            )  # the pin is at 0, and has to be in slot - width ... slot
+            )  # the pin is at 0 and must lie within slot - width ... slot
             pin = min(max(0, slot - width), slot)
             self.ahead[motor] = slot - pin
             pushed.append(pin)
         return Motors(pushed)
 
     def turns_for(self, steps: Motors) -> Motors:
-        """Return how far motors have to turn to push their pins so far."""
+        """Return how far motors must turn to push their pins this far."""
         if not self.any:
             return steps
         return Motors(
@@ -160,7 +159,7 @@ class Play:
 
 
 def play_of(play: int | Sequence[int], count: int) -> tuple[int, ...]:
-    """Return the play of each motor, from one number for all of them or one for each."""
+    """Return the play of each motor, given one number for all of them or one for each."""
     widths = tuple(play) if isinstance(play, Sequence) else (play,) * count
     if len(widths) != count or any(
         type(width) is not int or not 0 <= width <= MOST_STEPS for width in widths
@@ -177,7 +176,7 @@ def play_of(play: int | Sequence[int], count: int) -> tuple[int, ...]:
 SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
 """How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.
 
-How far a real arm sags depends on its friction and load; this much is plain to see on a picture
+The sag of a real arm depends on its friction and load. These values are easy to see in a picture
 and far beyond any tolerance.
 """
 _HALVINGS = 20
@@ -185,7 +184,7 @@ _LOOK_RAD = 1e-4
 
 
 def sagged(arm: ArmGeometry, joints: Joints) -> Joints:
-    """Return the posture that the arm comes to rest in; what lowers nothing keeps its angle."""
+    """Return the posture in which an arm without current comes to rest."""
     if arm.fk(joints).z_mm <= 0.0:
         return joints
     linked = isinstance(arm, FiveAxisArm | ToolArm)
@@ -214,13 +213,13 @@ def _links_lowered(joints: Joints, share: float) -> Joints:
 
 
 def _fallen(elevation: float, most: float) -> float:
-    """Turn a link towards hanging straight down, whichever way is down for it."""
+    """Turn a link towards hanging straight down, in whichever direction is down for it."""
     way = math.remainder(-math.pi / 2 - elevation, math.tau)
     return elevation + math.copysign(min(abs(way), most), way)
 
 
 def _tip_lowered(arm: ArmGeometry, start: Joints) -> Callable[[Joints, float], Joints]:
-    """Return how the joints of any arm give way: each as it lowers the tip, within its range."""
+    """Return how far the joints of any arm give way: each lowers the tip, within its range."""
     here_mm = arm.fk(start).z_mm
     slopes = [
         (arm.fk(start.replace(**{name: angle + _LOOK_RAD})).z_mm - here_mm) / _LOOK_RAD
@@ -247,7 +246,7 @@ def _tip_lowered(arm: ArmGeometry, start: Joints) -> Callable[[Joints, float], J
 # --- The posture of a new simulated arm: raised and clear of the table ---------------------------
 
 FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
-"""The posture of an arm of the Mini-mover's build."""
+"""The posture in which an arm of the Mini-mover's build is found."""
 
 CLEAR_MM = 30.0
 _TRIES = 500
@@ -255,11 +254,11 @@ _SHARE = 0.5
 
 
 def found_posture(arm: ArmGeometry) -> Joints:
-    """Return the posture in which the arm was left; the same one for the same arm.
+    """Return the posture in which the arm is found; always the same for the same arm.
 
-    Of an arm that is no Mini-mover, the middle of its ranges if every point is above the table
-    there, or else the first clear one of random postures in the middle half of the ranges; where
-    none of those is clear, the highest.
+    For arms other than the Mini-mover's build it is the middle of the ranges if every point is
+    above the table there, otherwise the first random posture from the middle half of the ranges
+    that is clear of the table, otherwise the highest of those tried.
     """
     if isinstance(arm, FiveAxisArm | ToolArm):
         return FOUND_POSTURE

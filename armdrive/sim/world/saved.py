@@ -18,11 +18,11 @@ from armdrive.sim.world.table import Incident, IncidentKind, TableBlock
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 STEPS_MOST = 10_000_000
-"""No motor of such an arm has ever stood further from its zero."""
+"""Far more steps from zero than a motor of such an arm ever makes."""
 
 
 class Saved:
-    """A table of a saved state; every key must be asked for, and `end` refuses the rest."""
+    """A table of a saved state. Every key must be read; `end` refuses the rest."""
 
     def __init__(self, data: object, where: str) -> None:
         if not isinstance(data, Mapping):
@@ -70,7 +70,7 @@ class Saved:
         return value
 
     def text_or_none(self, key: str) -> str | None:
-        """Return a text, or None where nothing is."""
+        """Return a text, or None if the entry is null."""
         if self._data.get(key, "") is None:
             del self._data[key]
             return None
@@ -84,11 +84,11 @@ class Saved:
         return value
 
     def table(self, key: str) -> Saved:
-        """Return a table within this one."""
+        """Return a nested table."""
         return Saved(self._take(key), f"{self._where}.{key}")
 
     def has(self, key: str) -> bool:
-        """Return whether there is an unread entry of that name."""
+        """Return whether an unread entry has this name."""
         return key in self._data
 
     def end(self) -> None:
@@ -142,7 +142,7 @@ BYTE = whole(0, 255)
 
 
 def choice(kinds: type[Enum], what: str) -> Form:
-    """Return the form of one of an enum's members, written as its value."""
+    """Return the form of an enum member, written as its value."""
 
     def read(saved: Saved, key: str) -> Enum:
         text = saved.text(key)
@@ -155,7 +155,7 @@ def choice(kinds: type[Enum], what: str) -> Form:
 
 
 def write(one: object, forms: Mapping[str, Form]) -> dict[str, Json]:
-    """Return the attributes of an object that are named, as their forms have them."""
+    """Return the named attributes of an object, in the form in which they are saved."""
     return {name: form.write(getattr(one, name)) for name, form in forms.items()}
 
 
@@ -165,7 +165,7 @@ def read(saved: Saved, forms: Mapping[str, Form]) -> dict[str, Any]:
 
 
 MEND = "begin with a fresh simulated arm (--fresh)"
-"""What to do about a saved state that cannot be used."""
+"""The advice given for a saved state that cannot be used."""
 
 FORMAT = 1
 _BLOCK = {
@@ -181,7 +181,7 @@ _INCIDENT = {
 
 
 def world_to_json(world: World) -> dict[str, Json]:
-    """Return everything that a world needs to be made again."""
+    """Return everything needed to recreate a world."""
     has_gripper = world.body.transmission.has_gripper
     return {
         "format": FORMAT,
@@ -197,7 +197,10 @@ def world_to_json(world: World) -> dict[str, Json]:
 
 
 def world_from_json(data: object, body: ArmBody | None = None) -> World:
-    """Make a world again; raises `StateFileError` where it does not fit this arm or itself."""
+    """Recreate a world.
+
+    Raises `StateFileError` if the data do not fit this arm or contradict themselves.
+    """
     saved = Saved(data, "world")
     saved.whole("format", FORMAT, FORMAT)
     world = World(body)
@@ -225,12 +228,12 @@ def world_from_json(data: object, body: ArmBody | None = None) -> World:
 
 
 def block_to_json(block: TableBlock) -> dict[str, Json]:
-    """Return a block's name, place and size."""
+    """Return a block's name, position and size."""
     return write(block, _BLOCK)
 
 
 def incident_to_json(incident: Incident) -> dict[str, Json]:
-    """Return what happened, to what and when."""
+    """Return an incident as plain data."""
     return write(incident, _INCIDENT)
 
 

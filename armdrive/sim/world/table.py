@@ -1,7 +1,7 @@
-"""The table of a simulated world: its blocks, where arms stand, what fingers do there, incidents.
+"""The table of a simulated world: blocks, the arms around it, gripping, and incidents.
 
-Lengths are in mm, z up from the table. Several arms may stand on one table; each looks at it by a
-`GripScene` of its own. A block that two of them grip goes with the one that gripped it first.
+Lengths are in mm, z up from the table. Several arms may stand at one table, each with a `GripScene`
+of its own. A block gripped by two arms moves with the one that gripped it first.
 """
 
 from __future__ import annotations
@@ -17,22 +17,21 @@ from armdrive.errors import BadRequest
 from armdrive.text.reading import number
 
 # --- Blocks: upright boxes, and how they rest on one another -------------------------------------
-#
-# A block's footprint is a square along x and y, whichever way the hand turns while it carries the
-# block: this world leaves rotation out.
+# A block's footprint stays parallel to x and y, even while a turning hand carries it: this world
+# leaves rotation out.
 
 Point = tuple[float, float, float]
 REST_MM = 2.0
-"""A block this much inside another one's top is standing on it, only pressed."""
+"""A block overlapping the top of another by up to this much rests on it, pressed down."""
 GRAZE_MM = 1.0
-"""Overlaps up to this are a touch, and move nothing."""
+"""Overlaps up to this count as touching and move nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class TableBlock:
-    """A box by the centre of its bottom; `width_mm` is what the fingers measure.
+    """A box located by the centre of its bottom; `width_mm` is what the fingers measure.
 
-    Raises `BadRequest` for sizes and places that no block has.
+    Raises `BadRequest` for impossible sizes and positions.
     """
 
     name: str
@@ -57,7 +56,7 @@ class TableBlock:
 
     @property
     def top_mm(self) -> float:
-        """Height of the top above the table."""
+        """The height of the top above the table."""
         return self.z_mm + self.height_mm
 
     @property
@@ -66,19 +65,19 @@ class TableBlock:
         return self.x_mm, self.y_mm, self.z_mm
 
     def at(self, place: Point) -> TableBlock:
-        """Return this block with the centre of its bottom somewhere else."""
+        """Return this block at another position."""
         x, y, z = place
         return replace(self, x_mm=x, y_mm=y, z_mm=z)
 
     def contains(self, point: Point, margin_mm: float = 0.0) -> bool:
-        """Tell whether a point is inside the block grown by a margin on all sides."""
+        """Return whether a point is inside the block grown by a margin on all sides."""
         box = self._box(margin_mm)
         return all(low <= at <= high for at, (low, high) in zip(point, box, strict=True))
 
     def entry(self, start: Point, end: Point, margin_mm: float = 0.0) -> float | None:
-        """Return the share of a straight way at which it enters the block; None if it does not.
+        """Return the fraction of a straight path at which it enters the block; None if it does not.
 
-        The slab method: the way is inside a box while it is inside all three of its slabs.
+        The slab method: the path is inside a box while it is inside all three of its slabs.
         """
         first, last = 0.0, 1.0
         for a, b, (low, high) in zip(start, end, self._box(margin_mm), strict=True):
@@ -91,12 +90,12 @@ class TableBlock:
         return first if first <= last else None
 
     def shares_ground(self, other: TableBlock) -> bool:
-        """Tell whether the footprints overlap by more than a touch."""
+        """Return whether the footprints overlap by more than a touch."""
         reach = (self.width_mm + other.width_mm) / 2 - GRAZE_MM
         return abs(self.x_mm - other.x_mm) < reach and abs(self.y_mm - other.y_mm) < reach
 
     def hits(self, other: TableBlock) -> bool:
-        """Tell whether the boxes overlap by more than resting on one another explains."""
+        """Return whether the boxes overlap by more than resting on one another explains."""
         depth = min(self.top_mm, other.top_mm) - max(self.z_mm, other.z_mm)
         return depth > REST_MM and self.shares_ground(other)
 
@@ -112,10 +111,10 @@ class TableBlock:
 # --- A block in words: its name, place and size --------------------------------------------------
 
 DROP_FROM_MM = 1000.0
-"""A block comes down from above everything, onto what is there."""
+"""New blocks are dropped from above everything else."""
 
 USUAL_MM = 25.0
-"""The side of a block without a size."""
+"""The side of a block given without a size."""
 
 PARTS = "NAME X Y [WIDTH [HEIGHT]]"
 """A block's numbers in mm; without a height it is as high as wide."""
@@ -134,9 +133,9 @@ def block_of(words: Sequence[str]) -> TableBlock:
 def settled(
     blocks: Mapping[str, TableBlock], floating: Collection[str] = ()
 ) -> dict[str, TableBlock]:
-    """Let every block fall onto what is under it; those named in `floating` are in the fingers.
+    """Let every block fall onto what is under it; those in `floating` are held by fingers.
 
-    A block stays where it comes down, however little of it is supported: nothing topples.
+    A block stays where it lands, however little of it is supported: nothing topples.
     """
     resting: list[TableBlock] = []
     for block in sorted(blocks.values(), key=lambda one: one.z_mm):
@@ -149,7 +148,7 @@ def settled(
 
 
 def riders(blocks: Mapping[str, TableBlock], carrier: str) -> tuple[str, ...]:
-    """Name the blocks that stand on a block, and on those, and so on."""
+    """Return the names of the blocks that stand on a block, directly or indirectly."""
     found = [carrier]
     for block in sorted(blocks.values(), key=lambda one: one.z_mm):
         if block.name not in found and any(_stands_on(block, blocks[name]) for name in found):
@@ -162,7 +161,7 @@ def _stands_on(block: TableBlock, under: TableBlock) -> bool:
 
 
 class Table:
-    """Blocks by their names, and the hands above them. Hold `lock` while touching any of it."""
+    """Blocks by name, and the hands above them. Hold `lock` while using any of it."""
 
     def __init__(self) -> None:
         self.lock = threading.RLock()
@@ -170,7 +169,7 @@ class Table:
         self._hands: list[GripScene] = []
 
     def join(self, hand: GripScene) -> None:
-        """Have a hand above the table."""
+        """Add a hand to the table."""
         self._hands.append(hand)
 
     def others(self, hand: GripScene) -> Iterator[GripScene]:
@@ -178,11 +177,11 @@ class Table:
         return (each for each in self._hands if each is not hand)
 
     def carrier(self, name: str) -> GripScene | None:
-        """Return the hand that a block goes with, if it is off the table."""
+        """Return the hand that carries a block, or None if the block is on the table."""
         return next((hand for hand in self._hands if name in hand.carried), None)
 
     def put(self, block: TableBlock) -> TableBlock:
-        """Set a block down, on what is there; return where it came to rest."""
+        """Put a block down; return where it came to rest."""
         with self.lock:
             self.take(block.name)
             self.blocks[block.name] = block
@@ -191,7 +190,7 @@ class Table:
             return self.blocks[block.name]
 
     def take(self, name: str) -> TableBlock | None:
-        """Take a block away, out of the fingers if need be; None where there is none."""
+        """Take a block away, even out of the fingers; return None if there is no such block."""
         with self.lock:
             for hand in self._hands:
                 hand.forget(name)
@@ -201,7 +200,7 @@ class Table:
             return taken
 
     def released(self) -> None:
-        """Let another hand carry a block that was let go, and let fall a block without a hand."""
+        """Pass a released block to another hand that grips it, or let it fall."""
         for hand in self._hands:
             if hand.held is not None and self.carrier(hand.held) is None:
                 hand.take_over()
@@ -232,7 +231,7 @@ class Stand:
         return (self.x_mm, self.y_mm, self.turned_rad) == (0.0, 0.0, 0.0)
 
     def on_table(self, point: Point) -> Point:
-        """Return where a point of the arm's base frame is on the table."""
+        """Convert a point from the arm's base frame to the table's."""
         if self.plain:
             return point
         cos, sin = math.cos(self.turned_rad), math.sin(self.turned_rad)
@@ -240,7 +239,7 @@ class Stand:
         return self.x_mm + cos * x - sin * y, self.y_mm + sin * x + cos * y, z
 
     def from_base(self, point: Point) -> Point:
-        """Return where the arm's base frame has a point of the table."""
+        """Convert a point from the table's frame to the arm's base frame."""
         if self.plain:
             return point
         cos, sin = math.cos(self.turned_rad), math.sin(self.turned_rad)
@@ -248,7 +247,7 @@ class Stand:
         return cos * x + sin * y, cos * y - sin * x, z
 
     def seen(self) -> Mapping[str, TableBlock]:
-        """Return the blocks as the arm's base frame has them."""
+        """Return the blocks in the arm's base frame."""
         blocks = self.table.blocks
         if self.plain:
             return MappingProxyType(blocks)
@@ -269,7 +268,7 @@ class IncidentKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Incident:
-    """Something went wrong: with what, when (s, on the device's clock), and a sentence."""
+    """An incident: what it happened to, when (s, on the device's clock), and a sentence."""
 
     kind: IncidentKind
     what: str
@@ -278,21 +277,20 @@ class Incident:
 
 
 # --- The fingers of one arm: grip, carry, put down, knock over -----------------------------------
-#
-# The fingers are one point, the tip, with an opening. They are around a block when the tip came
-# into it while they were open wider than the block; anything else that comes into a block pushes
-# it.
+# The fingers are one point, the tip, with an opening. They surround a block if the tip entered it
+# while they were open wider than the block. Anything else that runs into a block pushes it.
 
 TABLE_TOLERANCE_MM = 1.5
-"""How far below the table the tip may be: rounding to steps and the table's own give."""
+"""How far below the table the tip may be: rounding to steps, and give in the table."""
 _ROUNDING_MM = 1e-6
 
 
 class GripScene:
-    """What one arm's fingers have to do with the blocks of its table, and which one they hold.
+    """How one arm's fingers act on the blocks of its table, and which block they hold.
 
-    Points and blocks are given and shown in the arm's base frame; inside, all is in the table's.
-    A block's footprint lies along the table's x and y, however the arm's base is turned.
+    Points and blocks are passed in and out in the arm's base frame; internally, everything is in
+    the table's frame. A block's footprint lies along the table's x and y, however the arm's base is
+    turned.
     """
 
     def __init__(
@@ -323,7 +321,7 @@ class GripScene:
 
     @property
     def blocks(self) -> Mapping[str, TableBlock]:
-        """Every block by its name."""
+        """All blocks by name."""
         with self._table.lock:
             return self._stand.seen()
 
@@ -334,24 +332,24 @@ class GripScene:
 
     @property
     def carried(self) -> tuple[str, ...]:
-        """The blocks that go where the fingers go; none while another arm holds theirs."""
+        """The blocks that move with the fingers; none while another arm holds them."""
         return self._carried
 
     @property
     def contact_mm(self) -> float:
-        """The opening at which the fingers touch something: a block's width, or each other."""
+        """The opening at which the fingers touch a block or each other."""
         if self._held is not None:
             return self._blocks[self._held].width_mm
         return max((self._blocks[name].width_mm for name in self._around), default=0.0)
 
     def put(self, block: TableBlock, tip: Point, opening_mm: float) -> TableBlock:
-        """Set a block down where it says, or on what is there; return where it came to rest."""
+        """Put a block down; return where it came to rest."""
         self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         put = self._table.put(block.at(self._stand.on_table(block.place)))
         return put.at(self._stand.from_base(put.place))
 
     def take(self, name: str, tip: Point, opening_mm: float) -> TableBlock | None:
-        """Take a block away, out of the fingers if need be."""
+        """Take a block away, even out of the fingers."""
         self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         taken = self._table.take(name)
         return taken and taken.at(self._stand.from_base(taken.place))
@@ -359,7 +357,7 @@ class GripScene:
     # -- what the table tells -----------------------------------------------------------------
 
     def forget(self, name: str) -> None:
-        """Know nothing more of a block: it was taken away."""
+        """Forget a block that was taken away."""
         if name == self._held:
             self._let_go()
         self._carried = tuple(each for each in self._carried if each != name)
@@ -367,7 +365,7 @@ class GripScene:
         self._touching.discard(name)
 
     def look(self) -> None:
-        """Find out what the fingers are around after things have been moved by hand."""
+        """Find out what the fingers surround after things have been moved by hand."""
         for name, block in self._blocks.items():
             if name not in self._carried and block.contains(self._tip, -GRAZE_MM):
                 wide = self._opening_mm >= block.width_mm - _ROUNDING_MM
@@ -387,9 +385,9 @@ class GripScene:
     def follow(
         self, before: Point, after: Point, opening_mm: float, time_s: float
     ) -> list[Incident]:
-        """Let the tip go straight from one point to another, and the fingers stand as given.
+        """Move the tip straight from one point to another, with the fingers at an opening.
 
-        `opening_mm` is where the fingers' motor has them, whatever is between them.
+        `opening_mm` is where the fingers' motor is, whatever is between them.
         """
         before, after = self._stand.on_table(before), self._stand.on_table(after)
         with self._table.lock:
@@ -401,8 +399,8 @@ class GripScene:
         return incidents
 
     def _carry(self, tip: Point, time_s: float) -> Iterator[Incident]:
-        """Move what is held, and push what it runs into."""
-        if self._held is None or not self._carried:  # else another arm holds it as well
+        """Move the carried blocks, and push those in their way."""
+        if self._held is None or not self._carried:  # otherwise another arm holds it as well
             return
         held = self._blocks[self._held]
         place = (tip[0] + self._offset[0], tip[1] + self._offset[1], tip[2] + self._offset[2])
@@ -422,7 +420,7 @@ class GripScene:
             yield Incident(IncidentKind.TABLE, held.name, sentence, time_s)
 
     def _pull(self, time_s: float) -> Iterator[Incident]:
-        """Draw what is carried out of fingers that have closed on it as well, and hold still."""
+        """Pull the carried blocks out of other fingers that have closed on them, and hold still."""
         for hand in self._table.others(self):
             if hand.held in self._carried and not hand.reaches():
                 sentence = f"block {hand.held} was pulled out of another arm's fingers"
@@ -430,7 +428,7 @@ class GripScene:
                 hand.forget(hand.held or "")
 
     def reaches(self) -> bool:
-        """Tell whether the tip is still within the block that the fingers hold."""
+        """Return whether the tip is still within the block that the fingers hold."""
         return self._held is not None and self._blocks[self._held].contains(self._tip, GRAZE_MM)
 
     def _strike(self, held: str, push: Point, time_s: float) -> Iterator[Incident]:
@@ -450,7 +448,7 @@ class GripScene:
     def _pass(
         self, before: Point, after: Point, opening_mm: float, time_s: float
     ) -> Iterator[Incident]:
-        """Take the tip into, through and out of blocks."""
+        """Move the tip into, through and out of blocks."""
         for name, block in list(self._blocks.items()):
             if name in self._carried:
                 continue
@@ -462,7 +460,7 @@ class GripScene:
                     yield from self._push(name, before, after, entered, time_s)
             if not self._blocks[name].contains(after, GRAZE_MM):
                 self._around.discard(name)
-                if name == self._held:  # another arm carries it, and has kept it
+                if name == self._held:  # another arm carries it and has kept it
                     self._let_go()
                 if self._held is None:
                     self._touching.discard(name)
@@ -470,7 +468,7 @@ class GripScene:
     def _push(
         self, name: str, before: Point, after: Point, entered: float, time_s: float
     ) -> Iterator[Incident]:
-        """Shove a block ahead of the tip, from where the tip came into it."""
+        """Push a block ahead of the tip, from where the tip entered it."""
         rest = 1.0 - entered
         self._shift(name, ((after[0] - before[0]) * rest, (after[1] - before[1]) * rest, 0.0))
         self._settle()
@@ -480,7 +478,7 @@ class GripScene:
             yield Incident(IncidentKind.KNOCK, name, sentence, time_s)
 
     def _grip(self, tip: Point, opening_mm: float) -> None:
-        """Close on a block that the fingers are around, or let go of the one they hold."""
+        """Close on a block that the fingers surround, or let go of the one they hold."""
         if self._held is not None:
             if opening_mm >= self._blocks[self._held].width_mm - _ROUNDING_MM:
                 self._let_go()
@@ -495,7 +493,7 @@ class GripScene:
             self._hold(nearest.name)
 
     def _hold(self, name: str) -> None:
-        """Have a block in the fingers, where it is: as they close on it, or from a saved world."""
+        """Hold a block where it is: because the fingers close on it, or from a saved world."""
         self._held = name
         self._around.add(name)
         if self._table.carrier(name) is None:

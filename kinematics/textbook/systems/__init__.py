@@ -1,14 +1,19 @@
 """The systems of the lecture notes by name: models with figure, link table, FK and every IK branch.
 
-`system("puma")` gives one, `SYSTEMS` all of them, and `sized` others of the same build. Lengths in
-mm, angles in rad.
+`system("puma")` gives one, `SYSTEMS` all of the notes, and `sized` others of the same build. A
+built-in arm is a system too, in its own angles. A name means one arm and one count of its angles
+wherever a name is taken: an arm that the notes measure by other angles has another name in them.
+Lengths in mm, angles in rad.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
 from types import MappingProxyType
 
 from kinematics.errors import UnknownSystem, nearest_word
-from kinematics.textbook.systems.mini_movers import ALPHA_2, MINI_MOVER
+from kinematics.presets import PRESETS, preset
+from kinematics.textbook.systems.mini_movers import ALPHA_2, MINI_MOVER, with_arm
 from kinematics.textbook.systems.named import System
 from kinematics.textbook.systems.puma import PUMA
 from kinematics.textbook.systems.transporters import CARTESIAN, CYLINDRICAL, REVOLUTE, SPHERICAL
@@ -41,13 +46,28 @@ SYSTEMS: Mapping[str, System] = MappingProxyType(
         )
     }
 )
-"""Every system with its default lengths."""
+"""Every system of the notes with its default lengths."""
+
+MODEL_NAMES = tuple(dict.fromkeys((*SYSTEMS, *PRESETS)))
+"""Every name that `system` knows: the systems of the notes, then the other built-in arms."""
 
 
 def system(name: str) -> System:
-    """Return the system of this name, or raise `UnknownSystem` that suggests the nearest one."""
-    found = SYSTEMS.get(name)
-    if found is None:
-        near = nearest_word(str(name).lower(), SYSTEMS, likeness=0.4)
-        raise UnknownSystem(name, SYSTEMS, near)
-    return found
+    """Return the system of this name, or the built-in arm as a system.
+
+    Raises `UnknownSystem`, which suggests the nearest name.
+    """
+    if isinstance(name, str) and name in SYSTEMS:
+        return SYSTEMS[name]
+    if isinstance(name, str) and name in PRESETS:
+        return _built_in(name)
+    raise UnknownSystem(
+        name, MODEL_NAMES, nearest_word(str(name).lower(), MODEL_NAMES, likeness=0.4)
+    )
+
+
+@cache
+def _built_in(name: str) -> System:
+    """Return a built-in arm as a system of the Mini-mover's build."""
+    known = preset(name)
+    return replace(with_arm(MINI_MOVER, known.arm), name=name, title=known.title)

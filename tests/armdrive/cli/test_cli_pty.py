@@ -130,5 +130,5 @@ def test_a_move_that_was_suspended_does_not_go_on_when_it_wakes(call, sim, movin
     moving.process.send_signal(signal.SIGCONT)
     code, err = moving.end()
     assert code == 5
-    assert "had stood still for" in err
+    assert "was suspended for" in err
     assert sim.state()["motors"] == stood

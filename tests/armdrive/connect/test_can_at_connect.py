@@ -84,7 +84,7 @@ def another(*lacking: int, **objects: int):
         def put(dictionary) -> None:
             node.objects.dictionary = node.pdos._dictionary = dictionary
             node.objects.renew(node.number)
-            bus.twin.board.drives().reset(ELBOW)
+            bus.twin.board.drives.reset(ELBOW)
 
         changed = {DEVICE_TYPE: objects["kind"]} if objects else {}
         put(without(frozenset(lacking), changed))

@@ -199,7 +199,7 @@ def test_an_emergency_stop_outlives_the_loss(connected):
         arm.sleep(LONG_S)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.error_code == "E303"
-    assert arm.status.error.count("Meanwhile the wire was lost") == 1
+    assert arm.status.error.count("Meanwhile the connection was lost") == 1
 
 
 @pytest.mark.parametrize("disabled", [False, True])
@@ -296,7 +296,10 @@ def test_a_wire_that_is_back_under_its_name_is_not_named_again(connected):
     arm.twin.faults.end()
     arm.twin.link.replug()
     arm.sleep(LONG_S)
-    assert arm.status.error == "the wire was lost and is back: look at the arm, then call `reset()`"
+    assert (
+        arm.status.error
+        == "the connection was lost and is back: look at the arm, then call `reset()`"
+    )
 
 
 def test_a_wire_can_be_lost_again_and_again(connected):

@@ -197,7 +197,7 @@ def test_a_pulled_cable_ends_it_and_after_a_reference_it_says_where_to_bring_the
     again.home()
     with pytest.raises(Refused, match="--joint base=") as refused:
         resume(again, script, tmp_path)
-    assert "look whether what it held is still there" in str(refused.value)
+    assert "check that the fingers still hold what they held" in str(refused.value)
 
 
 def test_an_arm_that_somebody_moved_meanwhile_is_left_alone(arm, tmp_path):

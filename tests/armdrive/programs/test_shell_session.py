@@ -105,7 +105,7 @@ def test_values_alone_are_said_and_not_kept(prompt, line, shown):
         ("2 * (3", "`)` was expected\n    2 * (3\n          ^"),
         ("w +", "a value is missing\n    w +\n       ^"),
         ("end", "this `end` ends nothing\n    end\n    ^"),
-        ("break", "`break` stands in a loop\n    break\n    ^"),
+        ("break", "`break` is allowed in a loop only\n    break\n    ^"),
     ],
 )
 def test_what_is_wrong_is_shown_with_the_line_as_it_was_typed(prompt, line, told):

@@ -55,8 +55,14 @@ class LateClock(SimulatedClock):
         return next_s
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("dialect", LATE_S)
+LATE_MOTIONS = [
+    *((dialect, seed) for dialect in LATE_S for seed in range(4)),
+    *(("mks", seed) for seed in (103, 127, 195)),
+]
+"""The last: drives were read a while before their motion was resumed."""
+
+
+@pytest.mark.parametrize(("dialect", "seed"), LATE_MOTIONS)
 def test_every_motion_ends_as_it_was_asked_to(dialect, seed):
     config = simulated_config(dialect)
     twin = simulate(config)

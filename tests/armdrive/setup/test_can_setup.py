@@ -194,8 +194,8 @@ def test_what_was_done_before_is_said_at_the_beginning():
 
 def test_a_drive_that_was_done_and_has_lost_its_mode_is_set_up_once_more():
     bench = Bench(factory=False)
-    bench.board.drives().plug(2, True)
-    bench.board.drives().set_mode(2, Mode.PULSE_FOC)
+    bench.board.drives.plug(2, True)
+    bench.board.drives.set_mode(2, Mode.PULSE_FOC)
     bench.kept["elbow"] = Notes(done=True, watchdog=True)
     assert bench.one("elbow")
     assert (3, SetMode(Mode.BUS_FOC)) in bench.said

@@ -15,7 +15,7 @@ def test_two_new_drives_at_once_are_found_out_and_explained():
     plugged: list[int] = []
 
     def two_then_one() -> str:
-        bench.board.drives().plug(2, not plugged)
+        bench.board.drives.plug(2, not plugged)
         plugged.append(1)
         return "yes"
 
@@ -33,7 +33,7 @@ def test_a_second_new_drive_that_speaks_up_once_the_id_was_given_is_told_of():
 
     def plug_another(data: bytes, now_s: float) -> None:
         if taken.of(SetId).node == 2 and not put:
-            bench.board.drives().plug(0, True)
+            bench.board.drives.plug(0, True)
             put.append(1)
         send(data, now_s)
 
@@ -57,7 +57,7 @@ def test_a_drive_without_power_is_looked_for_with_what_to_check():
 def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
     bench = Bench(factory=False)
     for motor in (0, 1, 2, 3, 5):
-        bench.board.drives().plug(motor, True)
+        bench.board.drives.plug(motor, True)
     answers = iter(["yes", "no"])
     bench.person.says["drives plugged in? Then they are asked"] = lambda: next(answers)
     missing = bench.run(together(bench.plan))

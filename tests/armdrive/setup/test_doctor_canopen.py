@@ -9,8 +9,8 @@ from can_setup_bench import Bench
 from canopen_nodes import NAME, Device, NodesBus
 
 from armdrive.dialects.bus.tools import Answers, Listened, frame_scripts, listen
-from armdrive.dialects.cia402 import survey as canopen
-from armdrive.dialects.cia402.survey import (
+from armdrive.dialects.cia402.tools import survey as canopen
+from armdrive.dialects.cia402.tools.survey import (
     QUESTIONS,
     SERIAL_NUMBER,
     VENDOR,
@@ -224,7 +224,7 @@ def test_a_bus_without_an_arm_file_is_asked_in_every_protocol():
     assert [each.there for each in answers] == [(1, 2), ()]
     assert answers[1].asked == (1, 2)
     on = Bench(factory=False)
-    on.device.board.drives().plug(0, True)
+    on.device.board.drives.plug(0, True)
     line = on.twin.link.line
     line.send = type(line).send.__get__(line)  # nobody looks that all is of the MKS protocol
     answers = ask_bus(on.twin.link, DialogClock(), (1,))

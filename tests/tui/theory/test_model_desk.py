@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from armdrive.cli.drive.jog import find_subject
+from armdrive.cli.learn.models import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
-from kinematics.textbook.worked_example import example_posture
+from kinematics.textbook.study import example_posture
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.remap import LAYOUTS, _of_layout, load_keys
@@ -147,6 +147,37 @@ async def test_symbols_take_the_place_of_numbers():
         assert "C1" in session.text("theory-page-0")
         await session.press("S")
         assert "link table" in session.text("theory-page-0")
+
+
+async def test_the_thirteen_steps_are_taken_one_a_page_in_both_conventions():
+    async with Session("alpha2", size=(120, 40)) as session:
+        view = session.desk.screen.query_one(SpaceView)
+        await session.press("A")
+        assert "standard frames, 1 of 48" in session.text("theory-page-0")
+        assert "joint 2, shoulder: revolute" in session.text("theory-page-0")
+        await session.press(*["N"] * 3)
+        assert "axes 1 and 2 intersect at 90\N{DEGREE SIGN}" in session.text("theory-page-0")
+        assert "x1" not in "".join(view.rows)
+        await session.press("N")
+        assert "x1 = (1, 0, 0)" in session.text("theory-page-0")
+        assert "x1" in "".join(view.rows)
+        await session.press("B", *["B"] * 4)
+        assert "the result" in session.text("theory-page-0")
+        assert "129.5" in session.text("theory-page-0")
+        assert "b5" in "".join(view.rows)
+        await session.press("A")
+        assert "craig frames, 1 of 48" in session.text("theory-page-0")
+        await session.press("A")
+        assert "link table" in session.text("theory-page-0")
+        assert "joint axis" not in "".join(view.rows)
+        assert "q/a base" in session.text("theory-numbers")
+
+
+async def test_a_long_step_of_a_narrow_screen_shows_its_last_lines():
+    async with Session("puma", size=(80, 12)) as session:
+        await session.press("A", *["N"] * 6)
+        assert "7. the same for the next frame" in session.text("theory-page-0")
+        assert "3. z1" not in session.text("theory-page-0")
 
 
 async def test_the_singularity_of_a_table_is_looked_for_aside(tmp_path):

@@ -59,7 +59,10 @@ async def test_every_key_of_the_screen_turns_a_page_or_changes_the_notation():
         await session.desk.workers.wait_for_complete()
         await session.pilot.pause()
         assert "C1" in session.text("theory-page-0")
-        pressed = {"pagedown", "N", "pageup", "B", "S"}
+        await session.press("S")
+        await session.press("A")
+        assert "standard frames, 1 of " in session.text("theory-page-0")
+        pressed = {"pagedown", "N", "pageup", "B", "S", "A"}
         assert {key for row in THEORY_KEYS for key in row.keys} == pressed
 
 

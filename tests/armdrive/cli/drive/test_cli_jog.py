@@ -12,10 +12,11 @@ import tui
 from armdrive.cli import screens
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
+from armdrive.cli.learn.models import find_subject
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import find
 from armdrive.errors import BadRequest
-from kinematics.textbook.study import subject_names
+from kinematics.textbook.systems import MODEL_NAMES
 
 
 @pytest.fixture
@@ -188,9 +189,9 @@ def no_arm(*args, **more):
 
 def test_without_a_name_all_are_listed(call):
     called = call("jog", "--model", code=0)
-    assert all(f"{name} " in called.out for name in subject_names())
+    assert all(f"{name} " in called.out for name in MODEL_NAMES)
     listed = call("jog", "--model", "--json", code=0).json["models"]
-    assert [one["name"] for one in listed] == list(subject_names())
+    assert [one["name"] for one in listed] == list(MODEL_NAMES)
 
 
 def test_an_unknown_name_is_answered_with_the_nearest(call):
@@ -203,8 +204,8 @@ def test_an_unknown_name_is_answered_with_the_nearest(call):
 
 def test_an_unknown_name_is_answered_with_all_that_could_be_meant():
     with pytest.raises(BadRequest, match="did you mean 'puma'") as said:
-        jog.find_subject("pumma")
-    assert all(name in str(said.value) for name in subject_names())
+        find_subject("pumma")
+    assert all(name in str(said.value) for name in MODEL_NAMES)
 
 
 def test_a_model_and_an_arm_are_not_both_jogged(call):

@@ -76,6 +76,10 @@ def test_a_goal_out_of_reach_is_refused_with_one_that_is_not_in_degrees(call):
         (("nowhere.toml",), "nowhere.toml cannot be read"),
         (("puma", "--symbolic", "--goal", "1"), "leave joints and goal out"),
         (("efficiency", "pumo"), "did you mean 'puma'"),
+        (("--axes", "pumo"), "did you mean 'puma'"),
+        (("--axes", "puma", "10"), "--axes is about the zero position; leave joints and goal out"),
+        (("--axes", "nowhere.toml"), "nowhere.toml cannot be read"),
+        (("--axes", "puma", "--convention", "paul"), "'paul' is none of standard, craig"),
     ],
 )
 def test_a_wrong_word_is_named(call, words, said):
@@ -152,3 +156,54 @@ def test_efficiency_prints_counts(call):
     assert [each["system"] for each in found] == ["two-link-1"]
     ways = {way["name"]: way for way in found[0]["forward"]}
     assert ways["full products"]["multiplications"] > ways["closed form"]["multiplications"] > 0
+
+
+STAGES = ("The joints", "Frame 0", "Frame 1", "Frame 2", "Link 1, joint theta1", "Link 2")
+
+
+@pytest.mark.parametrize("convention", ["standard", "craig"])
+def test_frames_are_found_from_axes_in_drawn_steps(call, convention):
+    said = call("explain", "--axes", "two-link-2", "--convention", convention, code=0).out
+    found = [said.index(f"\n== {stage}") for stage in STAGES]
+    assert found == sorted(found)
+    for number in range(1, 14):
+        assert f"\n{number}. " in said
+    first_link = said[found[-2] : found[-1]]
+    for label in ("L0", "b1", "z0", "x1", "joint axis"):
+        assert label in first_link.split("13. ")[1], f"{label} is drawn"
+    assert f"two-link-2: {convention} convention" in said
+
+
+def test_frames_from_axes_as_json(call):
+    words = ("explain", "--axes", "alpha2-lecture", "--json")
+    found = call(*words, code=0).json
+    assert found["convention"] == "standard"
+    assert found["relations"] == ["intersecting", "parallel", "parallel", "intersecting"]
+    assert [row["d_mm"] for row in found["links"]] == [215, 0, 0, 0, 129.5]
+    assert found["b_mm"][2] == pytest.approx([177.8, 0, 215])
+    assert len(found["frames"]) == 6
+    assert found["axes"][1] == {
+        "joint": "shoulder", "kind": "revolute", "point_mm": [0, 0, 215], "direction": [0, 1, 0],
+    }  # fmt: skip
+    assert [step["step"] for step in found["steps"]][:7] == [1, 2, 3, 4, 5, 6, 7]
+    assert {key: found["choices"][3][key] for key in ("frame", "step")} == {"frame": 2, "step": 4}
+    craig = call(*words, "--convention", "craig", code=0).json
+    assert craig["links"][0]["d_mm"] == 0
+    assert craig["base"][2][3] == 215
+
+
+def test_a_file_of_axes_is_any_command_s_model(call, tmp_path):
+    path = tmp_path / "planar.toml"
+    path.write_text(
+        "[[axes]]\npoint_mm = [0, 0, 0]\ndirection = [0, 0, 1]\n"
+        "[[axes]]\npoint_mm = [200, 0, 0]\ndirection = [0, 1e-8, 1]\n"
+        "[tip]\npoint_mm = [350, 0, 0]\n",
+        encoding="utf-8",
+    )
+    said = call("explain", "--axes", str(path), code=0).out
+    assert "axes 1 and 2 are nearly parallel (1e-08 rad apart), and taken as parallel" in said
+    found = call("fk", "--model", str(path), "90", "-90", "--json", code=0).json
+    assert found["position_mm"] == pytest.approx([150, 200, 0], abs=1e-4)
+    path.write_text(path.read_text(encoding="utf-8").replace("1e-8, 1]", "0, 0]"), encoding="utf-8")
+    refused = call.refused("explain", "--axes", str(path), code=2)
+    assert "axes[2].direction: the zero vector has no direction" in refused

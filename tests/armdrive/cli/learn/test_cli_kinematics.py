@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
+from armdrive.cli.set_up.completion import script
+from armdrive.config.preset import corrected
 from armdrive.status import joints_view, pose_view
+from armdrive.text.toml import Problems, TomlTable
 from kinematics import PRESETS, Joints, preset
+from kinematics.frames.transforms import position_of
+from kinematics.textbook.study import example_posture
+from kinematics.textbook.systems import MODEL_NAMES, SYSTEMS, system
 
 GOAL = ("--x", "250", "--y", "0", "--z", "120", "--pitch", "-90")
 
@@ -129,3 +136,95 @@ def test_ik_out_of_reach_prints_the_nearest_and_ends_with_3(call, own):
 )
 def test_a_wrong_word_is_named(call, words, said):
     assert said in call.refused(*words, code=2)
+
+
+# One name, one model: whatever takes the name of a model takes the same joint values for it.
+
+
+def example_of(name):
+    chain = find_model(name).chain
+    values = example_posture(chain)
+    return values, [str(value) for value in shown_joints(chain, values).values()]
+
+
+@pytest.mark.parametrize("name", MODEL_NAMES)
+def test_every_command_takes_the_same_joint_values_for_a_name(call, name):
+    values, typed = example_of(name)
+    fk = call("fk", "--model", name, *typed, "--json", code=0).json
+    explained = call("explain", name, *typed, "--json", code=0).json
+    tip = fk["position_mm"] if "position_mm" in fk else [fk["pose"][f"{a}_mm"] for a in "xyz"]
+    assert explained["position_mm"] == pytest.approx(tip, abs=0.01)
+    assert position_of(find_subject(name).chain.fk(values)) == pytest.approx(tip, abs=0.01)
+    assert position_of(system(name).fk(values)) == pytest.approx(tip, abs=0.01)
+    assert explained["joints"] == pytest.approx(
+        dict(zip(explained["joints"], map(float, typed), strict=True)), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("key", PRESETS)
+def test_an_arm_file_takes_the_same_joint_values_for_a_preset(key):
+    values = example_posture(system(key).chain())
+    problems = Problems()
+    arm = corrected(preset(key), TomlTable({"model": key}, "", problems)).arm
+    assert not problems.found
+    assert arm.points(Joints(values))[-1] == pytest.approx(position_of(system(key).fk(values)))
+
+
+@pytest.mark.parametrize("name", ["alpha2", "alpha2-lecture", "minimover5", "robko01"])
+def test_how_the_angles_count_is_stated_where_they_could_be_mistaken(call, name):
+    said = call("explain", name, code=0).out.splitlines()
+    assert said[2] == f"angles: {system(name).angles}"
+    assert ("up is positive" in said[2]) == (name != "alpha2-lecture")
+    assert call("explain", name, "--json", code=0).json["angles"] == system(name).angles
+
+
+def test_only_alpha2_is_measured_in_two_ways():
+    assert set(SYSTEMS) & set(PRESETS) == {"minimover5"}
+    assert system("minimover5").arm == preset("minimover5").arm
+    assert system("alpha2-lecture").arm == system("alpha2").arm == preset("alpha2").arm
+
+
+def test_completion_offers_every_name_for_a_model_and_for_a_system():
+    lines = script("bash").splitlines()
+    for option in ("fk___model", "ik___model", "plot___model", "jog___model", "explain_pos_0"):
+        (choices,) = (line for line in lines if f"armdrive_{option}_choices=" in line)
+        assert choices.partition("=")[2].strip("()").split() == list(MODEL_NAMES)
+
+
+@pytest.mark.parametrize("name", [name for name in SYSTEMS if name not in PRESETS])
+def test_ik_prints_every_solution_of_a_named_system(call, name):
+    _, typed = example_of(name)
+    fk = call("fk", "--model", name, *typed, "--json", code=0).json
+    x, y, z = map(str, fk["position_mm"])
+    found = call("ik", "--model", name, "--x", x, "--y", y, "--z", z, "--json", code=0).json
+    chain = find_model(name).chain
+    assert any(
+        branch["joints"] == pytest.approx(found["joints"], abs=1e-3) for branch in found["branches"]
+    )
+    assert len(found["branches"]) == len(system(name).signs)
+    for branch in found["branches"]:
+        joints = given_joints(chain, list(branch["joints"].values()))
+        assert position_of(chain.fk(joints)) == pytest.approx(fk["position_mm"], abs=1e-5)
+        assert branch["within_limits"] == (not branch["violations"])
+
+
+@pytest.mark.parametrize("angles", [(), ("--pitch", "-80", "--roll", "10", "--yaw", "15")])
+def test_ik_prints_all_eight_solutions_of_the_puma(call, angles):
+    goal = ("ik", "--model", "puma", "--x", "400", "--y", "100", "--z", "200", *angles)
+    found = call(*goal, "--json", code=0).json
+    chain = system("puma").chain()
+    frames = [
+        chain.fk(given_joints(chain, list(branch["joints"].values())))
+        for branch in found["branches"]
+    ]
+    assert len({branch["name"] for branch in found["branches"]}) == 8
+    assert len({tuple(branch["joints"].values()) for branch in found["branches"]}) == 8
+    for frame in frames:
+        for row, other in zip(frame, found["frame"], strict=True):
+            assert row == pytest.approx(other, abs=1e-4)
+    said = call(*goal, code=0).out
+    assert "8 solutions" in said
+    assert all(branch["name"] in said for branch in found["branches"])
+    assert said.count("beyond its limit") == sum(
+        len(branch["violations"]) for branch in found["branches"]
+    )

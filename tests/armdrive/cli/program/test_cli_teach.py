@@ -98,7 +98,7 @@ def test_a_sequence_is_mirrored_offset_and_copied(call, book):
 def test_a_point_out_of_reach_leaves_nothing_behind(call, book):
     before = book.path.read_text(encoding="utf-8")
     text = call.refused("points", "offset", "fetch", "far", "--x", "900", code=3)
-    assert "the point 'above' has no place there" in text
+    assert "the point 'above' cannot go there" in text
     assert book.path.read_text(encoding="utf-8") == before
 
 

@@ -121,7 +121,7 @@ def test_points_are_the_sessions_and_those_of_the_book(homed, call):
     assert "  corner: x " in shown
     assert "  rest: base" in shown
     assert "  spot: base" in shown
-    assert "in the arm's book" in shown
+    assert ", saved" in shown
     assert "spot" in call("points", "list", code=0).out
 
 

@@ -39,7 +39,7 @@ def bench(**settings):
     """Return a bus with commissioned drives, all plugged in."""
     found = Bench(factory=False, **settings)
     for motor in range(6):
-        found.device.board.drives().plug(motor, True)
+        found.device.board.drives.plug(motor, True)
     return found
 
 
@@ -66,7 +66,7 @@ def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
 
 def test_what_is_wrong_with_a_drive_is_told_with_what_mends_it():
     on = bench()
-    on.device.board.drives().set_mode(1, Mode.PULSE_FOC)
+    on.device.board.drives.set_mode(1, Mode.PULSE_FOC)
     on.device.board.nodes[2].stalled = True
     on.device.board.nodes[3].calibrated = False
     found = on.survey()
@@ -80,7 +80,7 @@ def test_what_is_wrong_with_a_drive_is_told_with_what_mends_it():
 
 def test_two_drives_of_one_id_are_told_and_one_late_answer_is_not():
     on = bench(keeps_angle=True)
-    on.device.board.drives().set_id(4, 2)
+    on.device.board.drives.set_id(4, 2)
     found = on.survey((1, 2))
     assert [each.doubled for each in found.drives] == [False, True]
     assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))

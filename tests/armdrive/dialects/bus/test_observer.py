@@ -64,6 +64,8 @@ def happen(found: Observer, line: str) -> None:
             order(found, int(node), int(goal), float(speed), now_s)
         case "order-unanswered", node:
             found.sent(int(node), now_s, owes=True)
+        case "resumes", node:
+            found[int(node)].resume_from_reading(now_s)
         case "asked", node:
             ask(found, int(node), now_s)
         case "reads", node, count:

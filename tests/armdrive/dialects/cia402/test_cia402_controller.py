@@ -49,7 +49,7 @@ def test_no_drive_at_all_is_silence_and_one_that_is_missing_is_named():
     rig.device.power_off()
     assert isinstance(rig.do(ReadPosition()), Timeout)
     rig = Rig()
-    rig.device.board.drives().set_id(2, 33)
+    rig.device.board.drives.set_id(2, 33)
     rig.run(1.0)
     reply = rig.do(ReadPosition())
     assert isinstance(reply, RequestRejected)
@@ -58,9 +58,9 @@ def test_no_drive_at_all_is_silence_and_one_that_is_missing_is_named():
 
 def test_a_drive_that_comes_later_is_found_by_the_same_controller():
     rig = Rig()
-    rig.device.board.drives().power(2, on=False)
+    rig.device.board.drives.power(2, on=False)
     assert isinstance(rig.do(ReadPosition()), RequestRejected)
-    rig.device.board.drives().power(2, on=True)
+    rig.device.board.drives.power(2, on=True)
     rig.run(1.0)
     assert isinstance(rig.do(ReadPosition()), Registers)
 
@@ -119,6 +119,23 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
     assert rig.positions == before
     for node in rig.device.board.nodes:
         assert node.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
+
+
+@pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009])
+def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(delay_s):
+    rig = Rig().ready()
+    rig.dead = True
+    rig.run(0.5)
+    rig.dead = False
+    rig.begin(SwitchOn())
+    rig.run(delay_s)
+    rig.device.jog(steps(25))
+    stood, reply = rig.positions, None
+    while reply is None:
+        reply = rig.reply()
+        rig.run(0.002)
+        assert rig.positions == stood
+    assert reply == Done()
 
 
 def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
@@ -320,7 +337,7 @@ def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
     rig = Rig().ready()
     rig.run(1.0)
     assert not rig.alerts()
-    rig.device.board.drives().mute(2, True)
+    rig.device.board.drives.mute(2, True)
     rig.run(1.0)
     (alert,) = rig.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
@@ -329,12 +346,12 @@ def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
 
 def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed():
     rig = Rig().ready()
-    rig.device.board.drives().mute(2, True)
-    rig.device.board.drives().power(2, on=False)
+    rig.device.board.drives.mute(2, True)
+    rig.device.board.drives.power(2, on=False)
     rig.run(0.6)
-    rig.device.board.drives().power(2, on=True)
+    rig.device.board.drives.power(2, on=True)
     rig.run(2.0)
-    rig.device.board.drives().mute(2, False)
+    rig.device.board.drives.mute(2, False)
     rig.do(ClearFault())
     rig.do(ClearFault())
     assert rig.do(SwitchOn()) == Done()
@@ -354,13 +371,13 @@ def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
 
 def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
     rig = Rig().ready()
-    rig.device.board.drives().power(4, on=False)
+    rig.device.board.drives.power(4, on=False)
     rig.run(0.1)
-    rig.device.board.drives().power(4, on=True)
+    rig.device.board.drives.power(4, on=True)
     rig.run(0.05)
-    number = rig.device.board.drives().set_id(4, 7)
+    number = rig.device.board.drives.set_id(4, 7)
     rig.run(0.5)
-    rig.device.board.drives().set_id(4, number)
+    rig.device.board.drives.set_id(4, number)
     rig.run(0.5)
     assert canopen.DriveState.FAULT in rig.states()
     rig.do(ReadPosition())
@@ -406,7 +423,7 @@ def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
 
 def test_a_drive_that_boots_in_mid_use_is_a_restart_and_contact_is_made_anew():
     rig = Rig().ready()
-    rig.device.board.drives().reset(3)
+    rig.device.board.drives.reset(3)
     rig.run(1.0)
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.RESTARTED]
     assert "drive 4" in rig.alerts()[0].text
@@ -419,7 +436,7 @@ def test_a_drive_that_boots_in_motion_stops_the_others():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
-    rig.device.board.drives().reset(1)
+    rig.device.board.drives.reset(1)
     there = rig.positions[0]
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
@@ -431,7 +448,7 @@ def test_a_drive_that_falls_mute_in_motion_stops_the_others():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
-    rig.device.board.drives().mute(1, True)
+    rig.device.board.drives.mute(1, True)
     there = rig.positions[0]
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
@@ -444,7 +461,7 @@ def test_a_mode_that_somebody_else_sets_ends_the_motion():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
-    rig.device.board.drives().set_mode(1, 1)
+    rig.device.board.drives.set_mode(1, 1)
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "mode" in reply.reason

@@ -114,9 +114,9 @@ def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
     rig.begin(MoveAlong(iter(LINE), 0.3))
     rig.run(0.2)
     began_s = rig.now_s
-    rig.device.board.drives().mute(1, True)
+    rig.device.board.drives.mute(1, True)
     rig.run(0.1)
-    rig.device.board.drives().mute(1, False)
+    rig.device.board.drives.mute(1, False)
     assert rig.finish() == Done()
     assert rig.positions == before + steps(12_000, -6000)
     assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
@@ -237,7 +237,7 @@ def test_a_stop_during_frames_that_are_lost_still_stops():
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.5)
     there = rig.positions[0]
-    rig.device.board.drives().mute(4, True)  # another one is not heard at all
+    rig.device.board.drives.mute(4, True)  # another one is not heard at all
     rig.stop()
     reply = rig.finish()
     assert isinstance(reply, RequestRejected | Halted)

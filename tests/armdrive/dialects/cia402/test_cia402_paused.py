@@ -40,10 +40,10 @@ class Pause:
         self.paused = True
 
     def _mute(self) -> None:
-        self.rig.device.board.drives().mute(1, True)
+        self.rig.device.board.drives.mute(1, True)
 
     def _hear(self) -> None:
-        self.rig.device.board.drives().mute(1, False)
+        self.rig.device.board.drives.mute(1, False)
 
 
 WHILE_NOT_HEARD = (0.04, 0.08, 0.12)
@@ -78,7 +78,7 @@ def test_a_line_on_which_drives_are_heard_now_and_then_moves_nothing_later():
     pause = Pause(0.08)
     rig, stood = pause.rig, pause.rig.positions
     for turn in range(40):
-        rig.device.board.drives().mute(1 + turn % 3, bool(turn // 3 % 2))
+        rig.device.board.drives.mute(1 + turn % 3, bool(turn // 3 % 2))
         rig.run(0.02)
     assert rig.positions == stood
     assert rig.controller.busy
@@ -95,7 +95,7 @@ def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
 
 def test_a_drive_that_falls_silent_in_such_a_pause_is_told():
     pause = Pause(0.08)
-    pause.rig.device.board.drives().mute(2, True)  # counted from 0
+    pause.rig.device.board.drives.mute(2, True)  # counted from 0
     reply = pause.rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 3 (elbow)" in reply.reason
@@ -109,8 +109,8 @@ def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resume
         arm.enable()
         arm.declare_posture(START, opening_mm=20.0)
         began_s = arm.pace.now_s()
-        twin.device.at(began_s + 0.4, lambda: twin.board.drives().mute(3, True))
-        twin.device.at(began_s + 0.4 + MUTE_S, lambda: twin.board.drives().mute(3, False))
+        twin.device.at(began_s + 0.4, lambda: twin.board.drives.mute(3, True))
+        twin.device.at(began_s + 0.4 + MUTE_S, lambda: twin.board.drives.mute(3, False))
         motion = arm.move_j(base_deg=30, wait=False)
         arm.sleep(0.5)
         arm.pause()

@@ -5,11 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from mks_bench import BURSTS, MksBench, along, straight
+from mks_bench import BURSTS, MksBench, along, requests, straight
 
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
-from firmware_protocol.mks import Code, Mode, SetMode
+from firmware_protocol.mks import Code, Mode, ReadStall, SetMode, Stop
 from kinematics import Motors
 
 TOGETHER = (2000, 0, 0, 2000, 2000, 0)
@@ -17,6 +17,8 @@ TOGETHER = (2000, 0, 0, 2000, 2000, 0)
 STARTED = 1
 PERIOD_S = 0.04
 SPEED = 20_000.0
+WHY = (Code.STALL, Code.ENABLED, Code.MODE)
+"""The readings and the setting that tell why a drive takes no orders."""
 
 
 def give_mode(bench: MksBench, number: int, mode: Mode) -> None:
@@ -41,6 +43,21 @@ def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
     noticed_s = 2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01
     assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
+
+
+def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
+    """Its answers are lost for a while, and the arm is stopped meanwhile."""
+    bench = MksBench().ready()
+    bench.loses = lambda frame, host: not host and frame.can_id == 5 and frame.data[0] in WHY
+    bench.begin(along(straight(20, way=TOGETHER)))
+    bench.run(0.2)
+    give_mode(bench, 5, Mode.PULSE_FOC)
+    bench.run(2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01)
+    assert requests(bench, ReadStall)
+    bench.controller.stop(hard=False)
+    bench.run(0.001)
+    stopped = {node for node, _ in requests(bench, Stop)}
+    assert {1, 4} <= stopped
 
 
 def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():

@@ -10,19 +10,19 @@ from firmware_protocol.mks import Code
 FAST, SLOW = (9000, -3000, 700, 0, 0, 0), (90, -30, 7, 0, 0, 0)
 MOST_S = 3.0
 LOOK_S = 0.005
+LOOKED_S = 0.02
 
 
-def stands_after_s(moves, lost, dies_s):
-    """Lose the orders of the first drive for a while, then the host; return how long it goes on."""
+def stands_after_s(moves, loses, dies_s):
+    """Lose frames to the first drive, then the host; return how long the arm goes on.
+
+    `loses` takes the time since the motion began, and the code of a frame from the host.
+    """
     bench = MksBench(starts=(50_000,) * 6).ready()
     began_s = bench.now_s
-
-    def loses(frame, host):
-        from_s, to_s = (began_s + each for each in lost)
-        order = frame.can_id == 1 and frame.data[0] == Code.ABSOLUTE_AXIS
-        return host and order and from_s <= bench.now_s < to_s
-
-    bench.loses = loses
+    bench.loses = lambda frame, host: (
+        host and frame.can_id == 1 and loses(bench.now_s - began_s, frame.data[0])
+    )
     bench.begin(along(moves))
     bench.run(dies_s)
     bench.dead = True
@@ -34,16 +34,36 @@ def stands_after_s(moves, lost, dies_s):
     return stood_s - dead_s, bench.controller.stopping(AHEAD_S).silent_s
 
 
+def orders(from_s, to_s):
+    """Return what loses the orders of a while."""
+    return lambda at_s, code: code == Code.ABSOLUTE_AXIS and from_s <= at_s < to_s
+
+
 @pytest.mark.parametrize("later_s", [0.02, 0.06, 0.1, 0.15, 0.25])
 @pytest.mark.parametrize("lost", [(0.2, 0.65), (0.3, 0.7), (0.45, 0.62), (0.5, 0.75)])
 @pytest.mark.parametrize("tail", [0, 1, 4])
 def test_orders_that_were_lost_do_not_have_a_drive_go_on_for_longer(tail, lost, later_s):
     moves = segments(*([FAST] * 5 + [SLOW] * tail))
-    took_s, announced_s = stands_after_s(moves, lost, lost[1] + later_s)
+    took_s, announced_s = stands_after_s(moves, orders(*lost), lost[1] + later_s)
     assert took_s <= announced_s + LOOK_S
 
 
 def test_a_slow_way_that_was_fast_before_is_no_longer_either():
     moves = segments(*([(3000, -900, 0, 0, 0, 0)] * 3 + [(60, -20, 0, 0, 0, 0)] * 6))
-    took_s, announced_s = stands_after_s(moves, (0.02, 0.4), 0.52)
+    took_s, announced_s = stands_after_s(moves, orders(0.02, 0.4), 0.52)
+    assert took_s <= announced_s + LOOK_S
+
+
+@pytest.mark.parametrize("count", [9000, 3000, 1500])
+@pytest.mark.parametrize(("lost_s", "later_s"), [(0.35, 0.045), (0.39, 0.045), (0.45, 0.02)])
+@pytest.mark.parametrize("read_s", [0.2, 0.3, 0.4])
+def test_nor_do_those_of_a_drive_whose_readings_are_lost_as_well(count, lost_s, later_s, read_s):
+    """One reading shows that it stands, but not whether it has begun since."""
+
+    def loses(at_s, code):
+        unread = code == Code.ENCODER and 0.05 < at_s < lost_s and abs(at_s - read_s) > LOOKED_S
+        return unread or orders(0.0, lost_s)(at_s, code)
+
+    moves = segments(*[(count, -900, 0, 0, 0, 0)] * 6)
+    took_s, announced_s = stands_after_s(moves, loses, lost_s + later_s)
     assert took_s <= announced_s + LOOK_S

@@ -70,7 +70,7 @@ def test_steps_forwards_and_backwards_and_the_fingers_stay(arm, stepper):
     assert at(arm, "left")
     assert arm.gripper.opening_mm == opening
     assert stepper.before is None
-    with pytest.raises(Refused, match="no point before"):
+    with pytest.raises(Refused, match="no earlier point"):
         stepper.backward()
     assert stepper.next == Step(gripper=10.0)
 

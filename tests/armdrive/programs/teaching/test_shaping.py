@@ -89,9 +89,7 @@ def test_a_turn_turns_the_base_alone(joints, turn_deg):
 
 def test_a_point_that_leaves_the_arms_range_is_refused_by_its_name():
     point = Point(Joints.of(80.0, 40.0, -80.0, -40.0, 0.0))
-    with pytest.raises(
-        OutOfBounds, match="the point 'pick' has no place there: the base"
-    ) as caught:
+    with pytest.raises(OutOfBounds, match="the point 'pick' cannot go there: the base") as caught:
         shaped_point(
             TEACHMOVER,
             "pick",
@@ -101,7 +99,7 @@ def test_a_point_that_leaves_the_arms_range_is_refused_by_its_name():
         )
     assert caught.value.name == "base"
     far = Offset(x_mm=900.0)
-    with pytest.raises(Refused, match="the point 'pick' has no place there"):
+    with pytest.raises(Refused, match="the point 'pick' cannot go there"):
         shaped_point(TEACHMOVER, "pick", point, lambda each: offset(TEACHMOVER, each, far), "")
 
 
@@ -109,7 +107,7 @@ def test_a_point_within_a_guard_is_refused_by_its_name():
     low = Point(Joints.of(0.0, 40.0, -80.0, -40.0, 0.0))
     tip = TEACHMOVER.model.arm.fk(low.joints)
     down = Offset(z_mm=-tip.z_mm - 30.0)
-    with pytest.raises(Refused, match="the point 'pick' has no place there"):
+    with pytest.raises(Refused, match="the point 'pick' cannot go there"):
         shaped_point(TEACHMOVER, "pick", low, lambda each: offset(TEACHMOVER, each, down), "")
 
 

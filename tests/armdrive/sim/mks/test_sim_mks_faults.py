@@ -122,6 +122,16 @@ class TestDrives:
         bench.host.forget(2)
         assert bench.counts(2) == 900
 
+    def test_one_that_is_given_two_ids_in_turn_has_its_own_in_the_end(self, bench):
+        bench.twin.faults.add("drive-id", 2, 9, for_s=1.0)
+        bench.run(0.5)
+        bench.twin.faults.add("drive-id", 2, 10, for_s=1.0)
+        assert bench.twin.faults.active == ("drive-id 2 10",)
+        bench.run(0.7)
+        assert bench.ask(2, mks.ReadEncoder()) == []
+        bench.run(0.5)
+        assert said(bench.ask(2, mks.ReadState())) == [mks.Answered]
+
     def test_one_does_not_say_when_it_is_done(self, bench):
         bench.twin.faults.add("no-done", 1)
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)) == [mks.Started]

@@ -1,0 +1,41 @@
+"""All solutions of a goal as a table: a row for each, its angles below the names of the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from armdrive.cli.presenter import Ink, Inked, Line
+
+
+@dataclass(frozen=True, slots=True)
+class BranchRow:
+    """A solution: its name, the joint values with their units, and the limits that it violates."""
+
+    name: str
+    values: tuple[str, ...]
+    violations: tuple[str, ...]
+
+
+def branch_table(joint_names: Sequence[str], rows: Sequence[BranchRow]) -> Iterator[Line]:
+    """Yield the heading and the rows; a solution that violates a limit is faint and says which."""
+    if not rows:
+        return
+    names = [name.replace("_", " ") for name in joint_names]
+    columns = zip(*(row.values for row in rows), strict=True)
+    widths = [
+        max(len(name), len("-180.0°"), *map(len, values)) + 2
+        for name, values in zip(names, columns, strict=True)
+    ]
+    first = max(len(row.name) for row in rows) + 2
+    yield f"  {'':<{first}}{''.join(f'{n:>{w}}' for n, w in zip(names, widths, strict=True))}"
+    for row in rows:
+        values = "".join(f"{v:>{w}}" for v, w in zip(row.values, widths, strict=True))
+        text = f"  {row.name:<{first}}{values}"
+        against = "; ".join(row.violations)
+        yield (Inked(f"{text}   {against}", Ink.FAINT),) if against else text
+
+
+def degrees_text(angle_deg: float) -> str:
+    """Return an angle with one decimal, without the minus sign of a rounded zero."""
+    return f"{round(angle_deg, 1) + 0.0:.1f}°"

@@ -1,0 +1,264 @@
+"""The frames and link parameters of an arm, found from its joint axes in thirteen steps.
+
+`assign_frames` does the geometry; this module tells it step by step, each step with what may be
+drawn by then. Standard frames by Asokan, lecture 2.7; Craig's frames by the same steps with his
+rules (chapter 3, "affixing frames to links"). Lengths in mm, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from kinematics.chains.assignment import (
+    BASE_FRAME,
+    LAST_FRAME,
+    ORIGIN,
+    X_AXIS_OF_FRAME,
+    Z_AXIS,
+    Assignment,
+    AxisPair,
+    FoundFrame,
+    KnownFrames,
+    Relation,
+)
+from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.tables import table_text
+from kinematics.frames.rotations import columns
+from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
+from kinematics.frames.vectors import Vector, angle_between, distance
+from kinematics.textbook.worked_example import frame_text, number_text, plain
+
+RULES: Mapping[Convention, Mapping[int, str]] = MappingProxyType(
+    {
+        Convention.STANDARD: MappingProxyType(
+            {
+                1: "number the joints from 1 to {n}, from the base to the tool; link 0 is the base",
+                2: "frame 0 on the base: z0 along the axis of joint 1",
+                3: "z{k} along the axis of joint {next}",
+                4: "origin L{k}: where z{k} meets z{before}, or else where their common normal "
+                "meets z{k}",
+                5: "x{k} normal to z{before} and z{k}; if these are parallel, away from z{before}",
+                6: "y{k} = z{k} \N{MULTIPLICATION SIGN} x{k}, which makes the frame right-handed",
+                7: "the same for the next frame, up to frame {last}",
+                8: "frame {n} at the tool's tip: z{n} along its approach, y{n} along its sliding, "
+                "x{n} along its normal vector",
+                9: "point b{k}: where x{k} meets z{before}",
+                10: "theta{k}: from x{before} to x{k}, about z{before}",
+                11: "d{k}: from L{before} to b{k}, along z{before}",
+                12: "a{k}: from b{k} to L{k}, along x{k}",
+                13: "alpha{k}: from z{before} to z{k}, about x{k}",
+            }
+        ),
+        Convention.CRAIG: MappingProxyType(
+            {
+                1: "number the joints from 1 to {n}, from the base to the tool; link 0 is the base",
+                2: "frame 0 on the base: frame 1 as it is while joint 1 is at zero, so z0 lies "
+                "along the axis of joint 1",
+                3: "z{k} along the axis of joint {k}",
+                4: "origin L{k}: where z{k} meets z{next}, or else where their common normal "
+                "meets z{k}",
+                5: "x{k} along the common normal towards z{next}; normal to both where they meet",
+                6: "y{k} = z{k} \N{MULTIPLICATION SIGN} x{k}, which makes the frame right-handed",
+                7: "the same for the next frame, up to frame {last}",
+                8: "frame {n}: z{n} along the axis of joint {n}; origin and x{n} so that as many "
+                "parameters as possible are zero",
+                9: "point b{k}: where x{before} meets z{k}",
+                10: "theta{k}: from x{before} to x{k}, about z{k}",
+                11: "d{k}: from b{k} to L{k}, along z{k}",
+                12: "a{before}: from L{before} to b{k}, along x{before}",
+                13: "alpha{before}: from z{before} to z{k}, about x{before}",
+            }
+        ),
+    }
+)
+"""What each step does, for frame or link k; the second list has Craig's six rules in it."""
+
+NEARLY_PARALLEL_RAD = 1e-3
+"""Axes that are nearer than this to parallel were probably meant to be: the step says so."""
+
+Z_ONLY, WITH_ORIGIN, WITH_X, WHOLE = "z", "zo", "zox", "zoxy"
+"""The parts of a frame that are known after steps 3, 4, 5 and 6."""
+
+
+@dataclass(frozen=True, slots=True)
+class AssignmentStep:
+    """One of the thirteen steps, for one frame or link, and all that is found by then.
+
+    `lines` state the rule and what it gives here; `known` is what may be drawn by then.
+    """
+
+    number: int
+    stage: str
+    lines: tuple[str, ...]
+    known: KnownFrames
+
+
+def assignment_steps(found: Assignment) -> tuple[AssignmentStep, ...]:
+    """Return the steps in the order in which they are taken."""
+    return tuple(_Account(found).steps())
+
+
+def axes_lines(found: Assignment) -> Iterator[str]:
+    """Yield what is given, in pairs of lines: each joint and its axis, the tool and its axes.
+
+    Lengths are in mm, which the heading should say.
+    """
+    named = zip(found.zero.axes, found.chain.joint_names, strict=True)
+    for number, (axis, name) in enumerate(named, 1):
+        yield f"joint {number}, {name}: {axis.kind.value}"
+        line = axis.line
+        yield f"  through {place_text(line.point)} along {vector_text(line.direction)}"
+    normal, sliding, approach = map(vector_text, columns(rotation_of(found.zero.tool)))
+    yield f"tip at {place_text(position_of(found.zero.tool))}"
+    yield f"  approach {approach}, sliding {sliding}, normal {normal}"
+
+
+def result_lines(found: Assignment) -> Iterator[str]:
+    """Yield the link table, and the transforms before and after it that are not the identity."""
+    chain = found.chain
+    yield from table_text(chain).splitlines()
+    for title, frame in (
+        ("frame 0 in the world", chain.base),
+        ("tool in the last frame", chain.tool),
+    ):
+        if frame != IN_PLACE:
+            yield from ("", title, *frame_text(frame))
+
+
+def place_text(point: Vector) -> str:
+    """Return a point without its unit."""
+    return f"({', '.join(plain(each, 2) for each in point)})"
+
+
+def point_text(point: Vector) -> str:
+    """Return a point in mm."""
+    return f"{place_text(point)} mm"
+
+
+def vector_text(vector: Vector) -> str:
+    """Return a direction."""
+    return f"({', '.join(plain(each, 4) for each in vector)})"
+
+
+class _Account:
+    """Tells one assignment step by step."""
+
+    def __init__(self, found: Assignment) -> None:
+        self._found = found
+        self._craig = found.chain.convention is Convention.CRAIG
+        self._count = len(found.chain)
+        self._frames: dict[int, FoundFrame] = {}
+        self._points: list[Vector] = []
+        self._stage = ""
+
+    def steps(self) -> Iterator[AssignmentStep]:
+        count = self._count
+        self._stage = "The joints"
+        yield self._step(1, 0, f"{count} joint{'' if count == 1 else 's'}: frames 0 to {count}")
+        self._stage = "Frame 0"
+        self._know(0, Z_ONLY if self._craig else WHOLE)
+        shown = () if self._craig else (self._origin(0), self._x(0))
+        yield self._step(BASE_FRAME, 0, f"z0 = {vector_text(self._axis(0, 2))}", *shown)
+        for k in range(1, count):
+            self._stage = f"Frame {k}"
+            yield from self._frame_steps(k)
+        self._stage = f"Frame {count}"
+        yield self._last_frame()
+        for k in range(1, count + 1):
+            self._stage = f"Link {k}, joint {self._found.chain.joint_names[k - 1]}"
+            yield from self._link_steps(k)
+
+    def _frame_steps(self, k: int) -> Iterator[AssignmentStep]:
+        pair = self._found.pairs[k - 1]
+        self._know(k, Z_ONLY)
+        yield self._step(Z_AXIS, k, f"z{k} = {vector_text(self._axis(k, 2))}")
+        self._know(k, WITH_ORIGIN)
+        yield self._step(ORIGIN, k, *self._lie(k, pair), self._origin(k))
+        self._know(k, WITH_X)
+        yield self._step(X_AXIS_OF_FRAME, k, self._x(k))
+        self._know(k, WHOLE)
+        yield self._step(6, k, f"y{k} = {vector_text(self._axis(k, 1))}")
+        yield self._step(7, k, f"k = {k + 1}: go on with step {3 if k + 1 < self._count else 8}")
+
+    def _last_frame(self) -> AssignmentStep:
+        count = self._count
+        self._know(count, WHOLE)
+        lines = [f"z{count} = {vector_text(self._axis(count, 2))}", self._x(count)]
+        if self._craig:
+            self._know(0, WHOLE)
+            lines.append(f"frame 0 is frame 1: L0 = {point_text(position_of(self._frame(0)))}")
+        return self._step(LAST_FRAME, count, *lines, self._origin(count))
+
+    def _link_steps(self, k: int) -> Iterator[AssignmentStep]:
+        link = self._found.chain.links[k - 1]
+        before = k - 1 if self._craig else k
+        turns = link.kind is JointKind.REVOLUTE
+        self._points.append(self._found.points[k - 1])
+        yield self._step(9, k, f"b{k} = {point_text(self._points[-1])}")
+        theta, d, a, alpha = link.parameters(0.0)
+        varies = f"the joint's variable{', added to this' if (theta if turns else d) else ''}"
+        for number, name, value, unit, varied in (
+            (10, f"theta{k}", theta, "rad", turns),
+            (11, f"d{k}", d, "mm", not turns),
+            (12, f"a{before}", a, "mm", False),
+            (13, f"alpha{before}", alpha, "rad", False),
+        ):
+            equation = f"{name} = {number_text(value, unit)}"
+            yield self._step(number, k, f"{equation} ({varies})" if varied else equation)
+
+    def _step(self, number: int, k: int, *lines: str) -> AssignmentStep:
+        names = {"k": k, "before": k - 1, "next": k + 1, "n": self._count, "last": self._count - 1}
+        rule = RULES[self._found.chain.convention][number].format(**names)
+        notes = [
+            f"note: {choice.sentence}"
+            for choice in self._found.choices
+            if (choice.frame, choice.step) == (k, number)
+        ]
+        found = tuple(f"    {line}" for line in (*lines, *notes))
+        known = KnownFrames(k, tuple(self._frames.values()), tuple(self._points))
+        return AssignmentStep(number, self._stage, (f"{number}. {rule}", *found), known)
+
+    def _lie(self, k: int, pair: AxisPair) -> Iterator[str]:
+        """Say how the axes k and k + 1 lie to each other."""
+        near, far = (axis.line for axis in self._found.zero.axes[k - 1 : k + 1])
+        angle_rad = angle_between(near.direction, far.direction)
+        at = f"at {number_text(angle_rad, 'rad')}"
+        gap = number_text(distance(pair.near, pair.far), "mm")
+        opposite = ", in opposite directions" if angle_rad > math.pi / 2.0 else ""
+        lie = {
+            Relation.SKEW: f"are skew: {gap} apart, {at}",
+            Relation.INTERSECTING: f"intersect {at}",
+            Relation.PARALLEL: f"are parallel, {gap} apart{opposite}",
+            Relation.COINCIDENT: f"are the same line{opposite}",
+        }[pair.relation]
+        yield f"axes {k} and {k + 1} {lie}"
+        if pair.relation in (Relation.SKEW, Relation.INTERSECTING):
+            if pair.relation is Relation.SKEW:
+                yield f"common normal from {point_text(pair.near)} to {point_text(pair.far)}"
+            if pair.sine < NEARLY_PARALLEL_RAD:
+                away = max(distance(pair.near, near.point), distance(pair.far, far.point))
+                yield (
+                    f"only {pair.sine:.1g} rad from parallel, and their common normal is "
+                    f"{number_text(away, 'mm')} from the given points: if they are meant to be "
+                    "parallel, give both the same direction"
+                )
+
+    def _know(self, number: int, parts: str) -> None:
+        """Put a frame with the parts known by now at the end of those found."""
+        self._frames.pop(number, None)
+        self._frames[number] = FoundFrame(number, self._frame(number), parts)
+
+    def _frame(self, number: int) -> Transform:
+        return self._found.frames[number]
+
+    def _axis(self, number: int, axis: int) -> Vector:
+        return columns(rotation_of(self._frame(number)))[axis]
+
+    def _origin(self, number: int) -> str:
+        return f"L{number} = {point_text(position_of(self._frame(number)))}"
+
+    def _x(self, number: int) -> str:
+        return f"x{number} = {vector_text(self._axis(number, 0))}"

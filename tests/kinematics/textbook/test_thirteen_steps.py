@@ -1,0 +1,234 @@
+"""Frames and link table from joint axes, step by step, in both conventions."""
+
+import math
+
+import pytest
+from chain_cases import difference
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kinematics.chains.assignment import (
+    JointAxis,
+    ZeroPosition,
+    assign_frames,
+    tip_frame,
+    zero_position,
+)
+from kinematics.chains.links import Convention, JointKind
+from kinematics.errors import BadNumber, KinematicsError, ZeroVector
+from kinematics.frames.rotations import columns
+from kinematics.frames.transforms import position_of, rotation_of
+from kinematics.frames.vectors import add, cross, distance, norm, scale, subtract
+from kinematics.textbook.study import example_posture
+from kinematics.textbook.systems import SYSTEMS, system
+from kinematics.textbook.thirteen_steps import assignment_steps, axes_lines, result_lines
+
+BOTH = pytest.mark.parametrize("convention", Convention)
+UP = JointAxis((0, 0, 0), (0, 0, 1))
+TOOL = tip_frame(UP, (0, 0, 300))
+
+ALPHA_II = ZeroPosition(
+    (
+        JointAxis((0, 0, 0), (0, 0, 1), name="base"),
+        JointAxis((0, 0, 215), (0, 1, 0), name="shoulder"),
+        JointAxis((177.8, 0, 215), (0, 1, 0), name="elbow"),
+        JointAxis((355.6, 0, 215), (0, 1, 0), name="pitch"),
+        JointAxis((355.6, 0, 215), (1, 0, 0), name="roll"),
+    ),
+    tip_frame(JointAxis((355.6, 0, 215), (1, 0, 0)), (485.1, 0, 215), normal=(0, 0, 1)),
+)
+
+
+def assigned(axes, tool=TOOL, convention=Convention.STANDARD):
+    return assign_frames(axes, tool, convention)
+
+
+def step(found, number, index):
+    (taken,) = [
+        one for one in assignment_steps(found) if (one.number, one.known.index) == (number, index)
+    ]
+    return taken
+
+
+@BOTH
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_every_step_is_taken_once_for_each_frame_and_link(count, convention):
+    found = assigned(ALPHA_II.axes[:count], ALPHA_II.tool, convention)
+    taken = [(one.number, one.known.index) for one in assignment_steps(found)]
+    frames = [(number, k) for k in range(1, count) for number in range(3, 8)]
+    links = [(number, k) for k in range(1, count + 1) for number in range(9, 14)]
+    assert taken == [(1, 0), (2, 0), *frames, (8, count), *links]
+
+
+def test_the_points_b_are_where_the_lecture_has_them():
+    found = assigned(ALPHA_II.axes, ALPHA_II.tool)
+    shoulder, elbow, wrist, tip = ((x, 0.0, 215.0) for x in (0.0, 177.8, 355.6, 485.1))
+    for point, expected in zip(found.points, (shoulder, shoulder, elbow, wrist, tip), strict=True):
+        assert point == pytest.approx(expected)
+    *_, last = assignment_steps(found)
+    assert last.known.points == found.points
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ("number", "index", "standard", "craig"),
+    [
+        (2, 0, "z0 = (0, 0, 1)", "z0 = (0, 0, 1)"),
+        (3, 1, "z1 = (0, 1, 0)", "z1 = (0, 0, 1)"),
+        (4, 1, "axes 1 and 2 intersect at 90°", "axes 1 and 2 intersect at 90°"),
+        (4, 1, "L1 = (0, 0, 215) mm", "L1 = (0, 0, 215) mm"),
+        (4, 2, "L2 = (177.8, 0, 215) mm", "L2 = (0, 0, 215) mm"),
+        (5, 2, "x2 = (1, 0, 0)", "x2 = (1, 0, 0)"),
+        (6, 2, "y2 = (0, 0, -1)", "y2 = (0, 0, -1)"),
+        (7, 3, "go on with step 3", "go on with step 3"),
+        (7, 4, "go on with step 8", "go on with step 8"),
+        (8, 5, "L5 = (485.1, 0, 215) mm", "L5 = (355.6, 0, 215) mm"),
+        (9, 3, "b3 = (177.8, 0, 215) mm", "b3 = (177.8, 0, 215) mm"),
+        (10, 4, "theta4 = -90° (the joint's variable, added to this)", "theta4 = -90° (the"),
+        (11, 1, "d1 = 215 mm", "d1 = 0 mm"),
+        (12, 3, "a3 = 177.8 mm", "a2 = 177.8 mm"),
+        (13, 1, "alpha1 = -90°", "alpha0 = 0°"),
+    ],
+)
+def test_a_step_of_the_alpha_ii_states_what_it_gives(number, index, standard, craig, convention):
+    found = assigned(ALPHA_II.axes, ALPHA_II.tool, convention)
+    said = " ".join(step(found, number, index).lines)
+    assert said.startswith(f"{number}. ")
+    assert (standard if convention is Convention.STANDARD else craig) in said
+
+
+def leaning(lean):
+    return JointAxis((80, 0, 0), (0, math.sin(lean), math.cos(lean)))
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ("second", "words_4", "words_5"),
+    [
+        (JointAxis((50, 20, 30), (1, 1, 0)), "are skew: 21.21 mm apart, at 90°", "x1 = (0.7071"),
+        (JointAxis((50, 20, 30), (1, 1, 0)), "common normal from (0, 0, 30) mm to (15, -15, 30)",
+         "x1 = (0.7071, -0.7071, 0)"),
+        (JointAxis((0, 0, 70), (1, 0, 1)), "intersect at 45°", "x may point either way"),
+        (JointAxis((80, 0, 70), (0, 0, 2)), "are parallel, 80 mm apart", "x1 = (1, 0, 0)"),
+        (JointAxis((80, 0, 70), (0, 0, -1)), "parallel, 80 mm apart, in opposite dir", "x1 = (1,"),
+        (JointAxis((0, 0, 70), (0, 0, 1)), "are the same line", "1 and 2 are the same, so x may"),
+        (leaning(1e-8), "nearly parallel (1e-08 rad apart), and taken as parallel", "x1 = (1, 0"),
+        (leaning(1e-5), "only 1e-05 rad from parallel, and their common", "x1 = (1, 0, 0)"),
+    ],
+)  # fmt: skip
+def test_how_two_axes_lie_is_named_where_it_matters(second, words_4, words_5, convention):
+    found = assigned((UP, second), convention=convention)
+    assert words_4 in " ".join(step(found, 4, 1).lines)
+    assert words_5 in " ".join(step(found, 5, 1).lines)
+
+
+@BOTH
+def test_a_slide_has_no_place_of_its_own(convention):
+    slide = JointAxis((40, 0, 0), (0, 0, 1), JointKind.PRISMATIC)
+    found = assigned((slide, slide), convention=convention)
+    assert "direction and no place" in " ".join(step(found, 3, 1).lines)
+    assert "(the joint's variable)" in " ".join(step(found, 11, 1).lines)
+    assert "variable" not in " ".join(step(found, 10, 1).lines)
+
+
+def test_a_frame_is_known_part_by_part():
+    steps = assignment_steps(assigned(ALPHA_II.axes, ALPHA_II.tool))
+    known = [
+        (each.parts, len(one.known.frames))
+        for one in steps
+        for each in one.known.frames[-1:]
+        if one.known.index == 2 and one.number < 8
+    ]
+    assert known == [("z", 3), ("zo", 3), ("zox", 3), ("zoxy", 3), ("zoxy", 3)]
+    assert [len(one.known.points) for one in steps if one.number == 9] == [1, 2, 3, 4, 5]
+    craig = assignment_steps(assigned(ALPHA_II.axes, ALPHA_II.tool, Convention.CRAIG))
+    base = [next(f.parts for f in one.known.frames if f.number == 0) for one in craig[1:]]
+    assert set(base[:20]) == {"z"}  # frame 0 is frame 1, which is found later
+    assert base[-1] == "zoxy"
+
+
+def test_what_is_given_and_what_is_found_are_listed():
+    found = assigned(ALPHA_II.axes, ALPHA_II.tool, Convention.CRAIG)
+    given_lines = list(axes_lines(found))
+    assert given_lines[2:4] == [
+        "joint 2, shoulder: revolute", "  through (0, 0, 215) along (0, 1, 0)",
+    ]  # fmt: skip
+    assert given_lines[-2:] == [
+        "tip at (485.1, 0, 215)", "  approach (1, 0, 0), sliding (0, -1, 0), normal (0, 0, 1)",
+    ]  # fmt: skip
+    result = "\n".join(result_lines(found))
+    assert "frame 0 in the world" in result
+    assert "tool in the last frame" in result
+
+
+coordinates = st.sampled_from([0.0, 100.0, -40.0])
+directions = st.tuples(*[st.sampled_from([0.0, 1.0, -1.0, 0.3])] * 3).filter(any)
+joint_axes = st.builds(
+    JointAxis, st.tuples(*[coordinates] * 3), directions, st.sampled_from(JointKind)
+)
+
+
+@given(st.lists(joint_axes, min_size=1, max_size=6), st.sampled_from(Convention))
+def test_each_point_b_lies_on_its_two_axes_and_measures_d_and_a(axes, convention):
+    found = assigned(axes, tip_frame(axes[-1], (30.0, 60.0, -20.0)), convention)
+    origins = [position_of(frame) for frame in found.frames]
+    for k, (point, link) in enumerate(zip(found.points, found.chain.links, strict=True), 1):
+        near, far = (k - 1, k) if convention is Convention.STANDARD else (k, k - 1)
+        z, x = (
+            columns(rotation_of(found.frames[near]))[2],
+            columns(rotation_of(found.frames[far]))[0],
+        )
+        sign = 1.0 if convention is Convention.STANDARD else -1.0
+        assert distance(point, add(origins[near], scale(sign * link.d_mm, z))) < 1e-5
+        assert distance(point, add(origins[far], scale(-sign * link.a_mm, x))) < 1e-5
+        axis = found.zero.axes[k - 1].line
+        if convention is Convention.CRAIG or found.zero.axes[k - 1].kind is JointKind.REVOLUTE:
+            assert norm(cross(subtract(point, axis.point), axis.direction)) < 1e-5
+
+
+@BOTH
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_axes_of_every_system_give_an_arm_that_moves_as_it_does(name, convention):
+    chain = system(name).chain()
+    zero = zero_position(chain)
+    again = assign_frames(zero.axes, zero.tool, convention).chain
+    for share in (0.0, 0.4, 1.0):
+        values = tuple(share * value for value in example_posture(chain))
+        assert difference(again.fk(values), chain.fk(values)) < 1e-9
+    assert again.joint_names == chain.joint_names
+    assert again.limits == chain.limits
+
+
+@pytest.mark.parametrize(
+    ("last", "point", "more", "z", "x"),
+    [
+        (UP, (0, 0, 50), {}, (0, 0, 1), (1, 0, 0)),
+        (UP, (30, 40, 50), {}, (0, 0, 1), (0.6, 0.8, 0)),
+        (JointAxis((0, 0, 0), (2, 0, 0)), (9, 0, 0), {}, (1, 0, 0), (0, 1, 0)),
+        (UP, (30, 0, 0), {"approach": (0, 5, 0)}, (0, 1, 0), (-1, 0, 0)),
+        (UP, (30, 0, 0), {"approach": (0, 0, -1)}, (0, 0, -1), (1, 0, 0)),
+        (UP, (30, 0, 0), {"normal": (0, 3, 0)}, (0, 0, 1), (0, 1, 0)),
+    ],
+)
+def test_a_tip_is_turned_as_four_parameters_need_it(last, point, more, z, x):
+    frame = tip_frame(last, point, **more)
+    assert position_of(frame) == point
+    made = columns(rotation_of(frame))
+    assert (made[2], made[0]) == (pytest.approx(z), pytest.approx(x))
+    if "normal" not in more:
+        assert assigned((last,), frame).choices[-1].step != 8, "four parameters lead there"
+
+
+@pytest.mark.parametrize(
+    ("more", "error", "words"),
+    [
+        ({"approach": (0, 0, 0)}, ZeroVector, "no direction"),
+        ({"normal": (0, 0, 0)}, ZeroVector, "no direction"),
+        ({"normal": (0, 1, 1)}, KinematicsError, "at 90° to its approach, not at 45°"),
+        ({"approach": (0, math.nan, 0)}, BadNumber, "the approach"),
+        ({"point": (0, 0)}, KinematicsError, "the tip's point needs 3 numbers"),
+    ],
+)
+def test_a_tip_that_cannot_be_is_refused(more, error, words):
+    with pytest.raises(error, match=words):
+        tip_frame(**({"last": UP, "point": (0, 0, 9)} | more))
