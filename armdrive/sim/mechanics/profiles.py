@@ -311,7 +311,7 @@ class _ProfileAxis:
         )
 
     def _lay(self, until_s: float) -> None:
-"""Compute the steps up to the requested time; they are kept until an order changes them."""
+        """Compute the steps up to the requested time; they are kept until an order changes them."""
         if until_s <= self._laid_s:
             return
         self._laid_s = until_s
