@@ -141,7 +141,7 @@ NODES = ("app", "screen", "focused")
 
 
 def action_call(action: str | ActionParseResult, node: object) -> Callable[[], object] | None:
-    """Return the call that an action means on a node, None where nothing does it.
+    """Return the call for an action of a node, None if there is none.
 
     `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts.
     """
@@ -199,7 +199,7 @@ class KeyApp(App[int], inherit_bindings=False):
         raise NotImplementedError
 
     async def action_do_row(self, name: str) -> None:
-        """Do what a row of the table of keys does, as if its key had been pressed on its screen."""
+        """Act as a row of the table of keys, as if its key was pressed on its screen."""
         row = self.keys.row(name)
         self.show_place(row.place)
         await self.run_action(row.action, self.screen_stack[0] if row.place else self)
@@ -272,9 +272,9 @@ SETTLE_S = 0.03
 
 
 class HoldAlarm:
-    """One timer that is moved to another time instead of being joined by a second one.
+    """A single timer: a new time replaces the last one.
 
-    Where the app was too busy to ring in time, what came meanwhile is taken in before it rings.
+    If the app was too busy to ring in time, it handles waiting events before it rings.
     """
 
     def __init__(self, app: KeyApp, call: Callable[[], None]) -> None:
@@ -294,7 +294,7 @@ class HoldAlarm:
             self._timer = self._app.set_timer(delay_s, self._ring)
 
     def _ring(self) -> None:
-        self._app.input.alive()  # what was held when this program was suspended is held no more
+        self._app.input.alive()  # a key held before a suspension is not held after it
         if time.monotonic() - self._due_s > BUSY_S:
             self.after(SETTLE_S)
         else:

@@ -109,7 +109,7 @@ class AxisTable(PlainText):
         return self._held
 
     def show_axes(self, rows: Sequence[AxisRow], note: str = "", *, held: bool) -> None:
-        """Show these axes; `held` says whether a cap that is pressed still moves something."""
+        """Show these axes; `held` says whether a pressed key cap still moves something."""
         if not held:
             self._held = None
         self._rows, self._note = tuple(rows), note

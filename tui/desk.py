@@ -65,6 +65,11 @@ def _late_screen(place: str) -> DeskScreen:
     return LATE_SCREENS[place]()
 
 
+def dropped_words(time_s: float) -> str:
+    """Say why a key had no effect: a key that is dropped without a word seems broken."""
+    return f"a key was dropped: this program had stood still for {time_s:.1f} s; press again"
+
+
 def _first_screen(status: Status, left: ArmMemory) -> str:
     """Return the screen to begin at: the last one, but the jog screen without a position."""
     return "" if status.trust is Trust.UNKNOWN else left.screen
@@ -133,7 +138,7 @@ class Desk(KeyApp):
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
         self.input.on_resumed, self.input.on_starved = self.screens.resumed, self.screens.starved
-        self.input.on_dropped = self._say_dropped
+        self.input.on_dropped = lambda time_s: say(dropped_words(time_s))
         self.link = ArmLink(
             arm, keys, say=say, disarm=disarm, close_dialogs=self.screens.close_dialogs
         )
@@ -182,10 +187,6 @@ class Desk(KeyApp):
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
 
-    def _say_dropped(self, time_s: float) -> None:
-        """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.say(f"a key was dropped: this program was suspended for {time_s:.1f} s; press again")
-
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))
 
@@ -224,7 +225,7 @@ class Desk(KeyApp):
             self.say("no arm is drawn here")
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Offer what can be done here, what people look for by other words, and the looks."""
+        """Offer the actions of this screen, actions with other search words, and the looks."""
         del screen
         here = self.place.place
         known = (row for row in self.keys.rows if row.also and row.place not in ("", here))
@@ -268,7 +269,7 @@ class Desk(KeyApp):
         self.exit(0)
 
     def open_next(self, path: Path) -> None:
-        """Leave this arm, so that a desk is opened on the one of an arm file."""
+        """Leave this arm, for a desk on the arm of a file."""
         self.opens = path
         self.action_leave()
 

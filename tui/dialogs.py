@@ -141,7 +141,7 @@ class FirstScreen(ModalScreen[bool]):
 
 
 def _broken(line: str, width: int) -> list[str]:
-    """Break a line of the help; what goes on stands under the words, not under the keys."""
+    """Break a line of the help; further lines are indented to the words."""
     if len(line) <= width:
         return [line]
     keys, words = line[:KEYS_WIDTH], line[KEYS_WIDTH:]
@@ -186,7 +186,7 @@ def commands(
     run: Callable[[str], Awaitable[object]],
     put_on: Callable[[str], None],
 ) -> Iterator[SystemCommand]:
-    """Yield what the palette offers: rows, which `run` does by their ids, and the looks.
+    """Yield the entries of the palette: rows, which `run` takes by their ids, and the looks.
 
     Keys that jog are not among them: a motion that a key holds cannot be chosen from a list.
     """

@@ -32,7 +32,7 @@ from tui.settings import JogSettings, Manner
 
 
 class ScreenHost(Protocol):
-    """What screens use of the desk that shows them; they know no more of it than this."""
+    """The parts of the desk that its screens use."""
 
     arm: DeskArm
     braille: bool
@@ -199,7 +199,7 @@ class DeskScreen(Screen[None]):
         self.show_body(status)
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
-        """Return the rows, by id, that lead out of what keeps the arm from being driven."""
+        """Return the rows, by id, that make a blocked arm drivable again."""
         by_state = {
             State.DISCONNECTED: ("reconnect",),
             State.ERROR_STOP: ("reset",),

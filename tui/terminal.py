@@ -44,7 +44,7 @@ PLAINLY = "armdrive-plainly"
 
 
 def plainly(error: UnicodeError) -> tuple[str, int]:
-    """Put one letter in the place of one: else whatever is behind it would be moved."""
+    """Replace a letter by one letter, so that nothing after it moves."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     return PLAIN.get(error.object[error.start], "?"), error.start + 1
@@ -183,7 +183,7 @@ def suspends(driver: type[Driver]) -> bool:
 
 
 def mode_of(terminal: int) -> Any:
-    """Return how a terminal treats what is typed; None of what is none."""
+    """Return a terminal's input mode; None if it is no terminal."""
     if sys.platform == "win32":
         return None
     try:
@@ -193,7 +193,7 @@ def mode_of(terminal: int) -> Any:
 
 
 def set_mode(terminal: int, mode: Any) -> None:
-    """Have a terminal treat what is typed like that."""
+    """Set a terminal's input mode."""
     if sys.platform != "win32" and mode is not None:
         with contextlib.suppress(termios.error):
             termios.tcsetattr(terminal, termios.TCSANOW, mode)

@@ -1,4 +1,4 @@
-"""Watching an arm that another program drives: its status, a stop, a pause, a slower tempo.
+"""Watching an arm that another program drives: its status, a stop, a pause, a lower speed.
 
 Leaving stops nothing: another program drives the arm. A thread receives and keeps the latest view;
 the screen looks at that, so that neither waits for the other.
@@ -82,7 +82,7 @@ def conduct(name: str, view: View, ended: str) -> Conduct:
 
 
 def lines(view: View) -> str:
-    """Say how the arm is, in words and numbers: first what a small terminal must not cut off."""
+    """Describe the arm; what a small terminal must not cut off comes first."""
     if not view:
         return "nothing is known of it yet"
     joints, pose = view.get("joints"), view.get("pose")
@@ -111,7 +111,7 @@ def _remark(sentence: object) -> str:
 
 
 def program_words(view: View) -> str | None:
-    """Say which program the arm is at work on, and how far it has come; None of none."""
+    """Say which program the arm runs, and how far it has come; None if it runs none."""
     program = view.get("program")
     if not isinstance(program, dict) or not program:
         return None
@@ -213,7 +213,7 @@ class WatchScreen(Screen[None]):
         yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
-        """Show what had arrived before there was room for it."""
+        """Show what arrived before the screen was laid out."""
         self._laid_out = True
         self.call_after_refresh(self.watching.poll)
 
@@ -231,7 +231,7 @@ class WatchScreen(Screen[None]):
 
 
 def moment(view: View, model: ArmModel) -> Moment:
-    """Return what is to be drawn of what another program says of its arm."""
+    """Return the posture to draw, from the status that another program reports."""
     names, angles = model.arm.joint_names, view.get("joints")
     if not isinstance(angles, dict) or set(angles) != {f"{name}_deg" for name in names}:
         return Moment()
@@ -332,7 +332,7 @@ class Watching(KeyApp):
         self._ask(request, f"asked to {request}")
 
     def action_tempo(self, steps: int) -> None:
-        """Ask for a slower tempo, or a less slow one."""
+        """Ask for a lower or higher speed."""
         wanted = tempo(percent(self.view), steps)
         self._ask("slow", f"asked to go at {wanted} % of the speed", percent=wanted)
 

@@ -68,7 +68,7 @@ class EvdevPad:
                     yield PadEvent(event.code, self._share(event.code, event.value))
 
     def _ready(self) -> Iterator[Any]:
-        """Yield what is there; none of it may have been meant for this reader after all."""
+        """Yield the events that are there; there may be none."""
         with contextlib.suppress(BlockingIOError):
             yield from self._device.read()
 

@@ -111,7 +111,7 @@ def read_pad(table: object, where: str) -> PadMap:
 def _with_button(
     buttons: Mapping[str, str], action: str, value: object, setting: str
 ) -> dict[str, str]:
-    """Return the buttons with this one; an empty word takes one away that can be done without."""
+    """Return the buttons with this one; an empty word removes one that is not required."""
     others = {each: name for each, name in buttons.items() if each != action}
     if value == "" and action not in (HOLD, STOP):
         return others

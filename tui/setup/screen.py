@@ -123,6 +123,7 @@ class SetupScreen(DeskScreen):
         path = file_of(self.desk.arm.config)
         self.first = Steps(self.desk, self._go, path)
         self.stage: SetupStage = self.first
+        self.stages = StageKeys(self)
 
     def _go(self, stage: SetupStage) -> None:
         self.stage.forget()
@@ -149,13 +150,13 @@ class SetupScreen(DeskScreen):
             with scrolled, Vertical(classes="panel") as panel:
                 panel.border_title = "Set up an arm"
                 yield PlainText(id="setup-head")
-                yield ChoiceList(self._mark_row, id="setup-rows")
+                yield ChoiceList(self.stages.mark_row, id="setup-rows")
                 yield PlainText(id="setup-tail")
 
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
         del status
-        self._try(self.stage.due)
+        self.stages.try_to(self.stage.due)
         view, moment = self.query_one(SpaceView), self.stage.moment()
         self.query_one("#arm").display = moment is not None
         view.show(moment or Moment())
@@ -170,64 +171,74 @@ class SetupScreen(DeskScreen):
         character = event.character
         if not (self.stage.typing and character and character.isprintable() and character != " "):
             return False
-        self._do(lambda: self.stage.type(character))
+        self.stages.do(lambda: self.stage.type(character))
         return True
 
-    def _try(self, action: Callable[[], object]) -> None:
+
+class StageKeys:
+    """The keys of the set-up screen. Each acts on the stage that is shown."""
+
+    def __init__(self, screen: SetupScreen) -> None:
+        self._screen = screen
+        self._desk = screen.desk
+
+    def try_to(self, action: Callable[[], object]) -> None:
+        """Do this, and show an error as the message."""
         try:
             action()
         except (ArmError, KinematicsError, OSError) as error:
-            self.desk.message = str(error)
+            self._desk.message = str(error)
 
-    def _do(self, action: Callable[[], object]) -> None:
-        self.desk.message = ""
-        self._try(action)
-        self.desk.show()
+    def do(self, action: Callable[[], object]) -> None:
+        """Do what a key means, and show what came of it."""
+        self._desk.message = ""
+        self.try_to(action)
+        self._desk.show()
 
-    def action_enter(self) -> None:
+    def enter(self) -> None:
         """Do what is marked."""
-        self._do(self.stage.enter)
+        self.do(self._screen.stage.enter)
 
-    def action_mark(self, by: int) -> None:
+    def mark(self, by: int) -> None:
         """Mark another line, or scroll a text."""
-        if self.stage.mark(by):
-            self._do(lambda: None)
+        if self._screen.stage.mark(by):
+            self.do(lambda: None)
         else:
-            self.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
+            self._screen.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
 
-    def _mark_row(self, row: int) -> None:
+    def mark_row(self, row: int) -> None:
         """Mark the line that was clicked."""
-        self.action_mark(row - (self.stage.text().marked or 0))
+        self.mark(row - (self._screen.stage.text().marked or 0))
 
-    def action_on(self) -> None:
-        """Go on without opening."""
-        self._do(self.stage.on)
+    def skip(self) -> None:
+        """Go on without opening the port."""
+        self.do(self._screen.stage.on)
 
-    def action_back(self) -> None:
-        """Go back."""
-        self._do(self.stage.back)
+    def back(self) -> None:
+        """Go back to the question or the list before."""
+        self.do(self._screen.stage.back)
 
-    def action_erase(self) -> None:
+    def erase(self) -> None:
         """Take the last character away."""
-        self._do(self.stage.erase)
+        self.do(self._screen.stage.erase)
 
-    def _motors(self) -> MotorsStage | None:
-        if isinstance(self.stage, MotorsStage):
-            return self.stage
-        self.desk.say("that is for checking motors: choose that step first")
-        return None
-
-    def action_turn(self) -> None:
+    def turn(self) -> None:
         """Turn the motor, or bring it back."""
         if motors := self._motors():
-            self._do(motors.turn)
+            self.do(motors.turn)
 
-    def action_saw(self, what: str) -> None:
-        """Say what was seen."""
+    def saw(self, what: str) -> None:
+        """Take what was seen of the motor."""
         if motors := self._motors():
-            self._do(lambda: motors.saw(SawMotion[what]))
+            self.do(lambda: motors.saw(SawMotion[what]))
 
-    def action_another(self) -> None:
-        """Say that another motor's part moved."""
+    def another(self) -> None:
+        """Take that another motor's part moved."""
         if motors := self._motors():
-            self._do(motors.another)
+            self.do(motors.another)
+
+    def _motors(self) -> MotorsStage | None:
+        if isinstance(self._screen.stage, MotorsStage):
+            return self._screen.stage
+        self._desk.say("that is for checking motors: choose that step first")
+        return None
