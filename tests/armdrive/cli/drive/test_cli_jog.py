@@ -151,6 +151,22 @@ def test_a_wrong_file_of_keys_is_refused_before_anything_is_opened(call, desk):
     assert desk == []
 
 
+def test_a_program_that_is_named_is_the_first_thing_shown(call, desk, tmp_path):
+    path = tmp_path / "stack.arm"
+    path.write_text("home\n")
+    call("jog", "--sim", "teachmover", "--program", str(path), code=0)
+    assert desk[1][0] == "program"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("nowhere.arm", "nowhere.arm"), ("stack.py", "`armdrive run` runs scripts")],
+)
+def test_what_is_no_program_file_is_refused_before_anything_is_opened(call, desk, name, words):
+    assert words in call("jog", "--program", name, code=2).err
+    assert desk == []
+
+
 # A model with no arm: which names there are, what is refused, and that no arm is opened.
 
 

@@ -171,5 +171,5 @@ def test_a_reader_that_has_gone_ends_the_program_and_not_well(begin):
     program.process.stdout = None
     code, err = program.end_unread()
     assert code == 5
-    assert "nobody reads any more" in json.loads(err)["message"]
+    assert "its output was closed" in json.loads(err)["message"]
     assert journal_file(ARM).exists()
