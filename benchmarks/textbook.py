@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 
 from measuring import Section
 from reporting import asked, machine, show
+from textbook_arms import closed_forms, general_arms
 from textbook_many import many
 from textbook_one import forward, minimover_inverse, puma_inverse
 from textbook_peers import Peers
@@ -22,6 +23,8 @@ from textbook_truth import truth
 SECTIONS: Mapping[str, Callable[[Peers], Section]] = {
     "minimover": minimover_inverse,
     "puma": puma_inverse,
+    "arms": closed_forms,
+    "general": general_arms,
     "forward": forward,
     "many": many,
     "truth": truth,

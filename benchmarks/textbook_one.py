@@ -23,8 +23,8 @@ from textbook_peers import (
 
 from kinematics import FiveAxisArm, Joints, preset
 from kinematics.chains.chain import Chain
+from kinematics.chains.closed_form import closed_form
 from kinematics.chains.generated import generated
-from kinematics.chains.spherical_wrist import WristArm, inverse
 from kinematics.five_axis.closed_form import forward_frame
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.named import System
@@ -133,10 +133,14 @@ def _alike(ours: str, other: str) -> bool:
 def puma_inverse(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:
     """Solve frames of a Puma, all eight branches."""
     puma = PUMA
-    arm, chain = WristArm.of(*puma.sizes), puma.chain()
+    chain = puma.chain()
+    closed = closed_form(chain)
+    if closed is None:
+        raise AssertionError("the Puma has a closed form")
+    find, seed = closed.solver.frames.find, (0.0,) * 6
     fk = generated(chain).fk
     frames = [fk((*q, 0.3)) for q in postures(preset("minimover5").arm, poses)]
-    cases: Cases = {"eight branches": each(lambda frame: inverse(frame, arm), frames)}
+    cases: Cases = {"eight branches": lambda: [find(frame, seed) for frame in frames]}
     opw = peers.get("py_opw_kinematics")
     if opw is not None:
         cases["py-opw, eight branches"] = _opw_case(opw, puma, poses)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.config.guards import NUMBERS
+from armdrive.config.link_model import UrdfSettings
 from armdrive.config.sections import (
     Connection,
     FingerModel,
@@ -31,6 +32,7 @@ their present values, and `armdrive config check NAME` says everything that is w
 """
 
 SECTIONS: tuple[tuple[str, type[Any]], ...] = (
+    ("urdf", UrdfSettings),
     ("connection", Connection),
     ("motion", MotionSettings),
     ("gripper", GripperSettings),

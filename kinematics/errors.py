@@ -418,12 +418,15 @@ MOST_TURN_RAD = 4.0 * math.pi
 """Two turns: no pose needs more, and an angle in degrees soon exceeds them."""
 
 
-def hand_angle(name: str, value: object) -> float:
-    """Return an angle of a pose in rad, or raise `BadNumber`: beyond two turns it is in degrees."""
+def hand_angle(name: str, value: object, in_degrees: str = "") -> float:
+    """Return an angle of a goal in rad, or raise `BadNumber`: beyond two turns it is in degrees.
+
+    `in_degrees` is how to write it in degrees; for a pose it is left out.
+    """
     angle = finite(name, value)
     if -MOST_TURN_RAD <= angle <= MOST_TURN_RAD:
         return angle
-    in_degrees = f"Pose.of({name.replace('_rad', '_deg')}=...)"
+    in_degrees = in_degrees or f"Pose.of({name.replace('_rad', '_deg')}=...)"
     rule = f"must be within two turns, {MOST_TURN_RAD:.2f} rad either way (degrees: {in_degrees})"
     raise BadNumber(name, value, rule)
 

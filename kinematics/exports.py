@@ -41,8 +41,6 @@ from kinematics.chains.links import JointKind as JointKind
 from kinematics.chains.links import LinkType as LinkType
 from kinematics.chains.links import a_matrix as a_matrix
 from kinematics.chains.links import link_type as link_type
-from kinematics.chains.reach import Reach as Reach
-from kinematics.chains.reach import sampled_reach as sampled_reach
 from kinematics.chains.tables import chain_of_rows as chain_of_rows
 from kinematics.chains.tables import rows_of as rows_of
 from kinematics.chains.tables import table_text as table_text

@@ -110,7 +110,15 @@ def turn_near(angle: float, near: float) -> float:
 
 
 MANY_TURNS_RAD = 100.0
-"""Larger angles are wrapped before their turns are counted; below it, counting costs no digits."""
+"""Larger angles are wrapped before anything is added to them; below it that costs no digits."""
+
+FARTHEST_SEED_RAD = 1e6
+"""A seed beyond this counts as its direction: angles so large have 1e-10 rad left as last digit."""
+
+
+def few_turns(angle: float) -> float:
+    """Return an angle that can be added to without losing digits, in the same direction."""
+    return angle if -MANY_TURNS_RAD < angle < MANY_TURNS_RAD else wrap(angle)
 
 
 def turn_into(angle: float, low: float, high: float, seed: float) -> float:
@@ -120,8 +128,9 @@ def turn_into(angle: float, low: float, high: float, seed: float) -> float:
     misses it least. An angle within the tolerance of a limit becomes the limit. A range may be
     unbounded on either side, or on both.
     """
-    if not -MANY_TURNS_RAD < angle < MANY_TURNS_RAD:
-        angle = wrap(angle)
+    angle = few_turns(angle)
+    if not -FARTHEST_SEED_RAD < seed < FARTHEST_SEED_RAD:
+        seed = wrap(seed)
     near = angle + round((seed - angle) / math.tau) * math.tau
     floor, ceiling = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
     if floor <= near <= ceiling:

@@ -39,7 +39,8 @@ class ArmModel:
     of the joints, at full load and without load. `grip_steps_per_n` is how many steps of closing
     add one newton once the fingers touch. `verified` says that programs which drive this arm
     publish the numbers; if it is False, the preset is a template, and Cartesian motion is refused
-    until the owner has filled in the numbers. `notes` gives the sources.
+    until the owner has filled in the numbers. `notes` gives the sources, and `unused` what a
+    description of the arm holds and this model does not.
     """
 
     key: str
@@ -55,6 +56,7 @@ class ArmModel:
     guards: Guards
     verified: bool
     notes: str
+    unused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +243,7 @@ PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
 
 def preset(key: str) -> ArmPreset:
     """Return the preset of this key. Raises `UnknownPreset` with the nearest name."""
-    found = PRESETS.get(key)
+    found = PRESETS.get(key) if isinstance(key, str) else None
     if found is None:
         near = nearest_word(str(key).lower(), PRESETS, likeness=0.4)
         raise UnknownPreset(key, PRESETS, near)

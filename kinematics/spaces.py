@@ -161,6 +161,13 @@ class Joints:
         wrist_roll_rad: ClassVar[float]
 
     def __post_init__(self) -> None:
+        if type(self.angles_rad) is not tuple:
+            try:
+                object.__setattr__(self, "angles_rad", tuple(self.angles_rad))
+            except TypeError:
+                raise KinematicsError(
+                    f"joint angles are a list of numbers, not {self.angles_rad!r}"
+                ) from None
         if len(self.angles_rad) != len(self.names):
             raise KinematicsError(
                 f"{len(self.names)} joint angles are needed ({', '.join(self.names)}), "

@@ -92,20 +92,32 @@ def pytest_sessionfinish():
 
 
 @pytest.fixture(scope="session")
-def _homes(tmp_path_factory):
-    """Return names of folders; to look for a number that is free takes longer with every test."""
-    folder = tmp_path_factory.mktemp("homes")
+def _folders(tmp_path_factory):
+    """Return names of folders, one after the other."""
+    folder = tmp_path_factory.mktemp("tests")
     return (folder / str(number) for number in itertools.count())
 
 
+@pytest.fixture
+def tmp_path(_folders):
+    """Return a new folder.
+
+    For each folder, pytest's own fixture searches for a free number, which takes longer with every
+    test, and renews a link to it: together longer than most tests take.
+    """
+    folder = next(_folders)
+    folder.mkdir()
+    return folder
+
+
 @pytest.fixture(autouse=True)
-def _own_home(_homes, monkeypatch):
+def _own_home(_folders, monkeypatch):
     """Keep every test away from the user's own arms, and from any real port, and off the disk.
 
     The order in which a record is brought to the disk is tested on disks of the tests' own.
     """
     monkeypatch.setattr(os, "fsync", lambda _: None)
-    monkeypatch.setenv("ARMDRIVE_HOME", str(next(_homes)))
+    monkeypatch.setenv("ARMDRIVE_HOME", str(next(_folders)))
     monkeypatch.delenv("ARMDRIVE_ARM", raising=False)
     monkeypatch.delenv("ARMDRIVE_FORCE_SIM", raising=False)
     monkeypatch.setenv("ARMDRIVE_TRACEBACK", "1")  # a fault fails the test, with its traceback

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import json
 import os
 import signal
@@ -77,6 +78,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         return _say(options, _unexpected(error), FAULT)
 
 
+@functools.cache  # the shell runs many commands in one process
 def command_parser(name: str, summary: str, function: str) -> CommandParser:
     """Return the parser of a command."""
     group = function.partition(".")[0]

@@ -22,6 +22,8 @@ from armdrive.config.sections import (
     GripperSettings,
     HomingSettings,
     MotionSettings,
+    is_model_file,
+    is_urdf,
     read_accelerations,
     read_backlash,
     read_frames,
@@ -40,13 +42,10 @@ from armdrive.text.toml import (
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
-from kinematics.presets import PRESETS, ArmModel, ArmPreset, preset
+from kinematics.presets import ArmModel, ArmPreset, preset
 from kinematics.spaces import Pose
 
 M = TypeVar("M", bound=ArmModel)
-
-MODEL_FILE = ".toml"
-"""The ending of a `model` that is the path of a model file, and not the key of a preset."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +165,9 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
         return None
     preset_model, dialect = known
     linked = preset_model is None
-    table.allow([*(LINKED_KEYS if linked else PRESET_KEYS), dialect.name])
+    keys = LINKED_KEYS if linked else PRESET_KEYS
+    urdf = ("urdf",) if is_urdf(str(table.entries["model"])) else ()
+    table.allow([*keys, *urdf, dialect.name])
     title = table.value("title", text, "")
     port = {"dialect": dialect.name, "baud": dialect.baud, "raise_dtr": dialect.raise_dtr}
     connection = table.table("connection").section(Connection, port) or Connection(dialect.name)
@@ -229,8 +230,7 @@ def _basics(table: TomlTable, find: FindDialect) -> tuple[ArmPreset | None, Dial
         dialect = find(spoken)
     except BadRequest as error:
         raise ArmFileError(f"connection.dialect: {error}") from None
-    linked = word not in PRESETS and word.lower().endswith(MODEL_FILE)
-    return None if linked else preset(word), dialect
+    return None if is_model_file(word) else preset(word), dialect
 
 
 def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:

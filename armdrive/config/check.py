@@ -73,6 +73,7 @@ def remarks_on(config: ArmConfig) -> Iterator[str]:
             "the template's, which do not count unchanged), or, of a link table, verified = true "
             "in its model file"
         )
+    yield from config.model.unused
     if config.homing is None and config.model.reference is None:
         yield "no homing and no reference posture: to reference it, call `declare_posture()`"
     if config.park is None and config.model.reference is None:

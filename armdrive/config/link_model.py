@@ -1,4 +1,4 @@
-"""The model file: a serial arm as a link table or by its joint axes in TOML, in mm and degrees.
+"""The model file: a serial arm by its links or joint axes in TOML, in mm and degrees, or as URDF.
 
 Any number of joints, in either convention. Unknown keys are refused with the nearest known one.
 """
@@ -20,10 +20,11 @@ from armdrive.config.sections import (
     TURNING,
     FingerModel,
     GripperSettings,
+    is_urdf,
     read_posture,
 )
 from armdrive.errors import ArmFileError
-from armdrive.text.reading import read_toml
+from armdrive.text.reading import read_text, read_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
     Problems,
@@ -34,6 +35,7 @@ from armdrive.text.toml import (
     named,
     number,
     require_format,
+    setting,
     text,
     whole,
 )
@@ -42,14 +44,13 @@ from kinematics.chains.assignment import ZeroPosition, assign_frames
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import chain_of_rows
+from kinematics.chains.urdf_reading import MOST_CHARACTERS, read_urdf
 from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY
-from kinematics.frames.transforms import Transform, transform
+from kinematics.frames.transforms import Transform, compose, transform
 from kinematics.guards.guards import Guards
 from kinematics.presets import ArmModel, Reference
 from kinematics.transmission import MotorSpec, Transmission
-
-ENDING = ".toml"
 
 MOST_LINKS = 100
 """No arm has more links; the time of computations grows with the square of their number."""
@@ -67,8 +68,9 @@ _OF_LINKS, _OF_AXES = ("links", "base", "tool"), ("axes", "tip")
 class Model:
     """A model as its file describes it; `source` says where its numbers come from.
 
-    `verified` is False if the file says that they are not measured on an arm. `zero` holds the
-    joint axes of a file that gives these instead of links.
+    `verified` is False if the file says that they are not measured on an arm. `unused` says what a
+    URDF holds and the chain does not, and `angles` how joint angles count, if that needs saying.
+    `zero` holds the joint axes of a file that gives these instead of links.
     """
 
     name: str
@@ -76,6 +78,8 @@ class Model:
     source: str
     chain: Chain
     verified: bool = True
+    unused: tuple[str, ...] = ()
+    angles: str = ""
     zero: ZeroPosition | None = None
 
 
@@ -83,12 +87,12 @@ class Model:
 class Placement:
     """A frame in another: position in mm, turned by Rot(z, phi) Rot(y, theta) Rot(x, psi)."""
 
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    z_mm: float = 0.0
-    phi_deg: float = 0.0
-    theta_deg: float = 0.0
-    psi_deg: float = 0.0
+    x_mm: float = setting(0.0, "the origin, seen from the other frame")
+    y_mm: float = setting(0.0, "along its y")
+    z_mm: float = setting(0.0, "along its z")
+    phi_deg: float = setting(0.0, "turned about z first")
+    theta_deg: float = setting(0.0, "then about its own y")
+    psi_deg: float = setting(0.0, "then about its own x")
 
     def frame(self) -> Transform:
         """Return the transform, exact at whole quarter turns."""
@@ -98,19 +102,36 @@ class Placement:
         return transform(clean, (self.x_mm, self.y_mm, self.z_mm))  # type: ignore[arg-type]
 
 
-def is_model_file(word: str) -> bool:
-    """Whether a word names a model file rather than a built-in model."""
-    return word.lower().endswith(ENDING)
+@dataclass(frozen=True, slots=True)
+class UrdfSettings(Placement):
+    """Which part of a URDF is the arm, and where the hand's frame is in that of its last link."""
+
+    base_link: str = setting("", "the link on the table; by default the one that no joint moves")
+    tip_link: str = setting("", "the link that the hand's frame is in; by default the arm's end")
 
 
 def read_model(path: str | Path) -> Model:
     """Read a model file. Raises `ArmFileError`, which names the file and the key."""
     place = Path(path)
+    if is_urdf(place.name):
+        return _urdf_model(place, UrdfSettings())
     document = read_toml(place, "the model file", ArmFileError)
     try:
         return parse_model(document, name=place.stem)
     except ArmFileError as error:
         raise ArmFileError(f"{place}: {error}") from None
+
+
+def _urdf_model(place: Path, settings: UrdfSettings) -> Model:
+    """Read the URDF of an arm. Raises `ArmFileError`, which names the file."""
+    document = read_text(place, "the URDF", ArmFileError, most_bytes=MOST_CHARACTERS)
+    try:
+        found = read_urdf(document, base=settings.base_link, tip=settings.tip_link)
+    except KinematicsError as error:
+        raise ArmFileError(f"{place}: {error}") from None
+    chain = replace(found.chain, tool=compose(found.chain.tool, settings.frame()))
+    source = f"{place.name}, from link {found.base} to link {found.tip}"
+    return Model(found.name, found.name, source, chain, unused=found.unused)
 
 
 def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
@@ -148,7 +169,7 @@ def _model(table: TomlTable, name: str) -> Model | None:
         chain = table.problems.attempt(
             lambda: assign_frames(zero.axes, zero.tool, convention, called).chain, None
         )
-        return None if chain is None else Model(called, title, source, chain, verified, zero)
+        return None if chain is None else Model(called, title, source, chain, verified, zero=zero)
     chain = _chain_of_links(table, convention, called)
     return None if chain is None else Model(called, title, source, chain, verified)
 
@@ -229,11 +250,13 @@ NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
 
 def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmModel | None:
     """Return the model that an arm file describes together with its model file, if it does."""
-    described = _described(folder / table.entries["model"], table.problems)
+    place = folder / table.entries["model"]
+    described = _of_urdf(place, table) if is_urdf(place.name) else _described(place, table.problems)
     if described is None:
         _judge_without_joints(table)
         return None
     names = described.chain.joint_names
+    _check_kinds(described.chain)
     _check_names(names)
     before = table.problems.count
     limited = _limited(described.chain, table)
@@ -259,7 +282,16 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
         guards=guards_of(table.table("guards"), arm, TABLE_ALONE),
         verified=described.verified,
         notes=described.source,
+        unused=described.unused,
     )
+
+
+def _of_urdf(place: Path, table: TomlTable) -> Model | None:
+    """Read the URDF that an arm file names, and note what is wrong with it."""
+    settings = table.table("urdf").section(UrdfSettings)
+    if settings is None:
+        return None
+    return table.problems.attempt(lambda: _urdf_model(place, settings), None)
 
 
 def _described(place: Path, problems: Problems) -> Model | None:
@@ -284,6 +316,16 @@ def _judge_without_joints(table: TomlTable) -> None:
     if "fingers" in table.entries:
         table.table("fingers").section(FingerModel)
     read_posture(table, "reference", has_yaw=True)
+
+
+def _check_kinds(chain: Chain) -> None:
+    """Refuse a sliding joint before its missing motor and speed are complained of."""
+    for name, kind in zip(chain.joint_names, chain.kinds, strict=True):
+        if kind is JointKind.PRISMATIC:
+            raise ArmFileError(
+                f"joint {name!r} slides: only arms whose joints turn are driven. If it belongs to "
+                "the gripper, let the model end before it (in a URDF, by tip_link in [urdf])"
+            )
 
 
 def _check_names(names: tuple[str, ...]) -> None:

@@ -14,6 +14,20 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission
 
+MODEL_ENDINGS = (".toml", ".urdf")
+"""How the path of a model file ends: a link table, or the URDF of an arm."""
+
+
+def is_model_file(word: str) -> bool:
+    """Return whether a word names a model file rather than a built-in model."""
+    return word.lower().endswith(MODEL_ENDINGS)
+
+
+def is_urdf(word: str) -> bool:
+    """Return whether a word names a URDF."""
+    return word.lower().endswith(MODEL_ENDINGS[1])
+
+
 RESERVED_FRAMES = ("base", "tool")
 """Names of frames that every arm has (motion/resolve.py)."""
 

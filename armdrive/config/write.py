@@ -65,6 +65,8 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[TomlSecti
         top.append(("steps_per_mm", abs(transmission.motors[-1].steps_per_unit)))
         top += [(key, mm) for _, key, mm in backlash if key == SLIDING]
     yield TomlSection("", (FORMAT_ENTRY, *_section("", top).entries))
+    if "urdf" in table:
+        yield _section("urdf", require_table(table["urdf"], "urdf").items())
     yield _settings("connection", config.connection)
     yield _settings("motion", config.motion)
     yield _settings("gripper", config.gripper)

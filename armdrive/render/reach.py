@@ -1,20 +1,19 @@
 """The outline of an arm's reach as lines in the arm's plane; slow to compute, therefore cached.
 
 A five-axis arm of the Mini-mover type has an exact outline for each pitch of the hand. For any
-other arm, many random postures are sampled, and the outline is the greatest distance of the tip at
-each height, at any pitch.
+other arm, many postures are sampled, and the outline is the greatest distance of the tip at each
+height, at any pitch.
 """
 
 from __future__ import annotations
 
 import math
-import random
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.render.inks import Ink, Layer, Stroke
 from armdrive.render.sketch import Sketch
 from kinematics.chains.chain import Chain
+from kinematics.chains.reach import spread_over
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.workspace import section
 from kinematics.geometry import ArmGeometry, Point
@@ -77,8 +76,8 @@ def _farthest(arm: ArmGeometry) -> tuple[tuple[float, float], ...]:
 
     Distances are measured from the base axis. Every call samples the same postures.
     """
-    draw = random.Random(1)  # noqa: S311 - any postures will do
-    tips = [_tip(arm, [draw.uniform(*bounds) for bounds in _bounds(arm)]) for _ in range(_POSTURES)]
+    spans = [(one.low_rad, one.high_rad) for one in arm.limits]
+    tips = [_tip(arm, angles) for angles in spread_over(spans, _POSTURES).postures()]
     heights = [z for _, z in tips]
     low, high = min(heights), max(heights)
     size = max((high - low) / _LEVELS, 1e-9)
@@ -90,12 +89,8 @@ def _farthest(arm: ArmGeometry) -> tuple[tuple[float, float], ...]:
     return tuple(best[level] for level in sorted(best))
 
 
-def _bounds(arm: ArmGeometry) -> list[tuple[float, float]]:
-    return [(one.low_rad, one.high_rad) for one in arm.limits]
-
-
-def _tip(arm: ArmGeometry, angles: Sequence[float]) -> tuple[float, float]:
-    points = arm.points(Joints(tuple(angles), arm.joint_names))
+def _tip(arm: ArmGeometry, angles: tuple[float, ...]) -> tuple[float, float]:
+    points = arm.points(Joints(angles, arm.joint_names))
     return math.hypot(points[-1][0] - points[0][0], points[-1][1] - points[0][1]), points[-1][2]
 
 

@@ -19,7 +19,6 @@ from typing import Any, Protocol, Self
 from armdrive.errors import ArmError, BadRequest
 from armdrive.runtime.engine import Engine
 from armdrive.status import Lateness
-from armdrive.transports.in_process import MemoryLink
 
 # Signals that end a program, delayed while a simulated engine takes a step.
 #
@@ -142,11 +141,11 @@ class ClockProgress:
         clock = self._clock
         if math.isinf(next_s) and math.isinf(end_s):
             raise ArmError("the simulated arm has nothing left to do")
-        engines = clock.engines
-        if len(engines) == 1 and isinstance(link := engines[0].link, MemoryLink):
-            alone_s = min(engines[0].due_s, end_s)
-            if next_s < alone_s:  # the device wants to go on, and its driver does not
-                next_s = link.run(alone_s)
+        if len(clock.engines) == 1:  # several would have to stop at each other's deadlines
+            engine = clock.engines[0]
+            driver_s = min(engine.due_s, end_s)
+            if next_s < driver_s:  # only the device has something to do before then
+                next_s = engine.link.run(driver_s)
         clock.now_s = max(clock.now_s, min(next_s, end_s))
         self._turns += 1
         if clock.now_s > self._since_s + STUCK_S:

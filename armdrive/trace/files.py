@@ -19,7 +19,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import MODEL_FILE, ArmConfig, ConfigSource
+from armdrive.config.arm import ArmConfig, ConfigSource
+from armdrive.config.sections import is_model_file
 from armdrive.config.write import complete
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.storage import files as places
@@ -27,7 +28,6 @@ from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import read_bytes, read_text
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
 from kinematics.errors import KinematicsError
-from kinematics.presets import PRESETS
 
 # The header names the arm and contains its whole arm file, so that a replay needs nothing else.
 
@@ -89,8 +89,7 @@ def texts_of(config: ArmConfig) -> tuple[str, str]:
     word = str(table.get("model", ""))
     try:
         text = complete(config, table)
-        given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
-        model = _model_text(source, word) if given else ""
+        model = _model_text(source, word) if is_model_file(word) else ""
     except (ArmError, KinematicsError, ArithmeticError, LookupError, OSError, ValueError):
         return "", ""
     return text, model

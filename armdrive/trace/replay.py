@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import MODEL_FILE, ArmConfig
+from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import is_model_file
 from armdrive.dialects.words import Describer, Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
 from armdrive.registry.arm_files import parse_arm
@@ -403,9 +404,10 @@ def config_of(recording: Recording) -> ArmConfig:
 def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
     """Write the recorded model file into a folder and make the arm file name that one."""
     word = table.get("model")
-    if isinstance(word, str) and word.lower().endswith(MODEL_FILE):
-        (folder / f"model{MODEL_FILE}").write_text(text, encoding="utf-8", errors="replace")
-        table["model"] = f"model{MODEL_FILE}"
+    if isinstance(word, str) and is_model_file(word):
+        place = folder / f"model{Path(word).suffix}"
+        place.write_text(text, encoding="utf-8", errors="replace")
+        table["model"] = place.name
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,6 +31,14 @@ class Link(Protocol):
         """Return when the next bytes will arrive; infinity, as a real link cannot know."""
         return math.inf
 
+    def run(self, until_s: float) -> float:
+        """Run the device until `until_s`, or until the host has something to do; return that time.
+
+        Simulated time only: the host skips all calls in between, which would do nothing. By default
+        the host is called whenever `next_s` says.
+        """
+        return min(self.next_s(), until_s)
+
     def wait(self, timeout_s: float) -> None:
         """Sleep until bytes arrive, `wake` is called, or the timeout (real time only)."""
 

@@ -12,9 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.closed_form import ClosedForm, closed_form
 from kinematics.chains.generated import Generated, generated
 from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task_of
-from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, solve_goal
+from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, middle, solve_goal
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.near import chain_line, near_posture
 from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
@@ -58,6 +59,7 @@ class ChainArm:
     moving_points: tuple[str, ...] = field(init=False, compare=False)
     _shown: tuple[int, ...] = field(init=False, repr=False, compare=False)
     _made: Generated = field(init=False, repr=False, compare=False)
+    closed: ClosedForm | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "task", task_of(self.chain))
@@ -66,6 +68,7 @@ class ChainArm:
         object.__setattr__(self, "moving_points", names)
         object.__setattr__(self, "_shown", shown)
         object.__setattr__(self, "_made", generated(self.chain))
+        object.__setattr__(self, "closed", closed_form(self.chain))
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -103,13 +106,19 @@ class ChainArm:
         yaw that is missing or that this arm cannot take. Without a seed the middle of the ranges
         stands for it.
         """
+        joints = self._solved(pose, seed)
+        if joints is not None:
+            return joints
         found = self._hunt(pose, seed)
         if not found.ok:
             raise chain_refusal(self.chain, self.task, pose, found)
         return self.joints_of(found.joints)
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
-        """Return the posture a small step from the seed, by one descent; raises `Unreachable`."""
+        """Return the posture a small step from the seed; raises `Unreachable`."""
+        near = self._solved(pose, seed)
+        if near is not None and math.dist(near, seed) <= AT_ONCE_RAD:
+            return near
         found = descend(self.chain, self.goal(pose), self._values(seed))
         joints = self.joints_of(found.joints)
         turned = max(abs(b - a) for a, b in zip(seed, joints, strict=True))
@@ -119,15 +128,22 @@ class ChainArm:
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return what `ik` does, or None without reasons."""
+        joints = self._solved(pose, seed)
+        if joints is not None:
+            return joints
         found = self._hunt(pose, seed)
         return self.joints_of(found.joints) if found.ok else None
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
         """Return a posture a small step from the seed, quickly, or None; see `near_posture`."""
         try:
-            found = near_posture(self.chain, self.goal(pose), seed.angles_rad)
+            goal = self.goal(pose)
         except KinematicsError:
             return None
+        if self.closed is not None and self.closed.solves(goal):
+            found = self.closed.nearest(goal, seed.angles_rad)
+        else:
+            found = near_posture(self.chain, goal, seed.angles_rad)
         return None if found is None else self.joints_of(found)
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
@@ -190,6 +206,15 @@ class ChainArm:
             for (point, axis), most in zip(self.chain.axes(values), longest, strict=True)
         )
 
+    def _solved(self, pose: Pose, seed: Joints | None) -> Joints | None:
+        """Return the posture nearest to the seed in closed form, None where that gives none."""
+        goal = self.goal(pose)
+        if self.closed is None or not self.closed.solves(goal):
+            return None
+        near = middle(self.chain) if seed is None else self._values(seed)
+        found = self.closed.nearest(goal, near)
+        return None if found is None else self.joints_of(found)
+
     def _hunt(self, pose: Pose, seed: Joints | None) -> Solution:
         near = None if seed is None else self._values(seed)
         return solve_goal(self.chain, self.goal(pose), near, first=HAND_FIRST, effort=EFFORT)
@@ -249,7 +274,8 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.
 #
-# What numbers did not find is not proved to be out of reach, and the sentence says so.
+# A closed form that finds nothing proves that the pose is out of reach. A search proves nothing,
+# and the sentence says so.
 
 HELD_RAD = 1e-6
 """An angle of the hand nearer to the asked one than this is the asked one."""
@@ -323,13 +349,18 @@ def nearest_of(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Pos
 
 def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
     away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (nearest.x_mm, nearest.y_mm, nearest.z_mm))
+    certain = found.reason is Reason.NO_POSTURE
     if found.residual_rad > HELD_RAD:
         gap = math.degrees(found.residual_rad)
-        reason = f"no posture was found; the nearest one misses the hand's direction by {gap:.2f}°"
         value, unit = found.residual_rad, "rad"
+        reason = f"no posture was found; the nearest one misses the hand's direction by {gap:.2f}°"
+        if certain:
+            reason = f"no posture turns the hand like this; the nearest one is off by {gap:.2f}°"
     else:
-        reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
         value, unit = away, "mm"
+        reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
+        if certain:
+            reason = f"with the hand held like this, every posture stays {away:.2f} mm away"
     return _refused(Constraint.NO_POSTURE, reason, value, 0.0, unit, pose, nearest)
 
 

@@ -22,7 +22,7 @@ from kinematics.frames.transforms import (
     translation,
 )
 from kinematics.frames.vectors import Vector, norm
-from kinematics.limits import LIMIT_TOLERANCE_RAD
+from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns
 
 LIMIT_TOLERANCE_MM = 1e-6
 """How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
@@ -135,7 +135,7 @@ class Chain:
         """Return the A matrix of every link: each frame in the one before it."""
         return tuple(
             link.matrix(value, self.convention)
-            for link, value in zip(self.links, self.checked(values), strict=True)
+            for link, value in zip(self.links, self.directions(values), strict=True)
         )
 
     def frames(self, values: Sequence[float]) -> tuple[Transform, ...]:
@@ -185,9 +185,27 @@ class Chain:
         """Return one number a joint; raises as `numbers` does."""
         return numbers("a posture of this chain", values, self.joint_names)
 
+    def directions(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Return what `checked` does, an angle of many turns as the same direction of none.
+
+        Formulas add joint angles, and the sum of two angles of 1e8 turns is off by 1e-7 rad.
+        """
+        return tuple(
+            few_turns(value) if link.kind is JointKind.REVOLUTE and type(value) is float else value
+            for link, value in zip(self.links, self.checked(values), strict=True)
+        )
+
     def within(self, limits: Iterable[tuple[float, float]] | None = None) -> Chain:
-        """Return this chain with other limits of its joints; with none, every joint is endless."""
-        bounds = [(-math.inf, math.inf)] * len(self) if limits is None else limits
+        """Return this chain with other limits of its joints; with none, every joint is endless.
+
+        Raises `KinematicsError` for another count of limits, or for limits that are no pairs.
+        """
+        bounds = ((-math.inf, math.inf),) * len(self) if limits is None else as_list(limits) or ()
+        if len(bounds) != len(self) or any(len(as_list(pair) or ()) != 2 for pair in bounds):
+            raise KinematicsError(
+                f"the limits of this chain are {len(self)} pairs, lowest and highest value of each "
+                f"joint, not {limits!r}"
+            )
         links = tuple(
             replace(link, low=low, high=high)
             for link, (low, high) in zip(self.links, bounds, strict=True)

@@ -13,11 +13,20 @@ from dataclasses import dataclass
 from operator import mul
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.damped_steps import damped_step
 from kinematics.chains.generated import generated
-from kinematics.chains.goals import Goal, Part
+from kinematics.chains.goals import (
+    ALL_PARTS,
+    HEADING_FREE,
+    Goal,
+    Part,
+    rotation_vector_of,
+    turned_to,
+)
 from kinematics.chains.jacobians import length_of, units_of
-from kinematics.frames.matrices import solved
+from kinematics.frames.transforms import Transform
 from kinematics.frames.vectors import dot
+from kinematics.spaces import Jacobian
 
 STIFF = (10.0, 100.0, 1000.0)
 """By how much the errors that are to be met first outweigh the others, step by step: at once it
@@ -59,11 +68,14 @@ THOROUGH = Pace(80, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
 FINISHING = Pace(8, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
 """From a posture that is all but there."""
 
+SEARCHING = Pace(40, 1e-22, 1e-2, 1e-12, 1e3, 0.3, 8.0, 3, 0.9, 1)
+"""One of many starts: given up as soon as three steps in a row gain less than a tenth each."""
+
 QUICK = Pace(16, 1e-18, 1e-6, 1e-12, 1.0, 0.01, 30.0, 2, 0.999, 1)
 """A small step, some 1e-7 mm near, or an early end where it leads nowhere: a jog cannot wait."""
 
 Weights = dict[Part, float]
-Rows = list[list[float]]
+Rows = Sequence[Sequence[float]]
 
 
 class Descent:
@@ -89,6 +101,8 @@ class Descent:
         self._units = units_of(chain)
         self._slides = any(unit != 1.0 for unit in self._units)
         self._limits = chain.limits if limited else None
+        self._turns_about_z = goal.parts == HEADING_FREE and not limited
+        """Whether the goal's heading is one more joint, which is always where it serves best."""
 
     def meet(self, start: Sequence[float], pace: Pace = THOROUGH) -> tuple[float, ...]:
         """Return where a descent on all asked parts, alike, ends."""
@@ -172,40 +186,42 @@ class Descent:
         error: Sequence[float],
         damping: float,
         held: Sequence[int],
-    ) -> list[float]:
+    ) -> Sequence[float]:
         """Return the damped least-squares step of the joints that are free to move."""
-        columns: list[Sequence[float]] = list(zip(*rows, strict=True))
         if self._slides:
-            columns = [
-                [entry * unit for entry in column]
-                for column, unit in zip(columns, self._units, strict=True)
-            ]
-        pull = [sum(map(mul, column, error)) for column in columns]
-        free = self._free(values, pull, held)
-        table = [[sum(map(mul, columns[i], columns[j])) for j in free] for i in free]
-        most = max([row[index] for index, row in enumerate(table)], default=0.0)
-        step = [0.0] * len(columns)
-        if most == 0.0:
-            return step
-        for index, row in enumerate(table):
-            row[index] += damping * most
-        for index, turn in zip(free, solved(table, [pull[i] for i in free]), strict=True):
+            rows = [list(map(mul, row, self._units)) for row in rows]
+        if self._turns_about_z:
+            return damped_step(6, len(values) + 1)(rows, error, damping)[:-1]
+        free = self._free(values, rows, error, held)
+        if len(free) < len(values):
+            rows = [[row[index] for index in free] for row in rows]
+        if not free:
+            return [0.0] * len(values)
+        turns = damped_step(len(rows), len(free))(rows, error, damping)
+        if len(free) == len(values) and not self._slides:
+            return turns
+        step = [0.0] * len(values)
+        for index, turn in zip(free, turns, strict=True):
             step[index] = turn * self._units[index]
         return step
 
     def _free(
-        self, values: Sequence[float], pull: Sequence[float], held: Sequence[int]
+        self, values: Sequence[float], rows: Rows, error: Sequence[float], held: Sequence[int]
     ) -> Sequence[int]:
         """Return the joints that no limit holds back while they are pulled beyond it."""
+        joints = range(len(values))
         if self._limits is None:
-            return range(len(values))
-        return [
-            index
-            for index, (low, high) in enumerate(self._limits)
-            if not (values[index] <= low and pull[index] < 0.0)
-            and not (values[index] >= high and pull[index] > 0.0)
-            and index not in held
-        ]
+            return joints
+        free = []
+        for index, value, (low, high) in zip(joints, values, self._limits, strict=True):
+            if index in held:
+                continue
+            if value <= low or value >= high:
+                pull = sum([row[index] * miss for row, miss in zip(rows, error, strict=True)])
+                if (value <= low and pull < 0.0) or (value >= high and pull > 0.0):
+                    continue
+            free.append(index)
+        return free
 
     def _clipped(self, values: Sequence[float]) -> Sequence[float]:
         if self._limits is None:
@@ -219,8 +235,14 @@ class Descent:
         """Return the weighted errors, and how the joints reduce them."""
         goal = self._goal
         frame, jacobian = self._made.fk_and_jacobian(values)
+        if self._turns_about_z and weights is self._alike:
+            error, whole = self._whole(frame, jacobian, turned_to(goal.frame, frame))
+            upright = (0.0, 0.0, 0.0, 0.0, 0.0, -1.0)
+            return error, [(*row, entry) for row, entry in zip(whole, upright, strict=True)]
+        if weights is self._alike and goal.parts == ALL_PARTS:
+            return self._whole(frame, jacobian, goal.frame)
         errors: list[float] = []
-        rows: Rows = []
+        rows: list[Sequence[float]] = []
         share = weights.get(Part.POSITION, 0.0) / self._length
         if share:
             for index in range(3):
@@ -234,6 +256,24 @@ class Descent:
                 rows.append([weight * dot(column, axis) for column in turning])
         return errors, rows
 
+    def _whole(
+        self, frame: Transform, jacobian: Jacobian, target: Transform
+    ) -> tuple[list[float], Rows]:
+        """Return what `_linear` does where all parts count alike: no turn has to be split."""
+        share = 1.0 / self._length
+        (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = frame
+        (u, v, w, to_x), (k, m, n, to_y), (p, q, r, to_z), _ = target
+        turn = rotation_vector_of(
+            (
+                (u * a + v * b + w * c, u * d + v * e + w * f, u * g + v * h + w * i),
+                (k * a + m * b + n * c, k * d + m * e + n * f, k * g + m * h + n * i),
+                (p * a + q * b + r * c, p * d + q * e + r * f, p * g + q * h + r * i),
+            )
+        )
+        error = [share * (to_x - x), share * (to_y - y), share * (to_z - z), *turn]
+        rows = [[share * entry for entry in row] for row in jacobian[:3]]
+        return error, [*rows, *jacobian[3:]]
+
     def _cost(self, values: Sequence[float], weights: Weights) -> float:
         """Return the sum of the squared weighted errors."""
         return _squared(self._linear(values, weights)[0])
@@ -246,4 +286,4 @@ def _apart(values: Sequence[float], others: Sequence[Sequence[float]]) -> bool:
 
 def _squared(values: Sequence[float]) -> float:
     """Return the sum of squares."""
-    return math.fsum(map(mul, values, values))
+    return sum([value * value for value in values])

@@ -12,122 +12,20 @@ Values in rad and mm, on floats only, and unchecked: `Chain.fk` checks.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, text
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import cos_sin, is_own_kind
 from kinematics.frames.transforms import IN_PLACE, Transform
 from kinematics.spaces import Jacobian
 
-# Straight-line code under construction: sums of products, constants folded, nothing twice.
-#
-# A `Term` is a constant times at most one variable; what cannot stay a term becomes an assignment.
-# Only the names made here and the representations of floats enter the source.
-
-
-class Term(NamedTuple):
-    """A factor times a variable; a variable of no name is the number 1."""
-
-    factor: float
-    variable: str = ""
-
-    def __neg__(self) -> Term:
-        return Term(-self.factor, self.variable)
-
-
-ZERO = Term(0.0)
-ONE = Term(1.0)
-
-Monomial = tuple[str, ...]
-
-
-@dataclass(slots=True)
-class CodeLines:
-    """Assignments in order, each made once; `live` leaves out those that nothing needs."""
-
-    _assigned: dict[str, str] = field(default_factory=dict)
-    """Expression to name."""
-    _needs: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    """Name to the names in its expression."""
-
-    def total(self, *products: tuple[Term, ...]) -> Term:
-        """Return the sum of products of terms, as a term where it is one."""
-        monomials = _collect(products)
-        if not monomials:
-            return ZERO
-        if len(monomials) == 1:
-            [(variables, factor)] = monomials.items()
-            if len(variables) < 2:
-                return Term(factor, *variables)
-            return Term(factor, self.assign("*".join(variables), variables))
-        # a positive term first saves the sign in front
-        ordered = sorted(monomials.items(), key=lambda item: item[1] < 0.0)
-        source = "".join(
-            _signed(factor, variables, first=index == 0)
-            for index, (variables, factor) in enumerate(ordered)
-        )
-        return Term(1.0, self.assign(source, [name for names in monomials for name in names]))
-
-    def call(self, function: str, argument: Term) -> Term:
-        """Return a function's value at a term."""
-        source = f"{function}({text(argument)})"
-        return Term(1.0, self.assign(source, (argument.variable,)))
-
-    def assign(self, source: str, needs: Iterable[str]) -> str:
-        """Return the name that holds an expression's value."""
-        name = self._assigned.get(source)
-        if name is None:
-            name = f"v{len(self._assigned)}"
-            self._assigned[source] = name
-            self._needs[name] = tuple(needs)
-        return name
-
-    def live(self, results: Iterable[Term]) -> list[str]:
-        """Return the assignments that these results need, in order."""
-        wanted = {term.variable for term in results}
-        kept = []
-        for source, name in reversed(self._assigned.items()):
-            if name in wanted:
-                wanted.update(self._needs[name])
-                kept.append(f"{name} = {source}")
-        return kept[::-1]
-
-
-def text(term: Term) -> str:
-    """Return the source of a term."""
-    if term.variable and term.factor != 0.0:
-        return _signed(term.factor, (term.variable,), first=True)
-    return repr(term.factor + 0.0)
-
-
-def _collect(products: Iterable[tuple[Term, ...]]) -> dict[Monomial, float]:
-    """Return the factor of every monomial, those that cancel left out."""
-    found: dict[Monomial, float] = {}
-    for product in products:
-        factor = 1.0
-        for term in product:
-            factor *= term.factor
-        variables = tuple(sorted(term.variable for term in product if term.variable))
-        found[variables] = found.get(variables, 0.0) + factor
-    return {variables: factor for variables, factor in found.items() if factor != 0.0}
-
-
-def _signed(factor: float, variables: Monomial, *, first: bool) -> str:
-    sign = "-" if factor < 0.0 else ("" if first else "+")
-    size = abs(factor)
-    factors = [repr(size), *variables] if size != 1.0 or not variables else list(variables)
-    return sign + "*".join(factors)
-
-
-Column = tuple[Term, Term, Term]
-
 _ROWS = range(3)
-_NOTHING: Column = (ZERO, ZERO, ZERO)
+_NOTHING: Vector3 = (ZERO, ZERO, ZERO)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,8 +83,8 @@ class _Walk:
     def __init__(self, chain: Chain) -> None:
         self.lines = CodeLines()
         self.axes: list[_Axis] = []
-        self.runs: list[tuple[Column, Column, Column, Column]] = []
-        self.hops: list[tuple[Column, Term, Term]] = []
+        self.runs: list[tuple[Vector3, Vector3, Vector3, Vector3]] = []
+        self.hops: list[tuple[Vector3, Term, Term]] = []
         self._enter(*_columns(chain.base))
         for index, link in enumerate(chain.links):
             if chain.convention is Convention.STANDARD:
@@ -210,7 +108,7 @@ class _Walk:
         columns = [self._velocity(axis) for axis in self.axes]
         return [[column[row] for column in columns] for row in range(6)]
 
-    def _enter(self, x: Column, y: Column, z: Column, p: Column) -> None:
+    def _enter(self, x: Vector3, y: Vector3, z: Vector3, p: Vector3) -> None:
         """Begin a run of parallel joints."""
         self.runs.append((x, y, z, p))
         self._u = self._v = self._w = self._angle = ZERO
@@ -277,19 +175,21 @@ class _Walk:
         )
         self._hop(local)
 
-    def _combined(self, f: tuple[Term, ...], u: Column, g: tuple[Term, ...], v: Column) -> Column:
+    def _combined(
+        self, f: tuple[Term, ...], u: Vector3, g: tuple[Term, ...], v: Vector3
+    ) -> Vector3:
         """Return f u + g v."""
         one, two, three = (self.lines.total((*f, u[i]), (*g, v[i])) for i in _ROWS)
         return one, two, three
 
-    def _hop(self, local: tuple[Column, Column, Column, Column]) -> None:
+    def _hop(self, local: tuple[Vector3, Vector3, Vector3, Vector3]) -> None:
         """Go to a frame given in the present run's first one, and begin the next run there."""
         origin = self.runs[-1][3]
         self.hops.append((self._turned(local[3]), local[3][0], local[3][1]))
         x, y, z = (self._turned(column) for column in local[:3])
         self._enter(x, y, z, self._turned(local[3], origin))
 
-    def _turned(self, column: Column, *origin: Column) -> Column:
+    def _turned(self, column: Vector3, *origin: Vector3) -> Vector3:
         """Return a vector given in the present run's first frame, in the world; from an origin."""
         axes = self.runs[-1][:3]
         one, two, three = (
@@ -322,7 +222,7 @@ class _Walk:
         return [*velocity, *direction]
 
 
-def _columns(frame: Transform) -> tuple[Column, Column, Column, Column]:
+def _columns(frame: Transform) -> tuple[Vector3, Vector3, Vector3, Vector3]:
     x, y, z, p = (
         (Term(frame[0][column]), Term(frame[1][column]), Term(frame[2][column]))
         for column in range(4)

@@ -58,6 +58,9 @@ class Part(Enum):
 
 ALL_PARTS = frozenset(Part)
 
+HEADING_FREE = ALL_PARTS - {Part.HEADING}
+"""What is asked where the hand may be turned about the world's z axis through the tip."""
+
 Misses = tuple[tuple[Part, Vector, float], ...]
 """What heading, pitch and roll miss: the axis of each in the world, and the angle about it."""
 
@@ -109,7 +112,7 @@ class Goal:
         the part of the vector along that axis.
         """
         turned, wanted = rotation_of(now), self.wanted(now)
-        vector = _rotation_vector(multiply(wanted, transpose(turned)))
+        vector = rotation_vector_of(multiply(wanted, transpose(turned)))
         hand = (wanted[0][2], wanted[1][2], wanted[2][2])
         plane = self._plane((turned[0][2], turned[1][2], turned[2][2]))
         across = (-plane[1], plane[0], 0.0)
@@ -196,7 +199,25 @@ def upwards(outwards: Vector, pitch_rad: float) -> Vector:
     return add(scale(-math.sin(pitch_rad), outwards), scale(math.cos(pitch_rad), Z_AXIS))
 
 
-def _rotation_vector(matrix: Matrix3) -> Vector:
+def turned_to(goal: Transform, frame: Transform) -> Transform:
+    """Return a goal turned about z through its origin to come as near as it can to a frame."""
+    (a, b, c, _), (d, e, f, _), _, _ = frame
+    (u, v, w, x), (k, m, n, y), third, last = goal
+    across = d * u + e * v + f * w - a * k - b * m - c * n
+    along = a * u + b * v + c * w + d * k + e * m + f * n
+    length = math.hypot(across, along)
+    if length == 0.0:
+        return goal
+    p, q = along / length, across / length
+    return (
+        (p * u - q * k, p * v - q * m, p * w - q * n, x),
+        (q * u + p * k, q * v + p * m, q * w + p * n, y),
+        third,
+        last,
+    )
+
+
+def rotation_vector_of(matrix: Matrix3) -> Vector:
     """Return axis times angle of a matrix that is known to be a rotation, several times as fast.
 
     Descents call this at every step.

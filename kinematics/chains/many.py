@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
-from kinematics.chains.reach import spread_over
+from kinematics.chains.reach import Spread, spans_of, spread_over
 from kinematics.errors import KinematicsError
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -33,7 +33,10 @@ def tips_of_many(chain: Chain, postures: npt.ArrayLike) -> Array:
 
     Joint limits are not looked at. Raises `KinematicsError` for another shape.
     """
-    values = np.asarray(postures, dtype=np.float64)
+    try:
+        values = np.asarray(postures, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise KinematicsError(f"an array of numbers is needed, not {postures!r}") from None
     if values.ndim != 2 or values.shape[1] != len(chain):
         raise KinematicsError(
             f"an array of shape (N, {len(chain)}) is needed, not of shape {values.shape}"
@@ -47,27 +50,23 @@ def reach_maps(
 ) -> list[Array]:
     """Return places that the tool was brought to, for each plane one of each of its cells: (N, 2).
 
-    The postures are the corners of the joint limits and `count` more, spread as `spread_over` says,
-    whose errors it raises. A plane is two of x, y and z by their numbers, 0, 1 and 2; the larger
-    side of the reach in it is cut into `cells`. The places furthest along each axis are among them.
+    The postures are those of `spread_over` for the joint limits. A plane is two of x, y and z by
+    their numbers, 0, 1 and 2; the larger side of the reach in it is cut into `cells`. The places
+    furthest along each axis are among them. Raises as `spread_over` and `spans_of` do.
     """
-    spread = spread_over(chain, count)
-    corners = np.array(spread.corners).reshape(-1, len(chain)).T
-    total = corners.shape[1] + count
-    tips = _tips(chain, _blocks(corners, spread.spans, spread.steps, count), total)
+    spread = spread_over(spans_of(chain), count)
+    tips = _tips(chain, _blocks(spread), len(spread.corners) + count)
     return [_one_of_each_cell(tips[:, plane], cells) for plane in planes]
 
 
-def _blocks(
-    corners: Array, spans: Sequence[tuple[float, float]], steps: Sequence[float], count: int
-) -> Iterator[Array]:
-    """Yield the values of a block of postures, a row for each joint."""
-    if corners.size:
-        yield corners
-    lows, highs = np.array(spans).T[:, :, None]
-    step = np.array(steps)[:, None]
-    for first in range(1, count + 1, BLOCK):
-        numbers = np.arange(float(first), min(first + BLOCK, count + 1))
+def _blocks(spread: Spread) -> Iterator[Array]:
+    """Yield what `Spread.postures` does, a block of postures at a time, a row for each joint."""
+    if spread.corners:
+        yield np.array(spread.corners).T
+    lows, highs = np.array(spread.spans).T[:, :, None]
+    step = np.array(spread.steps)[:, None]
+    for first in range(1, spread.count + 1, BLOCK):
+        numbers = np.arange(float(first), min(first + BLOCK, spread.count + 1))
         yield lows + (highs - lows) * ((0.5 + numbers * step) % 1.0)
 
 

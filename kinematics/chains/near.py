@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.closed_form import closed_form
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.goals import Goal, HandTask, goal_of, pose_of
 from kinematics.chains.inverse import Solution, descend
@@ -67,12 +68,21 @@ class ChainFollower:
     def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
         """Return the posture near the one before; raises `NotFollowed`."""
         goal = goal_of(self.pose(tip, hand), self.task, self.centre)
-        found = descend(self.chain, goal, before.angles_rad)
-        if not found.ok:
-            raise NotFollowed(_reason(found))
-        joints = Joints(found.joints, self.chain.joint_names)
+        near = self._closed_posture(goal, before)
+        if near is None:
+            found = descend(self.chain, goal, before.angles_rad)
+            if not found.ok:
+                raise NotFollowed(_reason(found))
+            near = found.joints
+        joints = Joints(near, self.chain.joint_names)
         refuse_leap(before, joints, LARGEST_TURN_RAD)
         return joints
+
+    def _closed_posture(self, goal: Goal, before: Joints) -> tuple[float, ...] | None:
+        closed = closed_form(self.chain)
+        if closed is None or not closed.solves(goal):
+            return None
+        return closed.nearest(goal, before.angles_rad)
 
 
 def chain_line(chain: Chain, task: HandTask, start: Joints, origin: Pose, goal: Pose) -> Line:

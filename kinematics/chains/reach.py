@@ -1,20 +1,18 @@
-"""Places that a chain's tool is brought to: evenly spread postures, and the corners of its limits.
+"""Postures spread evenly over joint limits, to see what an arm reaches: some thousand, one by one.
 
-`many` does the same for a million postures, with numpy. Lengths in mm, angles in rad.
+`many` takes a million of the same postures at once, with numpy. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import generated
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
-from kinematics.frames.transforms import position_of
-from kinematics.frames.vectors import Vector
 
 Span = tuple[float, float]
 
@@ -23,31 +21,8 @@ MOST_CORNERS = 256
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
-    """Places that a chain's tool was brought to: evenly spread postures and corners of its limits.
-
-    What was not sampled may reach a little farther. `points[i]` belongs to `postures[i]`.
-    """
-
-    points: tuple[Vector, ...]
-    postures: tuple[tuple[float, ...], ...]
-
-    @property
-    def box_mm(self) -> tuple[Span, Span, Span]:
-        """Least and greatest x, y and z."""
-        x, y, z = ((min(axis), max(axis)) for axis in zip(*self.points, strict=True))
-        return x, y, z
-
-    @property
-    def radius_mm(self) -> Span:
-        """Least and greatest distance from the first joint's axis frame, the world's z axis."""
-        radii = [math.hypot(x, y) for x, y, _ in self.points]
-        return min(radii), max(radii)
-
-
-@dataclass(frozen=True, slots=True)
 class Spread:
-    """How postures are spread over the joint limits of a chain, the same at every call.
+    """`count` postures spread over the spans of joints, the same at every call, and the corners.
 
     The posture of number n takes of each span the fraction of 0.5 + n * step (M. Roberts, "The
     unreasonable effectiveness of quasirandom sequences", 2018): the steps are powers of a
@@ -58,35 +33,36 @@ class Spread:
     spans: tuple[Span, ...]
     steps: tuple[float, ...]
     corners: tuple[tuple[float, ...], ...]
+    count: int
+
+    def postures(self) -> Iterator[tuple[float, ...]]:
+        """Yield the corners, then the postures by their numbers."""
+        yield from self.corners
+        for number in range(1, self.count + 1):
+            yield tuple(
+                low + (high - low) * ((0.5 + number * step) % 1.0)
+                for (low, high), step in zip(self.spans, self.steps, strict=True)
+            )
 
 
-def spread_over(chain: Chain, count: int) -> Spread:
-    """Return how `count` postures are spread; a joint that turns without end takes one turn.
-
-    Raises `KinematicsError` for a sliding joint without limits, or a count below 1.
-    """
+def spread_over(spans: Sequence[Span], count: int) -> Spread:
+    """Return how `count` postures are spread. Raises `KinematicsError` for a count below 1."""
     if count < 1:
         raise KinematicsError(f"at least one posture must be sampled, not {count}")
-    spans = tuple(_span(chain, index) for index in range(len(chain)))
     ratio = 2.0
     for _ in range(64):  # towards the root of ratio^(joints + 1) = ratio + 1
-        ratio = (1.0 + ratio) ** (1.0 / (len(chain) + 1))
-    steps = tuple(ratio**-number for number in range(1, len(chain) + 1))
-    return Spread(spans, steps, tuple(product(*spans)) if 2 ** len(spans) <= MOST_CORNERS else ())
+        ratio = (1.0 + ratio) ** (1.0 / (len(spans) + 1))
+    steps = tuple(ratio**-number for number in range(1, len(spans) + 1))
+    corners = tuple(product(*spans)) if 2 ** len(spans) <= MOST_CORNERS else ()
+    return Spread(tuple(spans), steps, corners, count)
 
 
-def sampled_reach(chain: Chain, count: int = 4096) -> Reach:
-    """Return places that any chain reaches within its limits. Raises as `spread_over` does."""
-    spread, fk = spread_over(chain, count), generated(chain).fk
-    postures = [
-        tuple(
-            low + (high - low) * ((0.5 + number * step) % 1.0)
-            for (low, high), step in zip(spread.spans, spread.steps, strict=True)
-        )
-        for number in range(1, count + 1)
-    ]
-    all_postures = (*spread.corners, *postures)
-    return Reach(tuple(position_of(fk(posture)) for posture in all_postures), all_postures)
+def spans_of(chain: Chain) -> tuple[Span, ...]:
+    """Return the joints' limits; a joint that turns without end takes one turn.
+
+    Raises `KinematicsError` for a sliding joint without limits.
+    """
+    return tuple(_span(chain, index) for index in range(len(chain)))
 
 
 def _span(chain: Chain, index: int) -> Span:

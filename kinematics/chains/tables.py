@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError, finite, suggestion
-from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD
+from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, as_list
 from kinematics.frames.transforms import IN_PLACE, Transform
 
 Row = dict[str, str | float]
@@ -36,7 +36,10 @@ def chain_of_rows(
     Raises `KinematicsError`, which names the row, for a key that no row has (with the nearest
     one) or a kind that no joint is, and `BadNumber` for what is not a number.
     """
-    listed = list(rows)
+    listed = as_list(rows) or ()
+    for number, row in enumerate(listed, 1):
+        if not isinstance(row, Mapping):
+            raise KinematicsError(f"row {number} is a table of keys and values, not {row!r}")
     links = tuple(_link(number, row) for number, row in enumerate(listed, 1))
     names = tuple(str(row.get("joint", f"joint_{i}")) for i, row in enumerate(listed, 1))
     return Chain(links, convention, base, tool, name, names)

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import KinematicsError, Unreachable, finite
+from kinematics.errors import KinematicsError, Unreachable, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
@@ -40,8 +40,10 @@ from kinematics.frames.transforms import Transform, check_transform
 from kinematics.geometry import AXIS_MM, ArmGeometry
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
+    MANY_TURNS_RAD,
     JointRange,
     LimitViolation,
+    few_turns,
     refuse_worst,
     wrap,
 )
@@ -61,6 +63,11 @@ class Elbow(Enum):
 
     UP = "up"
     DOWN = "down"
+
+
+POSE_EXAMPLE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
+JOINTS_EXAMPLE = "Joints.of(0, 40, -60, -70, 0)"
+"""What an error shows where something else is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +143,7 @@ class FiveAxisArm:
         A wrist roll of more than half a turn is therefore reported as the same direction nearer
         to zero; `ik` with the posture as its seed finds the turn again.
         """
-        angles = _angles(joints)
+        angles = _directions(joints)
         x, y, z, pitch, roll = closed_form.forward(angles, self.lengths)
         if roll_frame is RollFrame.TABLE:
             roll = angles[4] - angles[0]  # the same from the front and from the back
@@ -144,7 +151,7 @@ class FiveAxisArm:
 
     def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
         """Return base (on the table), shoulder, elbow, wrist and tip as (x, y, z) in mm."""
-        base, shoulder, elbow, wrist, _ = _angles(joints)
+        base, shoulder, elbow, wrist, _ = _directions(joints)
         cos_base, sin_base = math.cos(base), math.sin(base)
         r, z = 0.0, self.base_height_mm
         found = [(0.0, 0.0, 0.0), (0.0, 0.0, z)]
@@ -174,6 +181,7 @@ class FiveAxisArm:
         angle is of the turn nearest to the seed (the zero posture by default) that the limits
         allow.
         """
+        require("a pose", pose, Pose, POSE_EXAMPLE)
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
         found = closed_form.inverse(goal, self.lengths, float(roll_frame.value), near)
@@ -204,7 +212,7 @@ class FiveAxisArm:
 
     def transform(self, joints: Joints) -> Transform:
         """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
-        return forward_frame(_angles(joints), self.lengths)
+        return forward_frame(_directions(joints), self.lengths)
 
     def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
         """Return how well a goal given as a full frame can be met, and the posture that does so.
@@ -231,6 +239,7 @@ class FiveAxisArm:
         elevation of the hand: the mirror image is used if only it can be held. Raises
         `KinematicsError` for a pose with a yaw, which `solve` and `branches` ignore.
         """
+        require("a pose", pose, Pose, POSE_EXAMPLE)
         if pose.yaw_rad is not None:
             raise KinematicsError(
                 "this arm has five joints: it cannot take a yaw, which follows from the position"
@@ -266,7 +275,8 @@ class FiveAxisArm:
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
-        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = forward_frame(_angles(joints), self.lengths)
+        frame = forward_frame(_directions(joints), self.lengths)
+        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = frame
         return (a, b, c), (d, e, f), (g, h, i)
 
     def line(self, start: Joints, goal: Pose) -> Line:
@@ -325,9 +335,18 @@ class FiveAxisArm:
 
 def _angles(joints: Joints) -> Angles:
     """Return the five angles. Raises if these are not the joints of this build."""
+    require("joints", joints, Joints, JOINTS_EXAMPLE)
     if len(joints.angles_rad) != len(JOINT_NAMES):
         raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
     return joints.angles_rad  # type: ignore[return-value]
+
+
+def _directions(joints: Joints) -> Angles:
+    """Return the five angles, those of many turns as the same direction: formulas add them."""
+    angles = _angles(joints)
+    if max(angles) < MANY_TURNS_RAD and min(angles) > -MANY_TURNS_RAD:
+        return angles
+    return tuple(map(few_turns, angles))  # type: ignore[return-value]
 
 
 def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:

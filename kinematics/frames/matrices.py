@@ -51,30 +51,6 @@ def inverse(matrix: Matrix) -> Matrix:
     return tuple(tuple(rows[index][size:]) for index in order)
 
 
-def solved(table: list[list[float]], right: Sequence[float]) -> list[float]:
-    """Return the solution of a system of equations, by elimination with the largest pivot.
-
-    The rows of `table` are used up. Raises `ZeroDivisionError` for a singular one.
-    """
-    count = len(table)
-    for row, value in zip(table, right, strict=True):
-        row.append(value)
-    for index in range(count):
-        best = max(range(index, count), key=lambda at: abs(table[at][index]))
-        table[index], table[best] = table[best], table[index]
-        head = table[index]
-        for below in table[index + 1 :]:
-            share = below[index] / head[index]
-            for at in range(index, count + 1):
-                below[at] -= share * head[at]
-    solution = [0.0] * count
-    for index in reversed(range(count)):
-        row = table[index]
-        known = sum(map(mul, row[index + 1 : count], solution[index + 1 :]))
-        solution[index] = (row[count] - known) / row[index]
-    return solution
-
-
 def times(matrix: Matrix, vector: Sequence[float]) -> tuple[float, ...]:
     """Return the product of a matrix and a vector."""
     if any(len(row) != len(vector) for row in matrix):

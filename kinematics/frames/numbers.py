@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import KinematicsError, finite, hand_angle
 
 QUARTER_TOLERANCE_RAD = 1e-12
 """An angle this near to a whole number of quarter turns is one: cos(pi / 2) is not 6e-17.
@@ -48,6 +48,18 @@ def numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...]:
         plain = type(value) is float and value - value == 0.0  # the usual case, quickly
         found.append(value if plain else number(f"{name} of {what}", value))
     return tuple(found)
+
+
+def goal_numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...]:
+    """Return the numbers of a goal as `numbers` does, its angles within two turns.
+
+    Raises `BadNumber` for an angle (its name ends in `_rad`) beyond them: it is in degrees.
+    """
+    given = numbers(what, values, names)
+    for name, value in zip(names, given, strict=True):
+        if name.endswith("_rad") and not is_own_kind(value):
+            hand_angle(f"{name} of {what}", value, f"math.radians({value:g})")
+    return given
 
 
 def as_list(values: Any) -> tuple[Any, ...] | None:

@@ -25,7 +25,7 @@ from typing import Generic, TypeVar
 
 from kinematics.errors import NoNearestRotation, NotAUnitQuaternion, ZeroVector, finite
 from kinematics.frames.matrices import symmetric_eigen
-from kinematics.frames.numbers import cos, sin
+from kinematics.frames.numbers import cos, number, numbers, sin
 from kinematics.frames.rotations import Matrix3, columns, multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import ROTATION_TOLERANCE, check_rotation, finite_matrix
 from kinematics.frames.vectors import Z_AXIS, Vector, add, cross, dot, norm, scale, unit
@@ -87,6 +87,7 @@ class Quaternion:
     @classmethod
     def of(cls, w: float, x: float, y: float, z: float) -> Quaternion:
         """Scale four numbers to length 1. Raises `ZeroVector` where all are zero."""
+        w, x, y, z = numbers("a quaternion", (w, x, y, z), "wxyz")
         length = math.hypot(w, x, y, z)
         if length == 0.0:
             raise ZeroVector
@@ -170,14 +171,16 @@ def quaternion_of(matrix: Matrix3) -> Quaternion:
 class AxisAngle:
     """A turn by an angle in rad, right-handed about an axis, which is scaled to length 1.
 
-    Raises `ZeroVector` for an axis without a direction.
+    Raises `ZeroVector` for an axis without a direction, and as `numbers` does.
     """
 
     axis: Vector
     angle_rad: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", unit(self.axis))
+        x, y, z = numbers("an axis", self.axis, "xyz")
+        object.__setattr__(self, "axis", unit((x, y, z)))
+        object.__setattr__(self, "angle_rad", number("angle_rad", self.angle_rad))
 
     def quaternion(self) -> Quaternion:
         """Return the unit quaternion of the turn."""
@@ -284,6 +287,9 @@ class RPY:
     theta_rad: float
     psi_rad: float
 
+    def __post_init__(self) -> None:
+        _check_angles(self)
+
     def rotation(self) -> Matrix3:
         """Return the rotation matrix Rot(z, phi) Rot(y, theta) Rot(x, psi)."""
         return multiply(rot_z(self.phi_rad), rot_y(self.theta_rad), rot_x(self.psi_rad))
@@ -297,9 +303,18 @@ class EulerZYZ:
     theta_rad: float
     psi_rad: float
 
+    def __post_init__(self) -> None:
+        _check_angles(self)
+
     def rotation(self) -> Matrix3:
         """Return the rotation matrix Rot(z, phi) Rot(y, theta) Rot(z, psi)."""
         return multiply(rot_z(self.phi_rad), rot_y(self.theta_rad), rot_z(self.psi_rad))
+
+
+def _check_angles(of: RPY | EulerZYZ) -> None:
+    """Make the three angles numbers; raises `BadNumber`, which names the angle."""
+    for name in ("phi_rad", "theta_rad", "psi_rad"):
+        object.__setattr__(of, name, number(name, getattr(of, name)))
 
 
 def solve_rpy(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSolution[RPY]:

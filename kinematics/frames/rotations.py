@@ -77,7 +77,10 @@ def _product(left: Matrix3, right: Matrix3) -> Matrix3:
 
 
 def rotate(matrix: Matrix3, vector: Vector) -> Vector:
-    """Return the matrix times a vector: observed in R1, now observed in R0 (equation 2.21)."""
+    """Return the matrix times a vector: observed in R1, now observed in R0 (equation 2.21).
+
+    With the transpose it is the way back; the notes' line for that prints R_R1 instead of U_R1.
+    """
     first, second, third = matrix
     return dot(first, vector), dot(second, vector), dot(third, vector)
 
@@ -96,8 +99,9 @@ def rotation_between(steps: Sequence[Matrix3], start: int, end: int) -> Matrix3:
     """Return M of frame `end` in frame `start` from the steps M of each frame i + 1 in frame i.
 
     A chain of n steps joins the frames 0 to n. Forwards it is the product (equation 2.44),
-    backwards its transpose (2.47), from a frame to itself the identity. Raises IndexError for a
-    frame that the chain has not.
+    backwards its transpose (2.46 and 2.47; the third line of 2.46 leaves an exponent -1 on its
+    first factor), from a frame to itself the identity. Raises IndexError for a frame that the
+    chain has not.
     """
     if not (0 <= start <= len(steps) and 0 <= end <= len(steps)):
         raise IndexError(f"the chain joins frames 0 to {len(steps)}, not {start} to {end}")

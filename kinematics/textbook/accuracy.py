@@ -239,24 +239,22 @@ def step_ranges(arm: FiveAxisArm, transmission: Transmission) -> tuple[StepRange
 def explain_resolution(
     arm: FiveAxisArm, transmission: Transmission, stated_mm: float
 ) -> tuple[str, ...]:
-    """Return one sentence a motor: what its step does, and whether that is the stated figure."""
+    """Return for each motor how far its step moves the tip, and whether that is the figure."""
     return tuple(_sentence(one, stated_mm) for one in step_ranges(arm, transmission))
 
 
 def _sentence(one: StepRange, stated_mm: float) -> str:
     inches = f"{one.most_mm / MM_PER_INCH:.4f} in"
     if one.same_everywhere:
-        said = f"one step of {one.motor} moves the tip by {one.most_mm:.3f} mm ({inches}) anywhere"
-        if one.explains(stated_mm):
-            return f"{said}: to the thousandth of an inch this is the stated {stated_mm:g} mm"
-        return said
-    said = (
-        f"one step of {one.motor} moves the tip by {one.least_mm:.3f} to {one.most_mm:.3f} mm "
-        f"(up to {inches}), depending on the posture"
-    )
-    if one.explains(stated_mm):
-        return f"{said}: the stated {stated_mm:g} mm holds only somewhere between"
-    return said
+        moves = f"one step of {one.motor} moves the tip by {one.most_mm:.3f} mm ({inches}) anywhere"
+        verdict = f"to the thousandth of an inch this is the stated {stated_mm:g} mm"
+    else:
+        moves = (
+            f"one step of {one.motor} moves the tip by {one.least_mm:.3f} to {one.most_mm:.3f} mm "
+            f"(up to {inches}), depending on the posture"
+        )
+        verdict = f"the stated {stated_mm:g} mm holds only somewhere between"
+    return f"{moves}: {verdict}" if one.explains(stated_mm) else moves
 
 
 def _lattice(arm: FiveAxisArm) -> list[Joints]:

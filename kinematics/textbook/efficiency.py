@@ -19,8 +19,8 @@ from functools import reduce
 from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any, TypeVar
 
-from kinematics.chains import spherical_wrist
 from kinematics.chains.chain import Chain
+from kinematics.chains.closed_form import closed_form as closed_form_of
 from kinematics.chains.generated import generated
 from kinematics.chains.links import Convention, JointKind, a_matrix
 from kinematics.five_axis import closed_form
@@ -29,8 +29,8 @@ from kinematics.frames import numbers
 from kinematics.frames.numbers import cos, sin
 from kinematics.frames.transforms import Transform, compose
 from kinematics.frames.vectors import Vector, add, scale, subtract
+from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems.named import System
-from kinematics.textbook.worked_example import example_posture
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -431,8 +431,9 @@ def _shared_inverse(system: System, goal: tuple[float, ...], frame: Transform) -
         inverse = on_any_numbers(closed_form.inverse)
         inverse(ledger.numbers(goal), system.arm.lengths, 0.0, (0.0,) * 5)
     elif system.name == "puma":
-        arm = spherical_wrist.WristArm.of(*system.sizes)
-        on_any_numbers(spherical_wrist.inverse)(ledger.numbers(frame), arm)
+        closed = closed_form_of(system.chain())
+        if closed is not None:
+            on_any_numbers(closed.solver.frames.find)(ledger.numbers(frame), (0.0,) * 6)
     return ledger.tally()
 
 

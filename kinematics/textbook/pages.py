@@ -10,22 +10,18 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
 from kinematics.textbook.study import ROW_NAMES, Study
-from kinematics.textbook.symbolic_systems import (
-    symbolic_chain_example,
-    symbolic_sections,
-    symbolic_system_example,
-)
-from kinematics.textbook.systems.named import Lost, NamedBranch
+from kinematics.textbook.symbolic_systems import symbolic_example, symbolic_sections
+from kinematics.textbook.systems.named import NamedBranch, NamedSingularity
 from kinematics.textbook.worked_example import ExampleSection, joints_text, plain, violation_text
 
 DIGITS = 3
 
-NONE_NAMED = "searching: it takes a moment, while the arm rests"
-"""What is said of the singularities of a link table before one has been found."""
+STILL_SEARCHING = "searching: it takes a moment, while the arm rests"
+"""Stands in the place of the singularities of a link table until the search ends."""
 
 
 def sections(
-    of: Study, width: int, searched: tuple[Lost, ...] | None = None
+    of: Study, width: int, searched: tuple[NamedSingularity, ...] | None = None
 ) -> tuple[ExampleSection, ...]:
     """Return a study in text no wider than `width` where words can be broken.
 
@@ -37,7 +33,7 @@ def sections(
         ExampleSection("T, the hand in the base's frame", tuple(_forward(of))),
         ExampleSection("Jacobian", tuple(_jacobian(of, width))),
         ExampleSection("how well it moves", tuple(_measures(of))),
-        ExampleSection("singularities", tuple(_lost(of, searched))),
+        ExampleSection("singularities", tuple(_singularities(of, searched))),
         ExampleSection("solutions for this place of the hand", tuple(_branches(of))),
     )
     return tuple(ExampleSection(one.title, tuple(wrapped(one.lines, width))) for one in found)
@@ -45,42 +41,36 @@ def sections(
 
 def symbol_sections(of: Study, width: int) -> tuple[ExampleSection, ...]:
     """Return matrices, product and solutions in C1, S12. Takes up to seconds for six joints."""
-    subject = of.subject
-    example = (
-        symbolic_chain_example(subject.chain)
-        if subject.system is None
-        else symbolic_system_example(subject.system)
-    )
     return tuple(
         ExampleSection(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))
-        for one in symbolic_sections(example)
+        for one in symbolic_sections(symbolic_example(of.subject))
     )
 
 
-def summary(of: Study, searched: tuple[Lost, ...] | None = None) -> str:
-    """Return how well the posture moves and what is nearest to going wrong, in one line."""
-    near = nearest_of(of.lost or searched or ())
-    said = f"manipulability {fixed(of.condition.manipulability)}, condition "
-    said += "infinite: SINGULAR" if of.condition.is_singular else fixed(of.conditioning)
-    return said if near is None else f"{said}; {distance_text(near)} to: {near.reason}"
+def summary(of: Study, searched: tuple[NamedSingularity, ...] | None = None) -> str:
+    """Return how well the posture moves and its nearest singularity, in one line."""
+    near = nearest_of(of.singularities or searched or ())
+    conditioning = "infinite: SINGULAR" if of.condition.is_singular else fixed(of.conditioning)
+    moves = f"manipulability {fixed(of.condition.manipulability)}, condition {conditioning}"
+    return moves if near is None else f"{moves}; {distance_text(near)} to: {near.reason}"
 
 
-def nearest_of(lost: Sequence[Lost]) -> Lost | None:
+def nearest_of(found: Sequence[NamedSingularity]) -> NamedSingularity | None:
     """Return the nearest singularity: by joint moves where there are any, else by mm."""
-    turning = [one for one in lost if one.distance_rad is not None]
+    turning = [one for one in found if one.distance_rad is not None]
     if turning:
         return min(turning, key=lambda one: one.distance_rad or 0.0)
-    return min(lost, key=lambda one: one.distance_mm or 0.0, default=None)
+    return min(found, key=lambda one: one.distance_mm or 0.0, default=None)
 
 
-def distance_text(lost: Lost) -> str:
+def distance_text(singularity: NamedSingularity) -> str:
     """Say how far away a singularity is."""
-    said = []
-    if lost.distance_rad is not None:
-        said.append(f"{math.degrees(lost.distance_rad):.1f}°")
-    if lost.distance_mm is not None:
-        said.append(f"{lost.distance_mm:.1f} mm")
-    return ", ".join(said)
+    measures = []
+    if singularity.distance_rad is not None:
+        measures.append(f"{math.degrees(singularity.distance_rad):.1f}°")
+    if singularity.distance_mm is not None:
+        measures.append(f"{singularity.distance_mm:.1f} mm")
+    return ", ".join(measures)
 
 
 def fixed(value: float) -> str:
@@ -178,13 +168,13 @@ def _measures(of: Study) -> Iterator[str]:
     yield of.condition.sentence
 
 
-def _lost(of: Study, searched: tuple[Lost, ...] | None) -> Iterator[str]:
+def _singularities(of: Study, searched: tuple[NamedSingularity, ...] | None) -> Iterator[str]:
     if of.subject.system is not None:
-        found: tuple[Lost, ...] | None = of.lost
+        found: tuple[NamedSingularity, ...] | None = of.singularities
     else:
         found = searched
     if found is None:
-        yield NONE_NAMED
+        yield STILL_SEARCHING
     elif not found:
         yield "none: no posture loses a direction" if of.subject.system else "none was found"
     for one in found or ():

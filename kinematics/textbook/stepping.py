@@ -1,7 +1,7 @@
 """Jogging a model: one step of a joint, or of the hand, from a posture to the next.
 
-Nothing is connected, so that a step is done at once; what it could not do it says in words. Lengths
-in mm, angles in rad.
+No arm is connected, so a step ends at once; a message says what it could not do. Lengths in mm,
+angles in rad.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from kinematics.textbook.worked_example import number_text, violation_text
 # Damped near singularities, so that no joint runs away (see `chains.jacobians`).
 
 SLICES = 16
-"""A step is made of so many small ones."""
+"""Small steps that make up one step of a jog key."""
 
 POSITION, WHOLE = 3, 6
 """Rows of the geometric Jacobian that are followed: the tip alone, or the whole hand."""
@@ -33,14 +33,15 @@ POSITION, WHOLE = 3, 6
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """Where following led: how far along the axis, and how far beside it as a share of the step.
+    """The posture after a step by the Jacobian, and how well the tip kept to the axis.
 
-    `held` names the joints that a limit held back.
+    `done` is how far it went along the axis, `deviation` its distance from the axis as a share of
+    the step. `held` names the joints that reached a limit.
     """
 
     values: tuple[float, ...]
     done: float
-    astray: float
+    deviation: float
     held: tuple[str, ...]
 
 
@@ -59,7 +60,7 @@ def keeps_to_surface(subject: Subject) -> bool:
 
 
 def follow(subject: Subject, values: tuple[float, ...], row: int, by: float) -> Followed:
-    """Follow one row of the geometric Jacobian by so many mm or rad, the other rows at rest."""
+    """Move the hand by this many mm or rad along one row of the geometric Jacobian only."""
     chain, count = subject.chain, rows_followed(subject)
     rates = [by / SLICES if index == row else 0.0 for index in range(count)]
     made, length, at = generated(chain), length_of(chain), values
@@ -73,7 +74,7 @@ def follow(subject: Subject, values: tuple[float, ...], row: int, by: float) -> 
         at = chain.clamp(moved)
     before, after = made.fk(values), made.fk(at)
     named = tuple(name for name in chain.joint_names if name in held)
-    return Followed(at, _gone(before, after, row), _astray(chain, before, after, row, by), named)
+    return Followed(at, _gone(before, after, row), _deviation(chain, before, after, row, by), named)
 
 
 def _gone(before: Transform, after: Transform, row: int) -> float:
@@ -86,30 +87,30 @@ def _gone(before: Transform, after: Transform, row: int) -> float:
     return math.atan2(turned, dot(was[one], now[one]) + dot(was[two], now[two]))
 
 
-def _astray(chain: Chain, before: Transform, after: Transform, row: int, by: float) -> float:
-    """Return how far beside its way the tip came, as a share of the step."""
-    beside = list(subtract(position_of(after), position_of(before)))
+def _deviation(chain: Chain, before: Transform, after: Transform, row: int, by: float) -> float:
+    """Return how far the tip left its straight line, as a share of the step."""
+    across = list(subtract(position_of(after), position_of(before)))
     if row < POSITION:
-        beside[row] = 0.0
-    return math.hypot(*beside) / (abs(by) * (1.0 if row < POSITION else length_of(chain)))
+        across[row] = 0.0
+    return math.hypot(*across) / (abs(by) * (1.0 if row < POSITION else length_of(chain)))
 
 
 LEAP_RAD = math.pi / 4.0
-"""A joint that turns further than this in one step is spoken of."""
+"""The message names a joint that turns further than this in one step."""
 
-MET = 0.02
-"""A step that misses less than this share of itself is as good as asked."""
+NEGLIGIBLE_MISS = 0.02
+"""A step that misses less than this share of itself needs no message."""
 
-REFUSED = 0.5
-"""A step that misses more than this share of itself is not made at all."""
+WORST_MISS = 0.5
+"""A step that would miss more than this share of itself is not made at all."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """The posture after a step, and what it could not do; empty where it did all of it."""
+    """The posture after a step, and a message if the step was not made in full."""
 
     values: tuple[float, ...]
-    said: str = ""
+    message: str = ""
 
 
 def has_inverse(subject: Subject) -> bool:
@@ -134,7 +135,7 @@ def axis_unit(axis: str) -> str:
 
 
 def step_joint(subject: Subject, values: tuple[float, ...], joint: int, by: float) -> Stepped:
-    """Move one joint by so many rad or mm, as far as its limits let it."""
+    """Move one joint by this many rad or mm, or up to its limit."""
     chain = subject.chain
     moved = list(values)
     moved[joint] += by
@@ -149,7 +150,7 @@ def step_joint(subject: Subject, values: tuple[float, ...], joint: int, by: floa
 
 
 def step_axis(subject: Subject, values: tuple[float, ...], axis: int, by: float) -> Stepped:
-    """Move the hand along one of `axes_of` by so many mm or rad; it stays where it cannot."""
+    """Move the hand by this many mm or rad along one of `axes_of`, or not at all."""
     system = subject.system
     if system is not None and has_inverse(subject):
         return _by_branch(subject, system, values, axis, by)
@@ -211,12 +212,12 @@ def _by_jacobian(subject: Subject, values: tuple[float, ...], axis: int, by: flo
     went = follow(subject, values, row, by)
     missed = abs(by - went.done) / abs(by)
     name, unit = ROW_NAMES[row], "mm" if row < POSITION else "rad"
-    most = max(missed, 0.0 if keeps_to_surface(subject) else went.astray)
-    if most > REFUSED:
+    most = max(missed, 0.0 if keeps_to_surface(subject) else went.deviation)
+    if most > WORST_MISS:
         lacks = study(subject, values).condition.sentence
         held = f"{', '.join(went.held)} at the limit; " if went.held else ""
         return Stepped(values, f"no step along {name} from here: {held}{lacks}")
-    if most > MET:
+    if most > NEGLIGIBLE_MISS:
         done, asked = number_text(went.done, unit), number_text(by, unit)
         return Stepped(went.values, f"{_why(subject, went)}: {name} moved by {done}, not {asked}")
     return Stepped(went.values)

@@ -1,22 +1,24 @@
 """An arm as a subject of study, and all that follows from one of its postures.
 
 A subject is a named system, a built-in arm, or a chain of one's own; of a posture follow its
-matrices, Jacobian, how well the hand moves, and what other postures would do. Values only,
-worked
-out once a posture; `pages` writes them. Lengths in mm, angles in rad.
+matrices, Jacobian, how well the hand moves, and what other postures would do. Values only, worked
+out once a posture; `pages` writes them for a screen and `worked_example` for `armdrive explain`,
+where a goal may be asked too. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.assignment import ZeroPosition, zero_position
-from kinematics.chains.chain import Chain
+from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.generated import generated
+from kinematics.chains.inverse import Solution
 from kinematics.chains.jacobians import (
     ALL_ROWS,
     Condition,
@@ -26,6 +28,7 @@ from kinematics.chains.jacobians import (
     length_of,
     nearest_singularity,
 )
+from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
@@ -36,8 +39,7 @@ from kinematics.spaces import Jacobian
 from kinematics.textbook.systems import system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
-from kinematics.textbook.systems.named import Lost, NamedBranch, System
-from kinematics.textbook.worked_example import example_posture
+from kinematics.textbook.systems.named import NamedBranch, NamedSingularity, System
 
 # The Jacobian of a named system in its own coordinates, and its singularities with reasons.
 #
@@ -93,6 +95,31 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
     return tuple(whole[row] for row in own_rows(system))
 
 
+_EXAMPLE_DEG = (30.0, 40.0, -60.0, -20.0, 45.0, 60.0)
+_TRAVEL = 0.4
+_FREE_TRAVEL_MM = 100.0
+
+
+def example_posture(chain: Chain) -> tuple[float, ...]:
+    """Return a posture to show: round numbers within the limits, degenerate in no way."""
+    return tuple(
+        _example_value(link, _EXAMPLE_DEG[index % len(_EXAMPLE_DEG)])
+        for index, link in enumerate(chain.links)
+    )
+
+
+def _example_value(link: DHLink, angle_deg: float) -> float:
+    """Return a joint's example value: the angle, or as far into the range as it is of a turn."""
+    if link.kind is JointKind.REVOLUTE:
+        angle = math.radians(angle_deg)
+        for value in (angle, -angle):
+            if link.low <= value <= link.high:
+                return value
+    elif not (math.isfinite(link.low) and math.isfinite(link.high)):
+        return min(max(_FREE_TRAVEL_MM, link.low), link.high)
+    return link.low + _TRAVEL * (link.high - link.low)
+
+
 def chain_rows(chain: Chain) -> tuple[int, ...]:
     """Return the rows that a chain is judged by: `default_rows`, without those it never moves in.
 
@@ -124,14 +151,14 @@ def judged(chain: Chain, jacobian: Jacobian, rows: Sequence[int]) -> Condition:
     return condition_of(chain, scaled, rows)
 
 
-def named_singularities(system: System, values: Sequence[float]) -> tuple[Lost, ...]:
+def named_singularities(system: System, values: Sequence[float]) -> tuple[NamedSingularity, ...]:
     """Return every singularity of a named system, in a fixed order; joint limits not looked at.
 
     They are where the system's Jacobian in its own coordinates loses a rank, and nowhere else: the
     determinants are products of these measures. Sources: McKerrow, chapter 4, section 12; Craig,
     chapter 5. Empty for a system that has none (all slides). Raises as `System.fk` does.
     """
-    return tuple(system.losses(system, system.chain().checked(values)))
+    return tuple(system.singularities(system, system.chain().checked(values)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +185,7 @@ class Subject:
 
 def named_subject(name: str) -> Subject:
     """Return the named system or built-in arm; raises as `system` does."""
-    return _of_system(name, system(name).title, system(name))
+    return subject_of_system(system(name))
 
 
 @lru_cache(maxsize=8)
@@ -170,14 +197,15 @@ def subject_of_arm(name: str, arm: ArmGeometry) -> Subject | None:
     if isinstance(arm, ToolArm):
         return subject_of_arm(f"{name}, without its tool", arm.bare)
     if isinstance(arm, FiveAxisArm):
-        return _of_system(name, name, with_arm(MINI_MOVER, arm))
+        return replace(subject_of_system(with_arm(MINI_MOVER, arm)), name=name, title=name)
     if isinstance(arm, ChainArm):
         return subject_of_chain(name, name, "", arm.chain)
     return None
 
 
-def _of_system(name: str, title: str, system: System) -> Subject:
-    return Subject(name, title, system.source, system.chain(), system, own_rows(system))
+def subject_of_system(one: System) -> Subject:
+    """Return a named system as a subject."""
+    return Subject(one.name, one.title, one.source, one.chain(), one, own_rows(one))
 
 
 def subject_of_chain(
@@ -186,6 +214,9 @@ def subject_of_chain(
     """Return a chain as a subject: it has a Jacobian, but no closed form."""
     return Subject(name, title, source, chain, None, chain_rows(chain), axes)
 
+
+FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
+"""The goal of a chain that is no named system: a position, or a position and an orientation."""
 
 KEPT = 64
 """Postures whose study is remembered."""
@@ -199,8 +230,10 @@ class Study:
     """A posture of a subject, and what follows from it.
 
     `matrices` are the A matrices, `frame` the tool's frame. `jacobian` has the subject's rows.
-    `lost` are its singularities, named ones only; `goal` are the system's own coordinates of the
-    hand, and `branches` every posture that meets them; `refusal` says why there are none.
+    `singularities` are the named ones. `goal` is what was asked, in `coordinates`: by
+    default the system's own coordinates of the hand. `branches` is every posture that meets it;
+    `refusal` says why there are none. Of a link table that was asked for a goal there is the
+    `solution` of the numerical solver instead.
     """
 
     subject: Subject
@@ -210,10 +243,27 @@ class Study:
     orientation: OrientationSolution[RPY]
     jacobian: Jacobian
     condition: Condition
-    lost: tuple[Lost, ...]
+    singularities: tuple[NamedSingularity, ...]
     goal: tuple[float, ...]
     branches: tuple[NamedBranch, ...]
     refusal: str
+    solution: Solution | None = None
+
+    @property
+    def violations(self) -> tuple[JointViolation, ...]:
+        """The joint limits that the posture breaks."""
+        return self.subject.chain.violations(self.values)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the goal's numbers, with their units."""
+        system = self.subject.system
+        return FRAME_COORDINATES[: len(self.goal)] if system is None else system.coordinates
+
+    def comes_to(self, branch: NamedBranch) -> tuple[float, ...]:
+        """Return the goal that a branch of a named system really meets."""
+        system = self.subject.system
+        return () if system is None else system.goal_of(system.fk(branch.joints))
 
     @property
     def here(self) -> int | None:
@@ -264,14 +314,16 @@ def jacobian_of(subject: Subject, values: Sequence[float]) -> Jacobian:
 
 
 @lru_cache(maxsize=KEPT)
-def searched(subject: Subject, values: tuple[float, ...]) -> tuple[Lost, ...]:
+def searched(subject: Subject, values: tuple[float, ...]) -> tuple[NamedSingularity, ...]:
     """Return the singularity of a link table that descent finds nearest, none where it finds none.
 
-    It takes up to seconds: not for where somebody waits. Slides count in lengths of the arm, as
+    The search takes up to seconds, so run it in a thread. Slides count in lengths of the arm, as
     radians of the joint move.
     """
     found = nearest_singularity(subject.chain, values, subject.rows)
-    return () if found is None else (Lost(found.condition.sentence, found.distance, None),)
+    return (
+        () if found is None else (NamedSingularity(found.condition.sentence, found.distance, None),)
+    )
 
 
 def _solved(

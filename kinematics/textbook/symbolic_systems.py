@@ -24,6 +24,7 @@ from kinematics.textbook.notation import (
     matrix_text,
     notation,
 )
+from kinematics.textbook.study import Subject
 from kinematics.textbook.symbols import coordinate, named
 from kinematics.textbook.systems.named import System
 from kinematics.textbook.worked_example import ExampleSection
@@ -97,6 +98,13 @@ class SymbolicExample:
     tool: Transform
     product: Transform
     branches: tuple[SymbolicBranch, ...] = ()
+
+
+def symbolic_example(subject: Subject) -> SymbolicExample:
+    """Return a subject in symbols, with its solutions where it is a named system."""
+    if subject.system is None:
+        return symbolic_chain_example(subject.chain)
+    return symbolic_system_example(subject.system)
 
 
 def symbolic_system_example(system: System) -> SymbolicExample:

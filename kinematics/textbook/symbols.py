@@ -31,7 +31,7 @@ from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD
 # or a function of symbols that stays whole.
 
 CANCELLED = 1e-12
-"""A sum this small beside its two terms is the rounding of zero."""
+"""A sum this small in proportion to its two terms is zero but for rounding."""
 
 
 _DIGITS = re.compile(r"\d+")
@@ -99,7 +99,7 @@ def joined(*factors: tuple[Atom, int]) -> Monomial:
 
 
 def monomial_key(monomial: Monomial) -> str:
-    """Return what products are told apart and sorted by."""
+    """Return the key that identifies a product and sorts it."""
     return " ".join(f"{atom.key}^{power}" for atom, power in monomial)
 
 

@@ -206,8 +206,8 @@ class _Account:
             (12, f"a{before}", a, "mm", False),
             (13, f"alpha{before}", alpha, "rad", False),
         ):
-            said = f"{name} = {number_text(value, unit)}"
-            yield self._step(number, k, f"{said} ({varies})" if varied else said)
+            equation = f"{name} = {number_text(value, unit)}"
+            yield self._step(number, k, f"{equation} ({varies})" if varied else equation)
 
     def _step(self, number: int, k: int, *lines: str) -> AssignmentStep:
         names = {"k": k, "before": k - 1, "next": k + 1, "n": self._count, "last": self._count - 1}
@@ -217,9 +217,9 @@ class _Account:
             for choice in self._found.choices
             if (choice.frame, choice.step) == (k, number)
         ]
-        told = tuple(f"    {line}" for line in (*lines, *notes))
+        found = tuple(f"    {line}" for line in (*lines, *notes))
         known = KnownFrames(k, tuple(self._frames.values()), tuple(self._points))
-        return AssignmentStep(number, self._stage, (f"{number}. {rule}", *told), known)
+        return AssignmentStep(number, self._stage, (f"{number}. {rule}", *found), known)
 
     def _lie(self, k: int, pair: AxisPair) -> Iterator[str]:
         """Say how the axes k and k + 1 lie to each other."""

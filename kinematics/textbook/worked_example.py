@@ -1,109 +1,41 @@
-"""The lecture's worked example of any arm's posture, in numbers and in words.
+"""The lecture's worked example: a study of a posture or a goal, in numbers and in words.
 
-The example is a value; `sections` writes it in mm and degrees, and `symbolic_systems` in symbols.
-Lengths in mm, angles in rad.
+`sections` writes it in mm and degrees, and `symbolic_systems` in symbols. Lengths in mm, angles in
+rad.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.goals import ALL_PARTS, Part
-from kinematics.chains.inverse import Solution, solve_frame_ik
-from kinematics.chains.jacobians import condition
-from kinematics.chains.links import DHLink, JointKind
+from kinematics.chains.inverse import solve_frame_ik
+from kinematics.chains.links import JointKind
 from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError
-from kinematics.frames.numbers import numbers
-from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
+from kinematics.frames.numbers import as_list, goal_numbers
+from kinematics.frames.orientations import RPY, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of, rotation_of
-from kinematics.textbook.systems.named import NamedBranch, NamedStep, Quantity, System
-
-FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
-"""The goal of a chain that is no named system: a position, or a position and an orientation."""
-
-_EXAMPLE_DEG = (30.0, 40.0, -60.0, -20.0, 45.0, 60.0)
-_TRAVEL = 0.4
-_FREE_TRAVEL_MM = 100.0
-
-
-@dataclass(frozen=True, slots=True)
-class WorkedBranch:
-    """A branch of the inverse solution, and the goal's coordinates that its posture gives."""
-
-    branch: NamedBranch
-    comes_to: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class WorkedExample:
-    """An arm, a posture, and all that follows from it.
-
-    `matrices` are the A matrices of the posture, `frame` the tool's frame. `condition` says how
-    well the posture can move. A named system has `branches` for the `goal`, in `coordinates`;
-    any other chain has the `solution` of the numerical solver.
-    """
-
-    name: str
-    title: str
-    source: str
-    figure: str
-    derivation: tuple[NamedStep, ...]
-    chain: Chain
-    joints: tuple[float, ...]
-    matrices: tuple[Transform, ...]
-    frame: Transform
-    orientation: OrientationSolution[RPY]
-    violations: tuple[JointViolation, ...]
-    condition: str
-    coordinates: tuple[str, ...]
-    goal: tuple[float, ...]
-    branches: tuple[WorkedBranch, ...] = ()
-    solution: Solution | None = None
+from kinematics.textbook.study import (
+    FRAME_COORDINATES,
+    Study,
+    Subject,
+    example_posture,
+    study,
+    subject_of_chain,
+    subject_of_system,
+)
+from kinematics.textbook.systems.named import NamedBranch, Quantity, System
 
 
 def work_system(
     system: System, joints: Sequence[float] | None = None, goal: Sequence[float] | None = None
-) -> WorkedExample:
-    """Return the worked example of a named system.
-
-    Without joints, the first branch of the goal within the limits is taken, or an example
-    posture. Without a goal, the one that the joints reach. Raises as `System.fk` and `System.ik`
-    do.
-    """
-    chain = system.chain()
-    if goal is None:
-        posture = example_posture(chain) if joints is None else chain.checked(joints)
-        asked = system.goal_of(system.fk(posture))
-        found = system.ik(asked, posture)
-    else:
-        found = system.ik(goal, joints)
-        asked = tuple(goal)
-        taken = min(found, key=lambda branch: not branch.within_limits)
-        posture = taken.joints if joints is None else chain.checked(joints)
-    frame = system.fk(posture)
-    return WorkedExample(
-        system.name,
-        system.title,
-        system.source,
-        system.figure(),
-        system.derivation,
-        chain,
-        posture,
-        chain.matrices(posture),
-        frame,
-        solve_rpy(rotation_of(frame)),
-        chain.violations(posture),
-        condition(chain, posture).sentence,
-        system.coordinates,
-        asked,
-        branches=tuple(
-            WorkedBranch(branch, system.goal_of(system.fk(branch.joints))) for branch in found
-        ),
-    )
+) -> Study:
+    """Return the worked example of a named system, as `work` does."""
+    return work(subject_of_system(system), joints, goal)
 
 
 def work_chain(
@@ -112,56 +44,55 @@ def work_chain(
     source: str = "",
     joints: Sequence[float] | None = None,
     goal: Sequence[float] | None = None,
-) -> WorkedExample:
-    """Return the worked example of any chain, solved numerically.
+) -> Study:
+    """Return the worked example of any chain, as `work` does."""
+    return work(subject_of_chain(chain.name, title, source, chain), joints, goal)
 
-    A goal is x, y, z, or these with phi, theta, psi; without one it is the whole frame that the
-    joints reach, asked from the middle of the joints' ranges. Raises as `Chain.fk` does, and
-    `KinematicsError` for another number of goal coordinates.
+
+def work(
+    subject: Subject, joints: Sequence[float] | None = None, goal: Sequence[float] | None = None
+) -> Study:
+    """Return the worked example of a posture, or of a goal and a posture that meets it.
+
+    Without either it is that of an example posture. The goal of a named system is in its own
+    coordinates; of its branches the first within the limits is taken. A link table is solved
+    numerically: its goal is x, y, z, or these with phi, theta, psi, by default the whole frame that
+    the joints reach. Raises as `Chain.fk` and `System.ik` do, and `KinematicsError` for another
+    number of goal coordinates.
     """
-    parts = ALL_PARTS
+    if subject.system is None:
+        return _work_numerically(subject, joints, goal)
     if goal is None:
-        posture = example_posture(chain) if joints is None else chain.checked(joints)
+        return study(subject, _posture(subject.chain, joints))
+    found = subject.system.ik(goal, joints)
+    taken = min(found, key=lambda branch: not branch.within_limits)
+    posture = taken.joints if joints is None else subject.chain.checked(joints)
+    return replace(study(subject, posture), goal=tuple(goal), branches=found, refusal="")
+
+
+def _work_numerically(
+    subject: Subject, joints: Sequence[float] | None, goal: Sequence[float] | None
+) -> Study:
+    chain = subject.chain
+    if goal is None:
+        posture = _posture(chain, joints)
         target = chain.fk(posture)
+        solution = solve_frame_ik(chain, target)
+        asked = frame_coordinates(target)
     else:
-        if len(goal) not in (3, 6):
+        if len(as_list(goal) or ()) not in (3, 6):
             raise KinematicsError(
-                "a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), "
-                f"not {len(goal)} numbers"
+                f"a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), not {goal!r}"
             )
-        if len(goal) == 3:
-            parts = frozenset({Part.POSITION})
-        target = _frame_of(goal)
-    solution = solve_frame_ik(chain, target, joints if goal is not None else None, parts=parts)
-    if goal is not None:
+        target, asked = _frame_of(goal), tuple(goal)
+        parts = ALL_PARTS if len(asked) > 3 else frozenset({Part.POSITION})
+        solution = solve_frame_ik(chain, target, joints, parts=parts)
         posture = solution.joints if joints is None else chain.checked(joints)
-    frame = chain.fk(posture)
-    asked = FRAME_COORDINATES if parts == ALL_PARTS else FRAME_COORDINATES[:3]
-    return WorkedExample(
-        chain.name,
-        title,
-        source,
-        "",
-        (),
-        chain,
-        tuple(posture),
-        chain.matrices(posture),
-        frame,
-        solve_rpy(rotation_of(frame)),
-        chain.violations(posture),
-        condition(chain, posture).sentence,
-        asked,
-        frame_coordinates(target)[: len(asked)],
-        solution=solution,
-    )
+    return replace(study(subject, posture), goal=asked, refusal="", solution=solution)
 
 
-def example_posture(chain: Chain) -> tuple[float, ...]:
-    """Return a posture to show: round numbers within the limits, degenerate in no way."""
-    return tuple(
-        _example_value(link, _EXAMPLE_DEG[index % len(_EXAMPLE_DEG)])
-        for index, link in enumerate(chain.links)
-    )
+def _posture(chain: Chain, joints: Sequence[float] | None) -> tuple[float, ...]:
+    return example_posture(chain) if joints is None else chain.checked(joints)
 
 
 def frame_coordinates(frame: Transform) -> tuple[float, ...]:
@@ -172,21 +103,9 @@ def frame_coordinates(frame: Transform) -> tuple[float, ...]:
 
 def _frame_of(goal: Sequence[float]) -> Transform:
     names = FRAME_COORDINATES[: len(goal)]
-    given = numbers("a goal", goal, names)
+    given = goal_numbers("a goal", goal, names)
     x, y, z, phi, theta, psi = (*given, 0.0, 0.0, 0.0)[:6]
     return homogeneous(RPY(phi, theta, psi).rotation(), (x, y, z))
-
-
-def _example_value(link: DHLink, angle_deg: float) -> float:
-    """Return a joint's example value: the angle, or as far into the range as it is of a turn."""
-    if link.kind is JointKind.REVOLUTE:
-        angle = math.radians(angle_deg)
-        for value in (angle, -angle):
-            if link.low <= value <= link.high:
-                return value
-    elif not (math.isfinite(link.low) and math.isfinite(link.high)):
-        return min(max(_FREE_TRAVEL_MM, link.low), link.high)
-    return link.low + _TRAVEL * (link.high - link.low)
 
 
 # A worked example in words and numbers, in mm and degrees: the text of `armdrive explain`.
@@ -209,15 +128,16 @@ class ExampleSection:
     lines: tuple[str, ...]
 
 
-def sections(example: WorkedExample) -> Iterator[ExampleSection]:
+def sections(example: Study) -> Iterator[ExampleSection]:
     """Return the worked example section by section."""
-    if example.figure:
-        yield ExampleSection("Figure", tuple(example.figure.splitlines()))
-    yield ExampleSection("Links", tuple(table_text(example.chain).splitlines()))
+    system, chain = example.subject.system, example.subject.chain
+    if system is not None:
+        yield ExampleSection("Figure", tuple(system.figure().splitlines()))
+    yield ExampleSection("Links", tuple(table_text(chain).splitlines()))
     yield ExampleSection("A matrices at this posture", tuple(_matrices(example)))
     yield ExampleSection("Forward kinematics", tuple(_forward(example)))
-    if example.derivation:
-        yield ExampleSection("How it is solved", tuple(_derivation(example)))
+    if system is not None:
+        yield ExampleSection("How it is solved", tuple(_derivation(system)))
     if example.solution is None:
         yield ExampleSection("Inverse kinematics", tuple(_inverse(example)))
     else:
@@ -242,7 +162,7 @@ def number_text(value: float, unit: str) -> str:
 
 
 def plain(value: float, digits: int) -> str:
-    """Format with so many digits at most, without trailing zeros, and no minus before a zero."""
+    """Format with at most this many decimals, without trailing zeros or a minus before zero."""
     text = f"{value:.{digits}f}"
     if "." in text:
         text = text.rstrip("0").rstrip(".")
@@ -277,12 +197,12 @@ def coordinates_text(names: Sequence[str], values: Sequence[float]) -> str:
     )
 
 
-def _matrices(example: WorkedExample) -> Iterator[str]:
-    chain = example.chain
-    yield joints_text(example.chain, example.joints)
+def _matrices(example: Study) -> Iterator[str]:
+    chain = example.subject.chain
+    yield joints_text(chain, example.values)
     if chain.base != IN_PLACE:
         yield from _titled("frame 0 in the world", chain.base)
-    rows = zip(chain.links, example.joints, example.matrices, strict=True)
+    rows = zip(chain.links, example.values, example.matrices, strict=True)
     for number, (link, value, matrix) in enumerate(rows, 1):
         theta, distance, length, twist = link.parameters(value)
         yield from _titled(
@@ -298,9 +218,9 @@ def _titled(title: str, frame: Transform) -> Iterable[str]:
     return ["", title, *frame_text(frame)]
 
 
-def _forward(example: WorkedExample) -> Iterator[str]:
-    product = " ".join(f"A{number}" for number in range(1, len(example.chain) + 1))
-    yield f"T = {product}" + ("" if example.chain.tool == IN_PLACE else " tool")
+def _forward(example: Study) -> Iterator[str]:
+    product = " ".join(f"A{number}" for number in range(1, len(example.matrices) + 1))
+    yield f"T = {product}" + ("" if example.subject.chain.tool == IN_PLACE else " tool")
     yield from frame_text(example.frame)
     x, y, z = (number_text(each, "mm") for each in position_of(example.frame))
     angles = example.orientation.first
@@ -313,35 +233,34 @@ def _forward(example: WorkedExample) -> Iterator[str]:
         yield f"  degenerate: {example.orientation.degeneracy.value}"
     for violation in example.violations:
         yield f"but: {violation_text(violation)}"
-    yield example.condition
+    yield example.condition.sentence
 
 
-def _derivation(example: WorkedExample) -> Iterator[str]:
-    for number, step in enumerate(example.derivation, 1):
+def _derivation(system: System) -> Iterator[str]:
+    for number, step in enumerate(system.derivation, 1):
         yield f"{number}. {step.title}: {step.formula}"
         if step.why:
             yield f"   {step.why}"
 
 
-def _inverse(example: WorkedExample) -> Iterator[str]:
+def _inverse(example: Study) -> Iterator[str]:
     yield f"goal: {coordinates_text(example.coordinates, example.goal)}"
     count = len(example.branches)
-    within = sum(each.branch.within_limits for each in example.branches)
+    within = sum(each.within_limits for each in example.branches)
     yield f"{count} solution{'' if count == 1 else 's'}, {within} within the joint limits"
-    if any(one.symbol == "lift" for each in example.branches for one in each.branch.workings):
+    if any(one.symbol == "lift" for each in example.branches for one in each.workings):
         yield TRIANGLE
     for each in example.branches:
         yield ""
         yield from _branch(example, each)
 
 
-def _branch(example: WorkedExample, worked: WorkedBranch) -> Iterator[str]:
-    branch = worked.branch
+def _branch(example: Study, branch: NamedBranch) -> Iterator[str]:
     yield branch.name
     if branch.workings:
         yield f"  {', '.join(map(_quantity, branch.workings))}"
-    yield f"  {joints_text(example.chain, branch.joints)}"
-    yield f"  comes to {coordinates_text(example.coordinates, worked.comes_to)}"
+    yield f"  {joints_text(example.subject.chain, branch.joints)}"
+    yield f"  comes to {coordinates_text(example.coordinates, example.comes_to(branch))}"
     if branch.free:
         yield f"  free: {', '.join(branch.free)}; any value serves, the one shown is the nearest"
     if branch.degenerate:
@@ -354,12 +273,12 @@ def _quantity(quantity: Quantity) -> str:
     return f"{quantity.symbol} = {number_text(quantity.value, quantity.unit)}"
 
 
-def _solved(example: WorkedExample) -> Iterator[str]:
+def _solved(example: Study) -> Iterator[str]:
     solution = example.solution
     if solution is None:
         return
     yield f"goal: {coordinates_text(example.coordinates, example.goal)}"
-    yield joints_text(example.chain, solution.joints)
+    yield joints_text(example.subject.chain, solution.joints)
     x, y, z = (number_text(each, "mm") for each in position_of(solution.frame))
     yield f"comes to x {x}, y {y}, z {z}"
     yield solution.sentence

@@ -1,12 +1,13 @@
-"""A wire that loses, garbles, repeats and delays lines by rule, and a spy on all that passes.
+"""A wire that loses, garbles, repeats and delays messages by rule, and notes all that is sent.
 
-Wraps any in-process link. A rule holds for whole lines of one direction: it matches once, or as
-often as it says, and turns the line into what arrives instead, each piece after a delay.
+Wraps any in-process link. A rule holds for whole messages of one direction, a line or a frame: it
+matches once, or as often as it says, and turns the message into what arrives instead, each piece
+after a delay.
 """
 
 from __future__ import annotations
 
-import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -15,6 +16,8 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import LinkLost
 from armdrive.registry.simulate import simulate
+from armdrive.sim.simulated_arm import SimulatedArm
+from armdrive.transports.link import Link
 from kinematics import Joints
 
 CR = b"\r"
@@ -51,15 +54,21 @@ def garbled(index: int, byte: int = 0x5A) -> Change:
     return lambda line: [(0.0, line[:index] + bytes([byte]) + line[index + 1 :])]
 
 
+def becoming(change: Callable[[bytes], bytes]) -> Change:
+    return lambda message: [(0.0, change(message))]
+
+
 @dataclass
 class Rule:
+    """What becomes of a message that a regular expression matches, after `skip` others."""
+
     starts: bytes
     change: Change
     skip: int = 0
     times: float = 1
 
-    def applies(self, line: bytes) -> bool:
-        if not line.startswith(self.starts) or self.times <= 0:
+    def applies(self, message: bytes) -> bool:
+        if self.times <= 0 or not re.match(self.starts, message, re.DOTALL):
             return False
         if self.skip > 0:
             self.skip -= 1
@@ -68,66 +77,69 @@ class Rule:
         return True
 
 
-class FaultyLink:
-    """A link with rules for what goes `to` the arm and what comes `back`."""
+class DisturbedLink(Link):
+    """A link with rules for the messages that go `to` the arm and come `back`.
+
+    A dialect's link says which messages are `written` at once, and which whole ones stand at the
+    beginning of what was `received`, with the bytes that are left over.
+    """
+
+    end = CR
+    """What ends a line that comes back."""
 
     def __init__(self, inner):
         self.inner = inner
         self.to: list[Rule] = []
         self.back: list[Rule] = []
         self.sent: list[tuple[float, bytes]] = []
-        self.overlaps: list[bytes] = []
-        self.now_s = 0.0
-        self._cut = False
-        self._half = b""
-        self._lines_due = 0
-        self._arriving: Pieces = []
-        self._leaving: Pieces = []
         self.on_write: Callable[[bytes], None] = lambda data: None
+        self.arriving: Pieces = []
+        self._leaving: Pieces = []
+        self._half = b""
+        self._cut = False
+
+    def __getattr__(self, name):
+        return getattr(self.inner, name)
 
     @property
     def description(self):
         return self.inner.description
 
+    def written(self, data: bytes) -> list[bytes]:
+        return [data]
+
+    def received(self, data: bytes) -> tuple[list[bytes], bytes]:
+        *whole, rest = data.split(self.end)
+        return [line + self.end for line in whole], rest
+
     @property
-    def lines(self) -> list[bytes]:
-        return [line for _, line in self.sent]
+    def messages(self) -> list[bytes]:
+        return [message for _, message in self.sent]
 
     def named(self, name: bytes) -> list[bytes]:
-        return [line for line in self.lines if line.startswith(name)]
+        return [message for message in self.messages if message.startswith(name)]
 
     def write(self, data, now_s):
-        self._check(now_s)
-        if self._lines_due:
-            self.overlaps.append(data)
-        self._lines_due = 2 if data.startswith(b"@READ") else 1
-        self.sent.append((now_s, data))
-        self.on_write(data)
-        self._leaving += [(now_s + delay, piece) for delay, piece in _changed(self.to, data)]
+        self._check()
+        for message in self.written(data):
+            self.sent.append((now_s, message))
+            self.on_write(message)
+            self._leaving += _changed(self.to, message, now_s)
         self._deliver(now_s)
 
     def read(self, now_s):
-        self._check(now_s)
+        self._check()
         self._deliver(now_s)
-        *whole, self._half = (self._half + self.inner.read(now_s)).split(CR)
-        for line in whole:
-            pieces = _changed(self.back, line + CR)
-            self._arriving += [(now_s + delay, piece) for delay, piece in pieces]
-        ready = [piece for due, piece in self._arriving if due <= now_s]
-        self._arriving = [entry for entry in self._arriving if entry[0] > now_s]
-        data = b"".join(ready)
-        self._lines_due = max(self._lines_due - data.count(CR), 0)
-        if data.startswith((b"0", b"2")):
-            self._lines_due = 0
+        whole, self._half = self.received(self._half + self.inner.read(now_s))
+        for message in whole:
+            self.arriving += _changed(self.back, message, now_s)
+        data = b"".join(piece for due_s, piece in self.arriving if due_s <= now_s)
+        self.arriving = [entry for entry in self.arriving if entry[0] > now_s]
         return data
 
     def next_s(self):
-        waiting = [due for due, _ in (*self._arriving, *self._leaving)]
-        return min([self.inner.next_s(), *waiting], default=math.inf)
-
-    def forget_answers(self):
-        """Tell the spy that the driver has given up on what it asked."""
-        self._lines_due = 0
+        late = [due_s for due_s, _ in (*self.arriving, *self._leaving)]
+        return min([self.inner.next_s(), *late])
 
     def cut(self):
         self._cut = True
@@ -142,22 +154,50 @@ class FaultyLink:
         self.inner.close()
 
     def _deliver(self, now_s):
-        due = [piece for at, piece in self._leaving if at <= now_s]
+        due = [piece for due_s, piece in self._leaving if due_s <= now_s]
         self._leaving = [entry for entry in self._leaving if entry[0] > now_s]
         for piece in due:
             self.inner.write(piece, now_s)
 
-    def _check(self, now_s):
-        self.now_s = now_s
+    def _check(self):
         if self._cut:
             raise LinkLost("the cable was pulled")
 
 
-def _changed(rules: list[Rule], line: bytes) -> Pieces:
-    for rule in rules:
-        if rule.applies(line):
-            return rule.change(line)
-    return [(0.0, line)]
+def _changed(rules: list[Rule], message: bytes, now_s: float) -> Pieces:
+    """Return what arrives instead of a message, and when."""
+    rule = next((each for each in rules if each.applies(message)), None)
+    pieces = [(0.0, message)] if rule is None else rule.change(message)
+    return [(now_s + delay_s, piece) for delay_s, piece in pieces]
+
+
+class FaultyLink(DisturbedLink):
+    """A TeachMover's wire, which also notes what was sent before the last answer had come."""
+
+    def __init__(self, inner):
+        super().__init__(inner)
+        self.overlaps: list[bytes] = []
+        self._lines_due = 0
+
+    def write(self, data, now_s):
+        self._check()
+        if self._lines_due:
+            self.overlaps.append(data)
+        self._lines_due = 2 if data.startswith(b"@READ") else 1
+        super().write(data, now_s)
+
+    def read(self, now_s):
+        data = super().read(now_s)
+        self._lines_due = max(self._lines_due - data.count(CR), 0)
+        if data.startswith((b"0", b"2")):
+            self._lines_due = 0
+        return data
+
+
+def placed(twin: SimulatedArm, joints: Joints, opening_mm: float = 20.0) -> SimulatedArm:
+    """Put a simulated arm into a posture."""
+    twin.world.drive_to(twin.world.body.transmission.to_motors(joints, opening_mm))
+    return twin
 
 
 def sim_config(**motion):
@@ -170,7 +210,7 @@ def sim_arm(config=None, *, speed_error=0.0, blocks=(), at=None, **options) -> A
     config = config or simulated_config("teachmover")
     twin = simulate(config, blocks=blocks, speed_error=speed_error)
     if at is not None:
-        twin.world.drive_to(twin.world.body.transmission.to_motors(at, 20.0))
+        placed(twin, at)
     twin = replace(twin, link=FaultyLink(twin.link))
     arm = Arm(connect_simulated(config, twin=twin, **options))
     if at is not None:
@@ -190,10 +230,10 @@ def as_it_stands(arm: Arm) -> Arm:
     return arm
 
 
-def stand_still_s(arm, look_s=0.005):
+def stand_still_s(arm, look_s=0.005, quiet_s=1.0):
     """Let time pass until the motors have stood still for a while; return when they stopped."""
     last, since_s = arm.twin.world.motors, arm.status.time_s
-    while arm.status.time_s < since_s + 1.0:
+    while arm.status.time_s < since_s + quiet_s:
         arm.sleep(look_s)
         if arm.twin.world.motors != last:
             last, since_s = arm.twin.world.motors, arm.status.time_s

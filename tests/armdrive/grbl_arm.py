@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+
+from faults import OVER_THE_TABLE as OVER
+from faults import DisturbedLink, placed, stand_still_s
 
 from armdrive import Jog
 from armdrive.arm import Arm
@@ -13,69 +16,26 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
-from kinematics import Joints, Pose
+from kinematics import Pose
 
-OVER = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 OPENING_MM = 20.0
 PIECES = re.compile(rb"[?!~\x18\x80-\xff]|[^?!~\x18\x80-\xff\n]*\n|[^?!~\x18\x80-\xff\n]+")
-Change = Callable[[bytes], bytes]
 
 
-class Disturbed:
-    """A link whose pieces, lines or real-time bytes, go through rules `to` the board and `back`."""
+class Disturbed(DisturbedLink):
+    """A GRBL board's wire; to the board go lines and real-time bytes."""
 
-    def __init__(self, inner):
-        self.inner = inner
-        self.to: list[list] = []
-        self.back: list[list] = []
-        self.sent: list[tuple[float, bytes]] = []
-        self._half = b""
+    end = b"\n"
 
-    def __getattr__(self, name):
-        return getattr(self.inner, name)
+    def written(self, data: bytes) -> list[bytes]:
+        return PIECES.findall(data)
 
     @property
     def motions(self) -> list[bytes]:
-        return [piece for _, piece in self.sent if piece.startswith((b"G91G1", b"$J="))]
+        return [piece for piece in self.messages if piece.startswith((b"G91G1", b"$J="))]
 
     def pressed(self, byte: bytes) -> int:
-        return sum(piece == byte for _, piece in self.sent)
-
-    def write(self, data, now_s):
-        for piece in PIECES.findall(data):
-            self.sent.append((now_s, piece))
-            changed = _changed(self.to, piece)
-            if changed:
-                self.inner.write(changed, now_s)
-
-    def read(self, now_s):
-        *whole, self._half = (self._half + self.inner.read(now_s)).split(b"\n")
-        return b"".join(_changed(self.back, line + b"\n") for line in whole)
-
-
-def _changed(rules, piece):
-    for each in rules:
-        pattern, change, skip, times = each
-        if times > 0 and re.match(pattern, piece):
-            if skip > 0:
-                each[2] -= 1
-                continue
-            each[3] -= 1
-            return change(piece)
-    return piece
-
-
-def rule(pattern: bytes, change: Change, skip: int = 0, times: float = 1) -> list:
-    """Return a rule: what it matches, what it makes of it, how many pass before, how often."""
-    return [pattern, change, skip, times]
-
-
-def lost(piece: bytes) -> bytes:
-    return b""
-
-
-def without(index: int) -> Change:
-    return lambda piece: piece[:index] + piece[index + 1 :]
+        return self.messages.count(byte)
 
 
 def config(device=None, gripper=None, **motion) -> ArmConfig:
@@ -97,9 +57,8 @@ def found(made: ArmConfig | None = None, **options) -> Arm:
     """Connect to a board whose arm stands over the table, without a reference."""
     made = made or config()
     twin = simulate(made, **options)
-    body = twin.world.body
-    twin.world.drive_to(body.transmission.to_motors(OVER, OPENING_MM))
-    return Arm(connect_simulated(made, twin=replace(twin, link=Disturbed(twin.link))))
+    twin = replace(placed(twin, OVER, OPENING_MM), link=Disturbed(twin.link))
+    return Arm(connect_simulated(made, twin=twin))
 
 
 def ready(made: ArmConfig | None = None, **options) -> Arm:
@@ -110,14 +69,7 @@ def ready(made: ArmConfig | None = None, **options) -> Arm:
     return arm
 
 
-def stands(arm: Arm, quiet_s: float = 0.4, look_s: float = 0.008) -> float:
-    """Let time pass until the motors have stood for a while; return when they stopped."""
-    last, since_s = arm.twin.world.motors, arm.status.time_s
-    while arm.status.time_s < since_s + quiet_s:
-        arm.sleep(look_s)
-        if arm.twin.world.motors != last:
-            last, since_s = arm.twin.world.motors, arm.status.time_s
-    return since_s
+stands = partial(stand_still_s, quiet_s=0.4, look_s=0.008)
 
 
 def standing_as_said(arm: Arm) -> bool:

@@ -10,28 +10,47 @@ from kinematics_cases import TEACHMOVER
 
 from kinematics import (
     SYSTEMS,
+    AxisAngle,
     BadNumber,
     Chain,
     DHLink,
+    EulerZYZ,
     FrameGraph,
     JointAxis,
     Joints,
     KinematicsError,
     NotARotation,
     Pose,
+    Quaternion,
     assign_frames,
+    chain_of_rows,
     check_transform,
     frame_goal,
+    geometric_jacobian,
     invert,
+    preset,
     solve_frame_ik,
+    system,
     transform,
+    work_chain,
+    work_system,
 )
-from kinematics.chains.links import Convention
+from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.urdf_reading import read_urdf
+from kinematics.frames.orientations import RPY
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE
 from kinematics.limits import turn_into, turn_near, wrap
+from kinematics.textbook.systems import MODEL_NAMES
+from kinematics.textbook.worked_example import example_posture
 
 LINKS = (DHLink(a_mm=100.0), DHLink(a_mm=80.0))
+
+
+def is_angle(coordinate):
+    return coordinate.endswith("_rad")
+
+
 AXES = (JointAxis((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),)
 
 TAKE_A_FRAME = {
@@ -46,6 +65,7 @@ TAKE_A_FRAME = {
     "solve_frame_ik": lambda frame: solve_frame_ik(Chain(LINKS), frame),
     "solve_transform": TEACHMOVER.solve_transform,
     **{f"ik_frame of {name}": one.ik_frame for name, one in SYSTEMS.items()},
+    **{f"goal_of of {name}": one.goal_of for name, one in SYSTEMS.items()},
 }
 
 
@@ -98,27 +118,63 @@ def test_what_is_no_frame_is_refused_in_the_same_words(take, frame, error, says)
     assert says in str(caught.value)
 
 
-NO_NUMBERS = (None, 1.0, "12", (1.0,), (1.0, "2"), (1.0, None), (1.0, math.nan), (1.0,) * 4)
+NO_NUMBERS = (None, 1.0, "12", (1.0,), (1.0, "2"), (1.0, None), (1.0, math.nan), (1.0,) * 9)
+PUMA = SYSTEMS["puma"]
 
 
-@pytest.mark.parametrize("values", NO_NUMBERS, ids=repr)
-@pytest.mark.parametrize(
-    "take",
-    [
-        Chain(LINKS).fk,
-        Chain(LINKS).frames,
-        Chain(LINKS).violations,
-        Chain(LINKS).clamp,
-        SYSTEMS["two-link-1"].fk,
-        SYSTEMS["two-link-1"].ik,
-        lambda values: JointAxis(values, (0.0, 0.0, 1.0)).line,
-        lambda values: JointAxis((0.0, 0.0, 0.0), values).line,
-        lambda values: transform(IDENTITY, values),
-    ],
-)
-def test_what_is_not_as_many_numbers_as_needed_is_refused(take, values):
-    with pytest.raises(KinematicsError, match=r"needs [236] numbers|must be a finite number"):
-        take(values)
+def branch_of(one):
+    return next(iter(one.signs))
+
+
+def of_system(name):
+    """Everything of a system that takes numbers: joint values, goals, seeds."""
+    one = system(name)
+    frame = one.fk(example_posture(one.chain()))
+    goal = one.goal_of(frame)
+    return {
+        f"{name}.fk": one.fk,
+        f"{name}.ik": one.ik,
+        f"{name}.holds": one.holds,
+        f"{name}.solution": lambda values: one.solution(values, branch_of(one)),
+        f"{name}.ik, the seed": lambda values: one.ik(goal, values or ()),
+        f"{name}.ik_frame, the seed": lambda values: one.ik_frame(frame, values or ()),
+        f"{name}.miss": lambda values: one.miss(values, frame),
+        f"{name}.by_matrices": lambda values: one.by_matrices(*(values if listed(values) else ())),
+        f"{name}.by_vectors": lambda values: one.by_vectors(*(values if listed(values) else ())),
+        f"{name}.by_trigonometry": lambda values: one.by_trigonometry(
+            *(values if listed(values) else ())
+        ),
+        f"{name}.chain().fk": one.chain().fk,
+        f"work_system({name})": lambda values: work_system(one, values or ()),
+        f"work_system({name}), the goal": lambda values: work_system(one, None, values or ()),
+    }
+
+
+def listed(values):
+    return isinstance(values, tuple)
+
+
+TAKE_NUMBERS = {
+    "Chain.fk": Chain(LINKS).fk,
+    "Chain.frames": Chain(LINKS).frames,
+    "Chain.axes": Chain(LINKS).axes,
+    "Chain.matrices": Chain(LINKS).matrices,
+    "Chain.violations": Chain(LINKS).violations,
+    "Chain.clamp": Chain(LINKS).clamp,
+    "geometric_jacobian": lambda values: geometric_jacobian(Chain(LINKS), values),
+    "an axis' point": lambda values: JointAxis(values, (0.0, 0.0, 1.0)).line,
+    "an axis' direction": lambda values: JointAxis((0.0, 0.0, 0.0), values).line,
+    "transform": lambda values: transform(IDENTITY, values),
+    "AxisAngle": lambda values: AxisAngle(values, 0.1),
+    **{key: take for name in MODEL_NAMES for key, take in of_system(name).items()},
+}
+
+
+@pytest.mark.parametrize("take", TAKE_NUMBERS.values(), ids=TAKE_NUMBERS)
+def test_what_is_not_as_many_numbers_as_needed_is_refused(take):
+    for values in NO_NUMBERS:
+        with pytest.raises(KinematicsError, match=r"needs \d numbers? \(|must be a finite number"):
+            take(values)
 
 
 @pytest.mark.parametrize(
@@ -134,6 +190,29 @@ def test_what_is_not_as_many_numbers_as_needed_is_refused(take, values):
         (lambda: assign_frames(((0.0, 0.0, 1.0),)), "an axis must be of the class JointAxis"),
         (lambda: assign_frames(AXES, convention="craig"), "class Convention"),
         (lambda: DHLink(a_mm="1"), "a_mm must be a finite number"),
+        (lambda: Chain(LINKS).within(((0.0, 1.0),)), "2 pairs, lowest and highest value"),
+        (lambda: Chain(LINKS).within((0.0, 1.0)), "2 pairs, lowest and highest value"),
+        (lambda: Chain(LINKS).within(1.0), "2 pairs, lowest and highest value"),
+        (lambda: PUMA.sized(ranges=((0.0, 1.0),)), "6 pairs, lowest and highest value"),
+        (lambda: PUMA.sized(d1="1"), "d_mm must be a finite number"),
+        (lambda: PUMA.sized(1.0), "the lengths of puma are d1, a1"),
+        (lambda: PUMA.solution((0.0,) * 6, []), "puma has no branch"),
+        (lambda: PUMA.miss((0.0,) * 6, None), "4 rows of 4 numbers are needed"),
+        (lambda: system([]), "no system is named"),
+        (lambda: preset({}), "no preset arm is named"),
+        (lambda: Joints(None), "joint angles are a list of numbers, not None"),
+        (lambda: Joints("12345"), "base_rad must be a finite number"),
+        (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),
+        (lambda: TEACHMOVER.ik(None), "a pose must be of the class Pose"),
+        (lambda: TEACHMOVER.branches((1.0,) * 5), "a pose must be of the class Pose"),
+        (lambda: RPY("1", 0.0, 0.0), "phi_rad must be a finite number"),
+        (lambda: EulerZYZ(0.0, math.nan, 0.0), "theta_rad must be a finite number"),
+        (lambda: Quaternion.of(1.0, 0.0, 0.0, None), "z of a quaternion must be a finite number"),
+        (lambda: AxisAngle((0.0, 0.0, 1.0), "1"), "angle_rad must be a finite number"),
+        (lambda: chain_of_rows(("d_mm",)), "row 1 is a table of keys and values, not 'd_mm'"),
+        (lambda: chain_of_rows(None), "at least one link"),
+        (lambda: work_chain(Chain(LINKS), goal=1.0), "a goal is x, y, z, or"),
+        (lambda: read_urdf(b"<robot/>"), "the URDF must be of the class str"),
     ],
 )
 def test_wrong_types_raise_the_typed_error(make, says):
@@ -184,6 +263,50 @@ def test_an_angle_of_a_pose_beyond_two_turns_is_questioned(name, angle):
         Pose(250.0, 0.0, 120.0, **angles)
 
 
+ANGLED = [name for name in MODEL_NAMES if any(map(is_angle, system(name).coordinates))]
+
+
+@pytest.mark.parametrize("name", ANGLED)
+@pytest.mark.parametrize("angle", [-90.0, 45.0])
+def test_an_angle_of_a_system_s_goal_beyond_two_turns_is_questioned(name, angle):
+    one = system(name)
+    goal = list(one.goal_of(one.fk(example_posture(one.chain()))))
+    for index, coordinate in enumerate(one.coordinates):
+        if is_angle(coordinate):
+            wrong = (*goal[:index], angle, *goal[index + 1 :])
+            says = rf"{coordinate} of a goal of {name} must be within two turns"
+            for take in (one.ik, one.holds, lambda given: work_system(one, None, given)):
+                with pytest.raises(BadNumber, match=rf"{says}.*math.radians\({angle:g}\)"):
+                    take(wrong)
+
+
+def test_an_angle_of_a_chain_s_goal_beyond_two_turns_is_questioned():
+    with pytest.raises(BadNumber, match="theta_rad of a goal must be within two turns"):
+        work_chain(Chain(LINKS), goal=(100.0, 0.0, 0.0, 0.0, -90.0, 0.0))
+
+
+@pytest.mark.parametrize("name", MODEL_NAMES)
+@pytest.mark.parametrize("turns", [1e3, 1e8, -1e12])
+def test_joint_values_of_many_turns_lose_no_digits(name, turns):
+    """The tip stands where the angle's exact rest puts it, and is found again near such a seed."""
+    one = system(name)
+    kinds = one.chain().kinds
+    plain = example_posture(one.chain())
+    turned = tuple(
+        value + turns * math.tau if kind is JointKind.REVOLUTE else value
+        for value, kind in zip(plain, kinds, strict=True)
+    )
+    exact = tuple(
+        exactly_wrapped(value) if kind is JointKind.REVOLUTE else value
+        for value, kind in zip(turned, kinds, strict=True)
+    )
+    for ours, theirs in zip(one.fk(turned), one.fk(exact), strict=True):
+        assert ours == pytest.approx(theirs, abs=1e-9)
+    goal = one.goal_of(one.fk(plain))
+    for branch in one.ik(goal, turned):
+        assert one.goal_of(one.fk(branch.joints)) == pytest.approx(goal, abs=1e-6)
+
+
 @pytest.mark.parametrize("turns", [-2, -1, 1, 2])
 @pytest.mark.parametrize("x", [120.0, 0.0])
 def test_a_pose_of_up_to_two_turns_is_solved_as_the_one_without(turns, x):
@@ -212,6 +335,51 @@ def test_a_tip_within_the_stated_tolerance_of_the_base_axis_is_on_it(off_mm, pit
         reached = TEACHMOVER.fk(TEACHMOVER.ik(goal))
         assert math.hypot(reached.x_mm, reached.y_mm) < 2e-6
         assert reached.z_mm == pytest.approx(550.0)
+
+
+ON_THE_AXIS = {
+    "minimover5": (550.0, 1.0, 0.2),
+    "alpha2": (600.0, 1.0, 0.2),
+    "alpha2-lecture": (600.0, 1.0, 0.2),
+    "cylindrical": (90.0,),
+    "spherical": (50.0,),
+    "revolute": (450.0,),
+    "two-link-2": (350.0,),
+    "two-link-3": (),
+}
+"""Systems whose tip can be over the base, and the rest of such a goal."""
+
+
+@pytest.mark.parametrize(
+    ("name", "off_mm"),
+    [
+        (name, off_mm)
+        for name in ON_THE_AXIS
+        for off_mm in (0.0, 1e-12, 1e-9, -1e-9, 5e-7, -9e-7, 2e-6, 1e-3)
+        if name != "two-link-2" or off_mm < 1e-3  # there its tip would leave the sphere
+    ],
+)
+def test_every_system_reaches_over_its_base_whatever_rounding_leaves_beside_it(name, off_mm):
+    one = system(name)
+    for x_mm, y_mm in ((off_mm, 0.0), (0.0, off_mm)):
+        goal = (x_mm, y_mm, *ON_THE_AXIS[name])
+        found = one.ik(goal)
+        assert found
+        for branch in found:
+            x, y, z = one.by_trigonometry(*branch.joints)
+            assert math.hypot(x - x_mm, y - y_mm) < 2e-6
+            assert z == pytest.approx((*ON_THE_AXIS[name], z)[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("turns", [1e3, 1e8, -1e12])
+def test_an_arm_s_joints_of_many_turns_lose_no_digits(turns):
+    joints = Joints(tuple(value + turns * math.tau for value in (0.3, 0.5, -0.7, 0.2, 0.4)))
+    exact = Joints(tuple(map(exactly_wrapped, joints)))
+    for ours, theirs in zip(TEACHMOVER.points(joints), TEACHMOVER.points(exact), strict=True):
+        assert ours == pytest.approx(theirs, abs=1e-9)
+    for ours, theirs in zip(TEACHMOVER.transform(joints), TEACHMOVER.transform(exact), strict=True):
+        assert ours == pytest.approx(theirs, abs=1e-9)
+    assert TEACHMOVER.fk(joints).pitch_rad == pytest.approx(TEACHMOVER.fk(exact).pitch_rad)
 
 
 # Axes that are nearly parallel.

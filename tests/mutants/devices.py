@@ -538,6 +538,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a stopped CiA 402 drive in profile mode keeps its set-point ahead of a blocked shaft",
+        promise="a blocked shaft does not jump to its target after a stop",
+        path="armdrive/dialects/cia402/exchange.py",
+        old="        yield from self.hold_here(stopped)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
+            "test_it_is_held_where_it_is_when_it_is_heard",
+        ),
+    ),
+    Mutant(
         name="CiA 402 drives are judged in time in which nobody listened",
         promise="a late computer blames no drive",
         path="armdrive/dialects/exchange.py",

@@ -83,6 +83,39 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a link table's posture is used without comparing it with the goal",
+        promise="what a closed form returns meets the goal",
+        path="kinematics/chains/closed_form.py",
+        old="[angles for angles in found if finder.meets(fk(angles), frame)]",
+        new="[angles for angles in found if fk(angles)]",
+        tests=tests_of(
+            "tests/kinematics/chains/test_closed_form.py",
+            "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",
+        ),
+    ),
+    Mutant(
+        name="a link table's joint may stand beyond its limit",
+        promise="what a closed form chooses keeps all limits",
+        path="kinematics/chains/closed_form.py",
+        old="                if fitting is not None:",
+        new="                fitting = fitting or angles\n                if fitting is not None:",
+        tests=tests_of(
+            "tests/kinematics/chains/test_closed_form.py",
+            "test_the_nearest_posture_is_within_the_limits_and_the_nearest",
+        ),
+    ),
+    Mutant(
+        name="a link table's second solution of an angle is left out",
+        promise="a closed form finds every branch",
+        path="kinematics/chains/subproblems.py",
+        old="    for side in (root, -root):",
+        new="    for side in (root, root):",
+        tests=tests_of(
+            "tests/kinematics/chains/test_closed_form.py",
+            "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",
+        ),
+    ),
+    Mutant(
         name="half a turn is minus half a turn",
         promise="angles are wrapped into (-pi, pi]",
         path="kinematics/limits.py",

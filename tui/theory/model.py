@@ -17,8 +17,7 @@ from textual.screen import Screen
 from armdrive.errors import KeyFileError
 from armdrive.render.canvas import can_braille
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
-from kinematics.textbook.study import Study, Subject, study
-from kinematics.textbook.worked_example import example_posture
+from kinematics.textbook.study import Study, Subject, example_posture, study
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.dialogs import Dialogs
@@ -163,7 +162,7 @@ class ModelHand:
             by = sign * self._amount(chain.kinds[joint].unit)
             stepped = step_joint(self.subject, self.values, joint, by)
         self.values = stepped.values
-        return stepped.said
+        return stepped.message
 
     def next_solution(self) -> str:
         """Go on to the next solution within the limits; return its name, or why there is none."""

@@ -20,7 +20,7 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.presets import ArmModel
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections, wrapped
 from kinematics.textbook.study import Study, Subject, searched
-from kinematics.textbook.systems.named import Lost
+from kinematics.textbook.systems.named import NamedSingularity
 from kinematics.textbook.thirteen_steps import assignment_steps, axes_lines, result_lines
 from kinematics.textbook.worked_example import ExampleSection
 from tui.app import HoldAlarm, KeyApp
@@ -62,7 +62,7 @@ class TheoryPanel(Horizontal):
         self._study: Study | None = None
         self._symbols: tuple[ExampleSection, ...] | None = None
         self._writing = False
-        self._near: tuple[tuple[float, ...], tuple[Lost, ...]] = ((), ())
+        self._near: tuple[tuple[float, ...], tuple[NamedSingularity, ...]] = ((), ())
         self._searching = False
         self._rests = HoldAlarm(cast("KeyApp", self.app), self.look_now)
 
@@ -99,7 +99,7 @@ class TheoryPanel(Horizontal):
         self._show_pages(of)
 
     def turn(self, by: int) -> None:
-        """Turn so many pages or steps on, from the last to the first."""
+        """Turn this many pages or steps on; after the last comes the first."""
         if self._walk is not None:
             self._walk.turn(by)
             self._again()
@@ -152,7 +152,7 @@ class TheoryPanel(Horizontal):
         self._show_columns(columns, self.page * count, count)
 
     def _show_columns(self, columns: tuple[Column, ...], first: int, count: int) -> None:
-        """Show so many columns side by side, from the first one given."""
+        """Show `count` columns side by side, from column `first` on."""
         for place in range(MOST_COLUMNS):
             text = self._text(f"theory-page-{place}")
             text.display = place < count
@@ -191,7 +191,7 @@ class TheoryPanel(Horizontal):
         self._symbols = found
         self._again()
 
-    def _found(self, of: Study) -> tuple[Lost, ...] | None:
+    def _found(self, of: Study) -> tuple[NamedSingularity, ...] | None:
         """Return the singularity that was found near this posture of a link table, if it was."""
         return self._near[1] if self._near[0] == of.values else None
 
@@ -218,7 +218,7 @@ class TheoryPanel(Horizontal):
             self._searching = False
         self.app.call_from_thread(self._keep_found, of, found)
 
-    def _keep_found(self, of: Study, found: tuple[Lost, ...]) -> None:
+    def _keep_found(self, of: Study, found: tuple[NamedSingularity, ...]) -> None:
         self._near = (of.values, found)
         self._again()
 
@@ -239,14 +239,14 @@ class AxesWalk:
         self.drawing = self._draw()
 
     def turn(self, by: int) -> None:
-        """Go so many steps on; after the last comes the link table, and then the first."""
+        """Go this many steps on; after the last comes the link table, and then the first step."""
         self._place = (self._place + by) % (len(self._steps) + 1)
         self.drawing = self._draw()
 
     def columns(self, width: int, height: int, count: int, *, plain: bool) -> tuple[Column, ...]:
-        """Return so many columns: the step, and what is given if there is room for it too.
+        """Return `count` columns at most: the step, and the given axes if there is room.
 
-        Of a step that is too long its last lines are shown.
+        Only the last lines of a step that is too long are shown.
         """
         step = self._section(width)
         given = ExampleSection("given: every joint at zero, in mm", self._given(width))

@@ -10,19 +10,17 @@ from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
-from armdrive.cli.learn.models import find_system
+from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.presenter import Outcome, Result, say
 from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
-from armdrive.config.link_model import is_model_file, read_model
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest
 from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage import files as places
 from armdrive.text.reading import read_text
-from kinematics.textbook.study import Subject, named_subject, subject_of_chain
 from kinematics.textbook.systems import MODEL_NAMES, system
 from tui.gamepad.evdev import check_gamepads
 from tui.keys.keyboard import Keyboard, as_rows, as_text
@@ -121,18 +119,6 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
     if not options.served:
         require_screen("jogging", "`armdrive explain` prints the same for one posture")
     return run_model(subject, ascii_only=options.ascii, keys=keys)
-
-
-def find_subject(word: str) -> Subject:
-    """Return the model of a name or of the path of a model file.
-
-    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
-    that cannot be used.
-    """
-    if is_model_file(word):
-        model = read_model(word)
-        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
-    return named_subject(find_system(word).name)
 
 
 def _models() -> Result:

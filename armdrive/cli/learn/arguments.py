@@ -66,7 +66,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
       armdrive explain puma --symbolic
       armdrive explain accuracy teachmover 0 40 -60 -70 0
       armdrive explain alpha2 --urdf
-      armdrive explain --axes alpha2 --convention craig
+      armdrive explain --axes alpha2-lecture --convention craig
 
     """
     parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name or a .toml file")

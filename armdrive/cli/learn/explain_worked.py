@@ -14,6 +14,7 @@ from typing import Any
 from armdrive.cli.learn.explain_axes import explain_axes
 from armdrive.cli.learn.models import (
     find_model,
+    find_subject,
     find_system,
     given_goal,
     given_joints,
@@ -24,9 +25,9 @@ from armdrive.cli.learn.models import (
 )
 from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Outcome, Result, say_lines
-from armdrive.config.link_model import is_model_file, read_model
+from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
-from kinematics.chains.assignment import assign_frames, zero_position
+from kinematics.chains.assignment import assign_frames
 from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
@@ -46,23 +47,20 @@ from kinematics.textbook.accuracy import (
 )
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
 from kinematics.textbook.notation import notation
+from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject
 from kinematics.textbook.symbolic_systems import (
     SymbolicExample,
-    symbolic_chain_example,
+    symbolic_example,
     symbolic_sections,
-    symbolic_system_example,
 )
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.named import NamedBranch
 from kinematics.textbook.worked_example import (
-    FRAME_COORDINATES,
     ExampleSection,
-    WorkedBranch,
-    WorkedExample,
     sections,
     violation_text,
-    work_chain,
-    work_system,
+    work,
 )
 from kinematics.transmission import Transmission
 
@@ -78,22 +76,22 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _accuracy(options.joints)
     if options.urdf:
         return _urdf(options.system)
+    model, subject = find_model(options.system), find_subject(options.system)
+    posed = options.joints or options.goal
     if options.axes:
-        if options.joints or options.goal:
+        if posed:
             raise BadRequest("--axes is about the zero position; leave joints and goal out")
-        return _axes(options.system, options.convention)
+        return _axes(model, subject, options.convention)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
-        if joints or options.goal:
+        if posed:
             raise BadRequest(
                 "--symbolic and --latex hold for any numbers; leave joints and goal out"
             )
-        return _symbolic(options.system, latex=options.latex)
-    example = _example(options.system, joints or None, options.goal)
-    angles = "" if is_model_file(options.system) else find_system(options.system).angles
-    heading = _heading(example.title or example.name, example.source, angles)
-    view = example_view(example) | {"angles": angles}
-    return Result(view, (*heading, *_lines_of(sections(example))))
+        return _symbolic(model, subject, latex=options.latex)
+    example = _example(subject, joints or None, options.goal)
+    view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
+    return Result(view, (*_heading(model), *_lines_of(sections(example))))
 
 
 def _urdf(word: str) -> int:
@@ -101,41 +99,25 @@ def _urdf(word: str) -> int:
     return 0
 
 
-def _axes(word: str, convention: str | None) -> Result:
-    """Explain how frames and link table follow from the axes of a system or a model file."""
-    if is_model_file(word):
-        model = read_model(word)
-        title, source, chain, zero = model.title, model.source, model.chain, model.zero
-    else:
-        named = find_system(word)
-        title, source, chain, zero = named.title, named.source, named.chain(), None
-    zero = zero or zero_position(chain)
+def _axes(model: Model, subject: Subject, convention: str | None) -> Result:
+    """Explain how frames and link table follow from the joint axes."""
+    chain, zero = subject.chain, subject.zero
     kind = chain.convention if convention is None else Convention(convention)
-    return explain_axes(
-        assign_frames(zero.axes, zero.tool, kind, chain.name), _heading(title, source)
-    )
+    return explain_axes(assign_frames(zero.axes, zero.tool, kind, subject.name), _heading(model))
 
 
 def _example(
-    word: str, joints: Sequence[float] | None, goal: Sequence[float] | None
-) -> WorkedExample:
-    if is_model_file(word):
-        model = read_model(word)
-        chain = model.chain
-        return work_chain(
-            chain,
-            model.title,
-            model.source,
-            joints and given_joints(chain, joints),
-            goal and given_goal(FRAME_COORDINATES, goal, least=3),
-        )
-    named = find_system(word)
+    subject: Subject, joints: Sequence[float] | None, goal: Sequence[float] | None
+) -> Study:
+    system = subject.system
+    given = joints and given_joints(subject.chain, joints)
+    asked = goal and (
+        given_goal(FRAME_COORDINATES, goal, least=3)
+        if system is None
+        else given_goal(system.coordinates, goal)
+    )
     try:
-        return work_system(
-            named,
-            joints and given_joints(named.chain(), joints),
-            goal and given_goal(named.coordinates, goal),
-        )
+        return work(subject, given, asked)
     except OutOfReach as error:  # again, in degrees
         instead = typed_coordinates(error.coordinates, error.nearest)
         raise Refused(
@@ -145,24 +127,18 @@ def _example(
         ) from None
 
 
-def _symbolic(word: str, *, latex: bool) -> Result:
-    if is_model_file(word):
-        model = read_model(word)
-        title, source = model.title, model.source
-        example: SymbolicExample = symbolic_chain_example(model.chain)
-    else:
-        named = find_system(word)
-        title, source = named.title, named.source
-        example = symbolic_system_example(named)
-    heading = (f"% {title}; {source}",) if latex else _heading(title, source)
+def _symbolic(model: Model, subject: Subject, *, latex: bool) -> Result:
+    example = symbolic_example(subject)
+    heading = (f"% {model.title}; {model.source}",) if latex else _heading(model)
     lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
-    view = {"title": title, "source": source, **symbolic_view(example, latex=latex)}
-    return Result(view, (*heading, *lines))
+    about = {"title": model.title, "source": model.source}
+    return Result({**about, **symbolic_view(example, latex=latex)}, (*heading, *lines))
 
 
-def _heading(title: str, source: str, angles: str = "") -> tuple[str, ...]:
-    said = (f"source: {source}" if source else "", f"angles: {angles}" if angles else "")
-    return (title, *filter(None, said))
+def _heading(model: Model) -> tuple[str, ...]:
+    said = (("source", model.source), ("angles", model.angles))
+    stated = (f"{what}: {words}" for what, words in said if words)
+    return (model.title, *stated, *(f"note: {sentence}" for sentence in model.unused))
 
 
 def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:
@@ -182,18 +158,19 @@ def _numbers(words: Sequence[str]) -> list[float]:
 # As plain data, for `--json`: mm and degrees.
 
 
-def example_view(example: WorkedExample) -> dict[str, Any]:
+def example_view(example: Study) -> dict[str, Any]:
     """Return a worked example."""
+    subject, system = example.subject, example.subject.system
     angles = example.orientation.first
     degeneracy = example.orientation.degeneracy
     view: dict[str, Any] = {
-        "name": example.name,
-        "title": example.title,
-        "source": example.source,
-        "figure": example.figure,
-        "convention": example.chain.convention.value,
-        "links": list(rows_of(example.chain)),
-        "joints": shown_joints(example.chain, example.joints),
+        "name": subject.name,
+        "title": subject.title,
+        "source": subject.source,
+        "figure": "" if system is None else system.figure(),
+        "convention": subject.chain.convention.value,
+        "links": list(rows_of(subject.chain)),
+        "joints": shown_joints(subject.chain, example.values),
         "violations": list(map(violation_text, example.violations)),
         "matrices": [_rows(matrix) for matrix in example.matrices],
         "frame": _rows(example.frame),
@@ -202,17 +179,17 @@ def example_view(example: WorkedExample) -> dict[str, Any]:
             math.degrees(each) for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
         ],
         "rpy_degenerate": degeneracy.value if degeneracy else "",
-        "condition": example.condition,
+        "condition": example.condition.sentence,
         "derivation": [
             {"title": step.title, "formula": step.formula, "why": step.why}
-            for step in example.derivation
+            for step in (() if system is None else system.derivation)
         ],
         "goal": _goal(example, example.goal),
     }
     if example.solution is None:
         view["branches"] = [_branch(example, each) for each in example.branches]
     else:
-        view["solution"] = solution_view(example.chain, example.solution)
+        view["solution"] = solution_view(subject.chain, example.solution)
     return view
 
 
@@ -235,16 +212,15 @@ def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
     return view
 
 
-def _branch(example: WorkedExample, worked: WorkedBranch) -> dict[str, Any]:
-    branch = worked.branch
+def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:
     return {
         "name": branch.name,
-        "joints": shown_joints(example.chain, branch.joints),
+        "joints": shown_joints(example.subject.chain, branch.joints),
         "workings": {
             one.symbol: math.degrees(one.value) if one.unit == "rad" else one.value
             for one in branch.workings
         },
-        "comes_to": _goal(example, worked.comes_to),
+        "comes_to": _goal(example, example.comes_to(branch)),
         "free": list(branch.free),
         "degenerate": branch.degenerate,
         "within_limits": branch.within_limits,
@@ -252,7 +228,7 @@ def _branch(example: WorkedExample, worked: WorkedBranch) -> dict[str, Any]:
     }
 
 
-def _goal(example: WorkedExample, values: tuple[float, ...]) -> dict[str, float]:
+def _goal(example: Study, values: tuple[float, ...]) -> dict[str, float]:
     return dict(map(shown, example.coordinates, values))
 
 

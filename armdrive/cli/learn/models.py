@@ -13,20 +13,28 @@ from typing import Any
 
 from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
 from armdrive.cli.presenter import Result
-from armdrive.config.link_model import Model, is_model_file, read_model
+from armdrive.config.link_model import Model, read_model
+from armdrive.config.sections import is_model_file
 from armdrive.errors import BadRequest, Refused
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, goal_of, pose_goal
+from kinematics.chains.closed_form import closed_form
+from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, frame_goal, goal_of, pose_goal
 from kinematics.chains.inverse import Solution, solve_goal
+from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
 from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
+from kinematics.textbook.study import (
+    FRAME_COORDINATES,
+    Subject,
+    subject_of_chain,
+    subject_of_system,
+)
 from kinematics.textbook.systems import MODEL_NAMES, system
 from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import (
-    FRAME_COORDINATES,
     coordinates_text,
     frame_coordinates,
     frame_text,
@@ -44,7 +52,19 @@ def find_model(word: str) -> Model:
     if is_model_file(word):
         return read_model(word)
     found = find_system(word)
-    return Model(found.name, found.title, found.source, found.chain())
+    return Model(found.name, found.title, found.source, found.chain(), angles=found.angles)
+
+
+def find_subject(word: str) -> Subject:
+    """Return the named system or a model file as a subject of study.
+
+    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
+    that cannot be used.
+    """
+    if is_model_file(word):
+        model = read_model(word)
+        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
+    return subject_of_system(find_system(word))
 
 
 def find_system(word: str) -> System:
@@ -168,7 +188,7 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
     chain = model.chain
     goal = _goal(chain, options)
     solution = solve_goal(chain, goal)
-    branches = _branches(options.model, goal, solution)
+    branches = _branches(options.model, chain, goal, solution)
     within = [branch.joints for branch in branches if branch.within_limits]
     if within and not solution.ok:  # the numerical solver overlooked it
         solution = solve_goal(chain, goal, within[0])
@@ -177,9 +197,12 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         **solution_view(chain, solution),
         "branches": [_branch_view(chain, branch) for branch in branches],
     }
+    closed = closed_form(chain) if branches and is_model_file(options.model) else None
     lines = (
         f"{model.title}, {_count_text(goal, branches)}",
+        *([] if closed is None else [f"solved in closed form: {closed.structure}"]),
         *branch_table(chain.joint_names, [_branch_row(chain, branch) for branch in branches]),
+        *(f"solution {one.name} is {one.degenerate}" for one in branches if one.degenerate),
         f"{'joints' if solution.ok else 'nearest'}: {joints_text(chain, solution.joints)}",
         f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}",
         solution.sentence,
@@ -211,20 +234,33 @@ def _goal(chain: Chain, options: argparse.Namespace) -> Goal:
     return replace(goal, parts=goal.parts - free)
 
 
-def _branches(word: str, goal: Goal, solution: Solution) -> tuple[NamedBranch, ...]:
-    """Return the solutions that a named system's closed forms give; none for a model file.
+def _branches(word: str, chain: Chain, goal: Goal, solution: Solution) -> tuple[NamedBranch, ...]:
+    """Return the solutions that closed forms give: a named system's own, or its link table's.
 
     If the goal leaves an angle free, they are those of the frame that the solver found.
     """
     whole = goal.parts == ALL_PARTS
-    if is_model_file(word) or not (whole or solution.ok):
+    if not (whole or solution.ok):
         return ()
+    if is_model_file(word):
+        asked = goal if whole else frame_goal(solution.frame)
+        return tuple(_numbered(chain, asked, solution.joints))
     named = find_system(word)
     try:
         found = named.ik_frame(goal.frame if whole else solution.frame, solution.joints)
     except OutOfReach:
         return ()
     return tuple(branch for branch, _ in found if _meets(goal, named.fk(branch.joints)))
+
+
+def _numbered(chain: Chain, goal: Goal, near: Sequence[float]) -> Iterator[NamedBranch]:
+    """Yield the solutions that the closed form of a link table gives, by number."""
+    closed = closed_form(chain)
+    for number, joints in enumerate(closed.branches(goal, near) if closed else (), 1):
+        state = condition(chain, joints)
+        lost = state.sentence if state.is_singular else ""
+        violations = chain.violations(joints)
+        yield NamedBranch(f"{number}", joints, degenerate=lost, violations=violations)
 
 
 def _meets(goal: Goal, frame: Transform) -> bool:

@@ -9,8 +9,8 @@ Read in this order, after `dialects.bus`:
     leading      what all motions share: beginning, recovering, arriving, stopping
     motion       cyclic targets, bursts by profile position, homing
 
-The rest serves people: `settings` for the arm file, `survey` for a bus, `words` and `objects` for
-the traffic on it.
+`settings` is the arm file's section. No motion needs `tools`: surveying a bus, and describing its
+traffic in words.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def _driver() -> Driver:
 
 
 def _tools() -> DeviceTools:
-    from armdrive.dialects.cia402.survey import TOOLS
+    from armdrive.dialects.cia402.tools.survey import TOOLS
 
     return TOOLS
 

@@ -285,6 +285,7 @@ class Cia402Contact:
         yield from self.exchange.look()  # a hand may have turned a shaft meanwhile
         for drive in (yield from self.states.bring(self.group.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
+        yield from self.states.hold_here(self.group.drives)
         yield from self._adopt_positions()
         self.group.on = True
         return Done()

@@ -62,6 +62,8 @@ AHEAD = 3
 """How many segments are fetched ahead. The drives themselves only hold their last target."""
 CONFIRM_CYCLES = 8
 """At most this many cycles pass until a drive is seen to stand and has left its quick stop."""
+SET_POINT_CYCLES = 4
+"""In profile position mode, a drive is then given a set-point where it stands: so many cycles."""
 ROUNDING = 2.0
 """How far a drive may be off its share of a burst, since speeds and ramps are whole numbers."""
 
@@ -213,19 +215,20 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         share = min(rate_hz / self.limits.fastest_hz, 1.0)
         ramp_s, begun_s = self.settings.quick_stop_s * share, HOST_S + 2.0 * self.limits.cycle_s
         beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
-        silent_s = HOST_S + beats_ms / 1000.0
+        silent_s, confirm_cycles = HOST_S + beats_ms / 1000.0, CONFIRM_CYCLES
         if self.abilities.queued_segments:  # a pause ends with the last segment
             smooth_s = self.settings.smoothing_ms / 1000.0
             eases_s = self.settings.ramp_s * share
             silent_s = max(silent_s, segment_s(burst_s) + smooth_s + eases_s - ramp_s)
         else:
             silent_s = min(silent_s, burst_s + HOST_S)
+            confirm_cycles += SET_POINT_CYCLES
         return Stopping(
             begun_s + ramp_s,
             begun_s + ramp_s / 2.0,
             silent_s + ramp_s,
             silent_s + ramp_s / 2.0,
-            begun_s + ramp_s + CONFIRM_CYCLES * self.limits.cycle_s,
+            begun_s + ramp_s + confirm_cycles * self.limits.cycle_s,
         )
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002

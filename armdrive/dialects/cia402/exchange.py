@@ -240,6 +240,7 @@ class DriveStates:
         """Bring drives back that stand in a quick stop; they hold where they are."""
         stopped = [drive for drive in drives if drive.state is DriveState.QUICK_STOP]
         left = yield from self.bring(stopped, DriveState.ENABLED)
+        yield from self.hold_here(stopped)
         for drive in stopped:
             drive.rest()
         for drive in left:
@@ -248,6 +249,33 @@ class DriveStates:
                     f"{drive} holds in its quick stop and no command brings it back: support the "
                     "arm, call `disable()`, then call `enable()`"
                 )
+
+    def hold_here(self, drives: Collection[Cia402Drive]) -> Script[None]:
+        """Give enabled drives in profile position mode a set-point where they stand.
+
+        Their own is where their brake ramp ended. A blocked shaft would jump there when it comes
+        free. In cyclic mode the target has gone out with every command.
+        """
+        if self.group.is_cyclic:
+            return
+        goals = {drive: drive.seen for drive in drives}
+        hosts = {drive: canopen.SetPointHost() for drive in drives}
+        for host in hosts.values():
+            host.begin()
+
+        def undecided() -> tuple[Cia402Drive, ...]:
+            for drive, host in hosts.items():
+                if drive.word is not None and drive.missed <= 1:
+                    host.hear(drive.word)
+            over = (canopen.Phase.UNDER_WAY, canopen.Phase.FREE)
+            return tuple(drive for drive, host in hosts.items() if host.phase not in over)
+
+        yield from self._repeat(
+            undecided,
+            lambda drive, _: self.exchange.command(
+                drive, hosts[drive].controlword, self.group.resting_mode, goals[drive]
+            ),
+        )
 
     def mode_of(self, drive: Cia402Drive) -> OperationMode:
         """Return the drive's present mode, so that a stop changes nothing else."""

@@ -265,7 +265,9 @@ class ProfileMotion:
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
         self.given_up_s = self.lead.io.listened.s + 2.0 * lasts_s + SETTLE_S
         return (
-            yield from self.lead.carry_out(Phase.MOVING, self._send_goals, self._judge, self.MODE)
+            yield from self.lead.carry_out(
+                Phase.MOVING, self._send_goals, self._judge, self.MODE, released=let_go
+            )
         )
 
     def _point(self, goal: int, share: float, rate_hz: float) -> SetPoint:

@@ -1,4 +1,4 @@
-"""Several simulated drives on one CAN bus: their time, their power, and what befalls one."""
+"""Several simulated drives on one CAN bus: their time, their power, and faults of one drive."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ N = TypeVar("N", bound=BusNode)
 
 
 class NodeLoop(Generic[N]):
-    """The time of all drives: when each next does something, and the frames that they send."""
+    """Runs all drives: when each acts next, and the frames that they send."""
 
     def __init__(self, shafts: ShaftDrive, nodes: Sequence[N], shared: SharedState) -> None:
         self.nodes = tuple(nodes)
@@ -31,12 +31,12 @@ class NodeLoop(Generic[N]):
         self._outbox = Outbox()
         self._dues = [math.inf for _ in self.nodes]
         self.nodes_due_s = self.due_s = math.inf
-        """When a drive does something or looks at its shaft; and when that, or a frame is ready."""
+        """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
         self.collect()
 
     @property
     def busy(self) -> bool:
-        """Whether a drive carries out an order, or a frame is on its way."""
+        """Whether a drive is carrying out an order, or a frame is on its way."""
         return self._outbox.next_s < math.inf or any(node.busy for node in self.nodes)
 
     def live(self) -> None:
@@ -48,7 +48,7 @@ class NodeLoop(Generic[N]):
             self.collect()
 
     def collect(self, nodes: Iterable[N] | None = None) -> None:
-        """Take what drives have to say, and see when they have something to do again."""
+        """Collect the frames of drives, and note when each acts next."""
         for node in self.nodes if nodes is None else nodes:
             port, index = node.port, node.motor.index
             self._dues[index] = node.due_s()
@@ -65,7 +65,7 @@ class NodeLoop(Generic[N]):
         self.due_s = min(self.nodes_due_s, self._outbox.next_s)
 
     def clear(self) -> None:
-        """Lose the frames that are on their way."""
+        """Drop the frames that are on their way."""
         self._outbox.clear()
         self.due_s = self.nodes_due_s
 
@@ -79,7 +79,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
 
     register_range = (-COUNT_MOST, COUNT_MOST)
     idle_looks: ClassVar[bool]
-    """Whether shafts are looked at, too, when a frame leaves and no drive has to do anything."""
+    """Whether shafts are also updated when a frame leaves and no drive is due."""
 
     def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
         super().__init__(world, shafts, None)
@@ -95,12 +95,12 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
 
     @property
     def busy(self) -> bool:
-        """Whether a drive carries out an order, or a frame is on its way."""
+        """Whether a drive is carrying out an order, or a frame is on its way."""
         return self._loop.busy
 
     @property
     def registers(self) -> Motors:
-        """Where the drives say that their shafts are."""
+        """The shaft positions that the drives report."""
         return Motors(node.motor.counts for node in self.nodes)
 
     @property
@@ -109,7 +109,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         return sum(node.motor.switch.pressed << node.motor.index for node in self.nodes)
 
     def details(self) -> dict[str, Json]:
-        """Return the drives one by one, as they would tell it."""
+        """Return each drive's data, as the drive would report it."""
         errors = self._shafts.errors(self.now_s)
         seen: list[Json] = [node.seen(errors[node.motor.index], self.now_s) for node in self.nodes]
         return {"bits_s": self.drives.bits_s, "drives": seen}
@@ -119,7 +119,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         return {"drives": [{"powered": node.port.powered, **node.known()} for node in self.nodes]}
 
     def recall_known(self, saved: Saved) -> None:
-        """Know what `known` wrote. Raises `StateFileError`."""
+        """Restore what `known` returned. Raises `StateFileError`."""
         drives = saved.items("drives")
         if len(drives) != len(self.nodes):
             raise StateFileError(
@@ -134,12 +134,12 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
     # What a person does.
 
     def count_from(self, registers: Sequence[int]) -> None:
-        """Have the drives say that they stand there; nothing turns."""
+        """Set the drives' counts; nothing turns."""
         for node, count in zip(self.nodes, registers, strict=True):
             node.motor.count_from(count)
 
     def set_input(self, bit: int, on: bool) -> None:
-        """Press the limit switch of a drive, or let it go. Raises `BadRequest`."""
+        """Press or release the limit switch of a drive. Raises `BadRequest`."""
         if not 0 <= bit < len(self.nodes):
             raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {bit}")
         self.nodes[bit].motor.switch.held = on
@@ -147,19 +147,19 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         super().set_input(bit, on)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
-        """Have the limit switch of a motor (counted from 0) stick, or free it."""
+        """Make the limit switch of a motor (counted from 0) stick, or free it."""
         self.nodes[axis].motor.switch.state = state
         self._loop.live()
 
     def moved_by_hand(self, *, counted: bool) -> None:
-        """Let drives that hold turn back at once what was turned by force."""
+        """Let drives that hold turn their shafts back at once if they were turned by force."""
         if not counted:
             self._loop.live()
 
     # Time.
 
     def hear(self, data: bytes) -> None:
-        """Hand the frames that have arrived to the drives that listen to them."""
+        """Pass the frames that have arrived to the drives that listen for them."""
         for frame in self._unpacker.feed(data):
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
@@ -167,11 +167,11 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
             self._loop.collect(ears)
 
     def due_s(self) -> float:
-        """Tell when a drive does something, looks at its shaft, or a frame is ready."""
+        """Return when a drive or its shaft is due, or a frame is ready."""
         return self._loop.due_s
 
     def happen(self) -> None:
-        """Let every drive do what is due, and send what is ready."""
+        """Let every drive do what is due, and send the frames that are ready."""
         if self.idle_looks or self._loop.nodes_due_s <= self.now_s:
             self._loop.live()
         self._loop.send()
@@ -179,13 +179,13 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
     # Power.
 
     def boot(self) -> None:
-        """Have every drive begin."""
+        """Start every drive."""
         for node in self.nodes:
             switch_power(node, True, self.now_s)
         self._loop.collect()
 
     def forget(self) -> None:
-        """Have no drive hold its shaft or know where it is, and lose what is on its way."""
+        """Release every shaft, forget every position, and drop the frames on their way."""
         self._shafts.release_all(self.now_s)
         for node in self.nodes:
             switch_power(node, False, self.now_s)
@@ -193,7 +193,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         self._unpacker = Unpacker()
 
     def reset(self) -> None:
-        """Have every drive begin again, and for that time let its shaft go."""
+        """Restart every drive; until it has started, its shaft is free."""
         if self.shared.powered:
             self._shafts.release_all(self.now_s)
             for node in self.nodes:
@@ -203,7 +203,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
 
 
 def switch_power(node: BusNode, on: bool, now_s: float) -> None:
-    """Give a drive its supply, or take it away."""
+    """Switch a drive's supply on or off."""
     if not on:
         node.forget(now_s)
     node.port.powered = on
@@ -212,45 +212,45 @@ def switch_power(node: BusNode, on: bool, now_s: float) -> None:
 
 
 class NodeControls:
-    """What a fault or a person does to one drive; drives are counted from 0, as the motors.
+    """What a fault or a person does to one drive. Drives are counted from 0, like the motors.
 
-    All raise `BadRequest` for a drive that there is not.
+    Every method raises `BadRequest` if there is no such drive.
     """
 
     def __init__(self, loop: NodeLoop[Any], bits_s: int) -> None:
         self.bits_s = bits_s
-        """The speed of the bus."""
+        """The bit rate of the bus."""
         self._nodes: tuple[BusNode, ...] = loop.nodes
         self._shared = loop.shared
         self._collect = loop.collect
 
     def mute(self, drive: int, on: bool) -> None:
-        """Have a drive send nothing, although it receives and obeys; or send again."""
+        """Silence a drive that still receives and obeys; or let it send again."""
         self.node(drive).port.mute = on
 
     def plug(self, drive: int, on: bool) -> None:
-        """Plug a drive's CAN cable in, or pull it: then the drive neither receives nor sends."""
+        """Plug in or pull a drive's CAN cable. Without it the drive neither receives nor sends."""
         self.node(drive).port.plugged = on
 
     def withhold_done(self, drive: int, on: bool) -> None:
-        """Have a drive not say that a motion is done, or say it again."""
+        """Stop a drive from reporting that a motion is done, or let it report that again."""
         self.node(drive).port.withheld = on
 
     def power(self, drive: int, on: bool) -> None:
-        """Take a drive's supply away, and what it holds comes down; or give it back."""
+        """Switch a drive's supply off, so that its load sags; or on again."""
         node = self.node(drive)
         if not on or (self._shared.powered and not node.port.powered):
             switch_power(node, on, self._shared.now_s)
         self._collect()
 
     def reset(self, drive: int) -> None:
-        """Have a drive's firmware begin again, in motion or not."""
+        """Restart a drive's firmware, in motion or not."""
         if self.node(drive).port.powered:
             self.node(drive).restart(self._shared.now_s)
             self._collect()
 
     def set_id(self, drive: int, node: int) -> int:
-        """Give a drive an id, another one's perhaps; return the old."""
+        """Give a drive an id, perhaps that of another drive; return the old one."""
         before = self.node(drive).set_id(node, self._shared.now_s)
         if self.node(
             drive
@@ -259,7 +259,7 @@ class NodeControls:
         return before
 
     def set_mode(self, drive: int, mode: int) -> int:
-        """Give a drive a mode, as at its own keys; return the old."""
+        """Set a drive's mode, as its own keys do; return the old one."""
         before = self.node(drive).set_mode(mode, self._shared.now_s)
         self._collect()
         return before

@@ -1,7 +1,7 @@
 """A CAN bus on simulated time: one frame at a time, the lowest id first, at the bit rate.
 
-Packed frames take the place of bytes, so that engine, recorder and faults are those of every wire.
-Times are in seconds on the caller's clock. python-can has no part in it.
+Packed frames take the place of bytes, so the engine, the recorder and the faults are those of every
+wire. Times are in seconds on the caller's clock. python-can is not used.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from firmware_protocol.frames import Frame, Unpacker, pack
 
 
 class BusSide(Enum):
-    """Who has sent a frame."""
+    """The sender of a frame."""
 
     HOST = "host"
     DEVICE = "device"
@@ -28,7 +28,7 @@ class BusSide(Enum):
 
 @dataclass(slots=True)
 class Transmission:
-    """A frame that a controller sends: it waits from `ready_s` on, and has passed at `time_s`."""
+    """A frame that a controller sends: it is ready at `ready_s` and has passed at `time_s`."""
 
     frame: Frame
     sender: BusSide
@@ -45,23 +45,23 @@ _HOST_QUEUE = -1
 
 
 class FrameWire:
-    """The bus: a sender waits until it is free, and until frames with lower ids have passed.
+    """The bus: a sender waits until it is free and frames with lower ids have passed.
 
-    Frames of one node with one id keep their order. Those of a host leave one after the other,
-    as from the queue of its adapter; nodes have one queue for each id that they send with.
+    Frames with one id keep their order. The host has one queue, that of its adapter; nodes have
+    one queue for each id that they use.
     """
 
     def __init__(self, bitrate: int) -> None:
         self.bit_s = 1.0 / bitrate
         self.busy_s = 0.0
-        """For how long the bus has carried frames altogether."""
+        """How long the bus has carried frames in total."""
         self._queues: dict[int, deque[Transmission]] = {}
         self._now: Transmission | None = None
         self._free_s = -math.inf
         self._arrived: list[Transmission] = []
 
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
-        """Hand a frame to its sender's controller, which sends it as soon as it may."""
+        """Give a frame to its sender's controller, which sends it as soon as the bus allows."""
         self._run(now_s)
         sent = Transmission(frame, sender, now_s)
         queue = self._queues.get(sent.queue)
@@ -73,24 +73,24 @@ class FrameWire:
             self._begin()
 
     def pull(self, now_s: float) -> list[Transmission]:
-        """Take the frames that have passed whole by now, in their order."""
+        """Return the frames that have passed completely by now, in order."""
         self._run(now_s)
         arrived, self._arrived = self._arrived, []
         return arrived
 
     def next_s(self) -> float:
-        """Tell when the next frame has passed; infinity while the bus is silent."""
+        """Return when the next frame will have passed; infinity while the bus is silent."""
         if self._arrived:
             return self._arrived[0].time_s
         return self._now.time_s if self._now else math.inf
 
     def waiting_of(self, sender: BusSide) -> int:
-        """Return how many frames of one side are under way or wait to be sent."""
+        """Return how many frames of one side are on the bus or waiting."""
         queued = sum(len(queue) for queue in self._queues.values() if queue[0].sender is sender)
         return queued + (self._now is not None and self._now.sender is sender)
 
     def clear(self, sender: BusSide) -> None:
-        """Lose what one side has to send; what it has on the bus is cut off."""
+        """Drop the frames that one side has to send; a frame on the bus is cut off."""
         for key in [key for key, queue in self._queues.items() if queue[0].sender is sender]:
             del self._queues[key]
         if self._now and self._now.sender is sender:
@@ -105,7 +105,7 @@ class FrameWire:
                 self._begin()
 
     def _begin(self) -> None:
-        """Let the frame with the lowest id of those that wait have the bus, which is free."""
+        """Give the free bus to the waiting frame with the lowest id."""
         heads = [queue[0] for queue in self._queues.values()]
         won = heads[0]
         start_s = max(self._free_s, won.ready_s)
@@ -125,7 +125,7 @@ class FrameWire:
 
 
 def _priority(frame: Frame) -> tuple[int, int, int, int]:
-    """Return what arbitration goes by: a dominant bit wins, so the lower the earlier."""
+    """Return the key of arbitration: a dominant bit wins, so the lowest goes first."""
     base = frame.can_id >> 18 if frame.extended else frame.can_id
     rest = frame.can_id & 0x3FFFF if frame.extended else 0
     return base, int(frame.extended), rest, int(frame.remote)
@@ -149,10 +149,10 @@ class HostController:
 
 
 class BusLine(PacedDevice):
-    """A `Line` to simulated drives (one device: all the drives of an arm) over a bus.
+    """A `Line` over a bus to simulated drives: all the drives of an arm are one device.
 
-    The device is handed packed frames, each at the moment when it has passed, and returns packed
-    frames. A message of the fault lanes is one frame; one that they spoil is lost, as by its CRC.
+    The device gets packed frames, each at the moment when it has passed, and returns packed frames.
+    Each frame is one message of the fault lanes; a spoiled frame is lost, as its CRC would fail.
     """
 
     def __init__(
@@ -170,12 +170,12 @@ class BusLine(PacedDevice):
 
     @property
     def pace(self) -> str:
-        """How fast frames travel, for people."""
+        """The speed of the bus, in words."""
         return f"on a CAN bus at {self._bitrate // 1000} kbit/s"
 
     @property
     def trouble(self) -> str:
-        """Why the host is cut off: its controller has left the bus."""
+        """Why the host is cut off, if its controller has left the bus."""
         if not self.controller.bus_off:
             return ""
         return (
@@ -185,18 +185,18 @@ class BusLine(PacedDevice):
 
     @property
     def backlog(self) -> int:
-        """How many frames of the host have not passed yet."""
+        """How many frames of the host are still to pass."""
         return self.bus.waiting_of(BusSide.HOST)
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Hand the host's frames to its adapter; half a frame waits for its other half."""
+        """Give the host's frames to its adapter; an incomplete frame waits for the rest."""
         self.advance(now_s)
         for frame in self._of_host.feed(data):
             if self._on_bus:
                 self._pass(frame, BusSide.HOST, now_s)
 
     def receive(self, now_s: float) -> bytes:
-        """Take the frames that have reached the host by now."""
+        """Return the frames that have reached the host by now."""
         self.advance(now_s)
         if not self._unread:
             return b""
@@ -204,7 +204,7 @@ class BusLine(PacedDevice):
         return b"".join([data for _, data in taken])
 
     def next_s(self) -> float:
-        """Tell when something next happens on either side; infinity while all is quiet."""
+        """Return when something next happens on either side; infinity while all is quiet."""
         return self._unread[0][0] if self._unread else self._due_s()
 
     def readable_s(self) -> float:
@@ -212,23 +212,23 @@ class BusLine(PacedDevice):
         return self._unread[0][0] if self._unread else math.inf
 
     def unplug(self) -> None:
-        """Pull the adapter out: what it had to say is lost; the drives live on."""
+        """Pull the adapter out: its waiting frames are lost; the drives go on."""
         super().unplug()
         self._of_host = Unpacker()
         self._unread.clear()
         self.bus.clear(BusSide.HOST)
 
     def say(self, data: bytes, now_s: float) -> None:
-        """Have the host read bytes that no drive has sent, as noise within its adapter."""
+        """Let the host read bytes that no drive has sent: noise from its adapter."""
         if self._on_bus:
             self._unread.append((now_s, data))
 
     def reopen(self) -> None:
-        """Take the adapter up again, which brings its controller back to the bus."""
+        """Open the adapter again, which brings its controller back to the bus."""
         self.leave_bus(off=False)
 
     def leave_bus(self, off: bool = True) -> None:
-        """Have the host's controller go bus-off, or come back; what it had to say is lost."""
+        """Make the host's controller go bus-off, or come back; its waiting frames are lost."""
         self.controller.bus_off = off
         if off:
             self.bus.clear(BusSide.HOST)
@@ -239,7 +239,7 @@ class BusLine(PacedDevice):
         return self._plugged and not self.controller.bus_off
 
     def _pass(self, frame: Frame, sender: BusSide, now_s: float) -> None:
-        """Put a frame on the bus, as far as the faults of its lane let it."""
+        """Put a frame on the bus, unless a fault of its lane prevents that."""
         lane = self.faults.host if sender is BusSide.HOST else self.faults.device
         if lane.clear:
             self.bus.push(frame, sender, now_s)
@@ -281,7 +281,7 @@ COLLISION_S = 0.004
 
 
 class Outbox:
-    """Frames by the time at which their drive has them ready."""
+    """Frames, by the time at which each is ready."""
 
     def __init__(self) -> None:
         self._frames: list[tuple[float, int, int, bytes]] = []
@@ -289,15 +289,15 @@ class Outbox:
 
     @property
     def next_s(self) -> float:
-        """When the next frame is ready; infinity while there is none."""
+        """When the next frame is ready; infinity if there is none."""
         return self._frames[0][0] if self._frames else math.inf
 
     def put(self, ready_s: float, drive: int, data: bytes) -> None:
-        """Have a drive say a frame at a time."""
+        """Add a drive's frame, ready at a time."""
         heapq.heappush(self._frames, (ready_s, next(self._number), drive, data))
 
     def take(self, now_s: float) -> bytes:
-        """Return what comes to the bus by now."""
+        """Return the frames that are ready by now."""
         ready = b""
         while self.next_s <= now_s:
             together = self._together()
@@ -308,11 +308,11 @@ class Outbox:
         return ready
 
     def clear(self) -> None:
-        """Lose everything."""
+        """Drop all frames."""
         self._frames.clear()
 
     def _together(self) -> list[tuple[int, bytes]]:
-        """Take all that are ready at the same moment as the next one."""
+        """Return all frames that are ready at the same moment as the next one."""
         ready_s, found = self.next_s, []
         while self.next_s == ready_s:
             _, _, drive, data = heapq.heappop(self._frames)
@@ -320,7 +320,7 @@ class Outbox:
         return found
 
     def _sorted_out(self, together: list[tuple[int, bytes]], now_s: float) -> bytes:
-        """Return what passes of frames that are ready at once."""
+        """Return the frames that pass, out of several that are ready at once."""
         by_id: defaultdict[int, dict[int, list[bytes]]] = defaultdict(dict)
         for drive, data in together:
             (frame,) = Unpacker().feed(data)

@@ -25,11 +25,11 @@ _LONGEST_MS = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Quirk:
-    """A point in which a real drive is not plain, or in which no source says what it does.
+    """A peculiarity of real drives, or a point on which no source says what they do.
 
     `source` is a manual with its version, a standard with its section, a project's source or an
-    observation. A `guess` was never measured: its default is the behaviour that is harder on a
-    driver, where there is one. Without a default a drive is always so, and nothing can be set.
+    observation. A `guess` was never measured: its default is the behaviour that is harder for a
+    driver, if there is one. A quirk without a default cannot be switched off.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Quirk:
 
 
 def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
-    """Return the settings by which a person or a test chooses quirks."""
+    """Return the settings with which a person or a test chooses quirks."""
     return tuple(
         Option(row.name, row.default, row.does, row.choices)
         for row in quirks
@@ -94,20 +94,20 @@ class NodeMotor:
     def __init__(self, shafts: ShaftDrive, index: int, switch_at: int) -> None:
         self.index = index
         self.point = shafts.rack.each[index]
-        """Where it is meant to be."""
+        """Its set-point."""
         self._shafts = shafts
         self.zero = self.shaft
-        """From where the drive counts."""
+        """The shaft position at which the drive counts zero."""
         self.switch = LimitSwitch(self, switch_at, 1)
 
     @property
     def shaft(self) -> int:
-        """Where the shaft is, physically."""
+        """The physical position of the shaft."""
         return self._shafts.shafts[self.index]
 
     @property
     def counts(self) -> int:
-        """Where the drive says that the shaft is."""
+        """The position that the drive reports."""
         return self.shaft - self.zero
 
     @property
@@ -117,27 +117,27 @@ class NodeMotor:
 
     @property
     def moving(self) -> bool:
-        """Whether its set-point is under way, as of the last look."""
+        """Whether its set-point was moving at the last update."""
         return self.point.moving(self._shafts.rack.now_s)
 
     def count_from(self, counts: int) -> None:
-        """Have the drive say that the shaft stands there; nothing turns."""
+        """Make the drive count from this number; nothing turns."""
         self.zero = self.shaft - counts
 
     def look(self, now_s: float) -> None:
-        """Have all shafts be where their loops have brought them by now."""
+        """Move all shafts to where their position loops have brought them by now."""
         self._shafts.look(now_s)
 
     def hold(self, now_s: float) -> None:
-        """Give it current: it holds the shaft where that is."""
+        """Switch its current on: it holds the shaft where it is."""
         self._shafts.hold(self.index, now_s)
 
     def release(self, now_s: float) -> None:
-        """Take its current: what it held comes down."""
+        """Switch its current off: its load sags."""
         self._shafts.release((self.index,), now_s)
 
     def recall(self, holding: bool) -> None:
-        """Hold or not, as was saved; nothing comes down, since that has been saved too."""
+        """Restore whether it holds; nothing sags, since the saved arm has sagged already."""
         self._shafts.holding[self.index] = holding
         self._shafts.world.energised = all(self._shafts.holding)
 
@@ -145,7 +145,7 @@ class NodeMotor:
 def motors_of(config: ArmConfig, shafts: ShaftDrive, *, behind: int = 0) -> list[NodeMotor]:
     """Return the motors, with switches `behind` counts beyond where homing ends by the arm file.
 
-    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    Without such a posture, they are at the upper end of each motor's travel.
     """
     turning, homed = shafts.world.body.transmission, config.homing
     if homed is not None:
@@ -169,83 +169,83 @@ def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
 
 
 class NodePort:
-    """A drive's supply and its place on the bus."""
+    """A drive's supply and its connection to the bus."""
 
     def __init__(self, answer_s: float) -> None:
         self.answer_s = answer_s
-        """How long it takes to have a frame ready."""
+        """How long the drive takes to prepare a frame."""
         self.powered = self.plugged = True
         self.mute = False
         """Whether the drive sends nothing, although it receives and obeys."""
         self.withheld = False
-        """Whether it does not say that a motion is done."""
+        """Whether it does not report the end of a motion."""
         self.boots_s = -math.inf
-        """When its firmware begins; in the past once it has."""
+        """When its firmware has started; minus infinity once it has."""
         self.outgoing: list[bytes] = []
-        """What its box has to bring to the bus."""
+        """The frames that the board has to put on the bus."""
 
     @property
     def booting(self) -> bool:
-        """Whether its firmware has not begun yet."""
+        """Whether its firmware is still starting."""
         return self.boots_s > -math.inf
 
     @property
     def awake(self) -> bool:
-        """Whether it has power, and has begun."""
+        """Whether it has power and has started."""
         return self.powered and not self.booting
 
     def say(self, data: bytes) -> None:
-        """Have bytes brought to the bus."""
+        """Put bytes on the bus."""
         if data and self.powered and self.plugged and not self.mute:
             self.outgoing.append(data)
 
 
 class BusNode(Protocol):
-    """A drive on one motor, as its box knows it; the box calls `live` whenever `due_s` has come.
+    """A drive on one motor, as its board sees it. The board calls `live` whenever `due_s` has come.
 
-    A brown-out or a reset frees the shaft and loses whatever was under way (`forget`). Then the
-    firmware begins: when power comes (`begin`), or by itself a while after a reset (`restart`).
+    A brown-out or a reset frees the shaft and drops whatever was under way (`forget`). Then the
+    firmware starts: when power returns (`begin`), or by itself some time after a reset (`restart`).
     """
 
     motor: NodeMotor
     port: NodePort
 
     def listens(self, can_id: int) -> bool:
-        """Tell whether it takes a frame of an id from the bus."""
+        """Return whether it takes frames with an id from the bus."""
 
     def hear(self, frame: Frame, now_s: float) -> None:
-        """Take a frame that it listens to."""
+        """Take a frame that it listens for."""
 
     def due_s(self) -> float:
-        """Tell when it next does something by itself, apart from looking at its shaft."""
+        """Return when it next acts by itself, apart from controlling its shaft."""
 
     def live(self, now_s: float) -> None:
-        """Do whatever is due by now."""
+        """Do what is due by now."""
 
     def forget(self, now_s: float) -> None:
-        """Let the shaft go, and lose what is lost with the power."""
+        """Release the shaft, and forget what is lost without power."""
 
     def begin(self, now_s: float) -> None:
-        """Begin, the power having come."""
+        """Start after power has returned."""
 
     def restart(self, now_s: float) -> None:
-        """Begin again, after a while in which nothing holds the shaft and nothing is answered."""
+        """Start again. Until then it holds no shaft and answers nothing."""
 
     def set_id(self, node: int, now_s: float) -> int:
-        """Have another id, as by its keys or switches; return the old. Raises `BadRequest`."""
+        """Change the id, as its keys or switches do; return the old one. Raises `BadRequest`."""
 
     def set_mode(self, mode: int, now_s: float) -> int:
-        """Have another mode, as by its keys; return the old. Raises `BadRequest`."""
+        """Change the mode, as its keys do; return the old one. Raises `BadRequest`."""
 
     @property
     def busy(self) -> bool:
-        """Whether it carries out an order."""
+        """Whether it is carrying out an order."""
 
     def seen(self, error: int, now_s: float) -> dict[str, Json]:
-        """Return what it would tell of itself, its shaft so many counts from its set-point."""
+        """Return the data it would report, given its shaft's distance from the set-point."""
 
     def known(self) -> dict[str, Json]:
-        """Return what is saved of it, apart from its power."""
+        """Return its state as it is saved, apart from its power."""
 
     def recall(self, saved: Saved) -> None:
-        """Know again what `known` wrote, its power being known. Raises `StateFileError`."""
+        """Restore what `known` returned, once its power is known. Raises `StateFileError`."""

@@ -1,4 +1,4 @@
-"""The row of the simulated arm on CiA 402 drives: how it is made for an arm, and its settings."""
+"""How a simulated arm on CiA 402 drives is made from an arm file, and its options."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from firmware_protocol.canopen import Dictionary, OperationMode, Place
 
 PROFILE = 402
 BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
-"""Of CiA 301."""
+"""The bit rates of CiA 301."""
 SLACK_S = 0.005
-"""Orders that wait for their SYNC mind no shaft; who looks at its end sees what a period did."""
+"""How old shaft positions may be: an order that waits for its SYNC does not depend on them."""
 _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 
 
 class Cia402Errors:
-    """What can be wrong with single drives, counted from 0 as the motors."""
+    """Errors of single drives, counted from 0 like the motors."""
 
     def __init__(self, loop: NodeLoop[Cia402Node]) -> None:
         self._nodes, self._shared, self._collect = loop.nodes, loop.shared, loop.collect
 
     def ail(self, drive: int, code: int) -> None:
-        """Have something be wrong with a drive: it fails, until it is mended and reset."""
+        """Put a drive in fault, until the error is mended and the drive is reset."""
         node = self._nodes[drive]
         if node.port.powered:
             node.states.ailing.add(code)
@@ -41,23 +41,23 @@ class Cia402Errors:
             self._collect()
 
     def mend(self, drive: int, code: int) -> None:
-        """Have what was wrong with a drive be right again; its fault is to be reset yet."""
+        """Remove the cause of a drive's error; the fault itself must still be reset."""
         self._nodes[drive].states.mend(code)
 
     def warn(self, drive: int, code: int) -> None:
-        """Have a drive say an EMCY that changes nothing."""
+        """Make a drive send an EMCY that changes nothing."""
         self._nodes[drive].say_emcy(code)
         self._collect()
 
 
 class Cia402Board(DrivesBoard[Cia402Node]):
-    """Drives that look at their shafts at each SYNC."""
+    """Drives that sample their shafts at each SYNC."""
 
     title = "arm on CiA 402 drives"
     idle_looks = False
 
     def errors(self) -> Cia402Errors:
-        """Return what can be wrong with single drives."""
+        """Return the errors of single drives."""
         return Cia402Errors(self._loop)
 
 
@@ -86,7 +86,7 @@ def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
 
 
 def _objects(options: Options) -> Dictionary:
-    """Return the objects of every drive: those of its EDS, changed by the options."""
+    """Return every drive's objects: those of its EDS, changed by the options."""
     missing, profile = options.text("missing"), options.whole("profile")
     if missing and not _INDICES.fullmatch(missing):
         raise BadRequest(f'missing is written "60C2", or as more joined by +, not {missing!r}')
@@ -112,7 +112,7 @@ def _modes(options: Options) -> frozenset[OperationMode]:
 
 
 def _top_rate(objects: Dictionary) -> float:
-    """Return the increments a second that a drive makes up for: as fast as its motor turns."""
+    """Return how fast a drive can catch up, in increments/s: its motor's top speed."""
     speed, increments = (
         objects.find(canopen.MOST_MOTOR_SPEED),
         objects.find(canopen.ENCODER_INCREMENTS),

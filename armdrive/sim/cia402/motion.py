@@ -1,7 +1,7 @@
-"""How a simulated CiA 402 drive moves: by ramps, from SYNC to SYNC, to a stop, home.
+"""How a simulated CiA 402 drive moves: on ramps, from SYNC to SYNC, to a stop, home.
 
-Increments are the shaft's own, whatever zero was set. Times are in seconds, speeds in increments a
-second.
+Positions are the shaft's own increments, whatever zero was set. Times are in seconds, speeds in
+increments/s.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from firmware_protocol.canopen import Place, SetPoint
 AT_UPPER_SWITCH = 18
 IN_PLACE = (35, 37)
 METHODS = frozenset((0, AT_UPPER_SWITCH, *IN_PLACE))
-"""Of homing (6098): 18 goes up to the limit switch, and slowly back until it opens; 35 and 37 take
-the place where the drive stands. From then on the position at home is the offset of 607C."""
+"""Homing methods (6098): 18 goes up to the limit switch and slowly back until it opens; 35 and 37
+take the present position as home. The position at home then is the offset in 607C."""
 _USUAL_SLOPE, _USUAL_SPEED, _USUAL_WINDOW = 100_000, 1000, 10
 _MS_POWER = -3
 _SHORTEST_S = 1e-4
 
 
 class Homing(Enum):
-    """How far a drive has come on its way home."""
+    """The progress of homing."""
 
     NONE = "not begun, or broken off"
     SEEKING = "on its way to its switch"
@@ -36,12 +36,12 @@ class Homing(Enum):
 
     @property
     def searches(self) -> bool:
-        """Whether it is on its way."""
+        """Whether the drive is searching."""
         return self in (Homing.SEEKING, Homing.LEAVING)
 
 
 class Cia402Motion:
-    """The motion of one drive, by its objects."""
+    """The motion of one drive, as its objects define it."""
 
     def __init__(
         self,
@@ -54,52 +54,52 @@ class Cia402Motion:
         self.forget()
 
     def forget(self) -> None:
-        """Know nothing of what was before the firmware began."""
+        """Reset to the state after power-on."""
         self.homing = Homing.NONE
         self.goal = 0
-        """Where the last set-point leads, as the drive counts."""
+        """The target of the last set-point, in the drive's own counts."""
         self.limited = False
-        """Whether a target was cut off at a software limit."""
+        """Whether a target was limited to the software range."""
         self.ends = False
-        """Whether something waits for the end of a motion."""
+        """Whether the end of the motion causes something."""
         self.waits = False
-        """Whether the set-point has come to its end, and the shaft has not."""
+        """Whether the set-point has reached its end, but the shaft has not."""
         self.switch_s = math.inf
-        """When the set-point comes to where the switch changes, as far as that is minded."""
+        """When the set-point reaches the switch, if the switch matters."""
 
     @property
     def due_s(self) -> float:
-        """When a motion ends, or comes to the switch, as far as something waits for that."""
+        """When the motion ends or reaches the switch, if that causes something."""
         end_s = self._point.end_s if self.ends and not self.waits else math.inf
         return min(end_s, self.switch_s)
 
     @property
     def arrived(self) -> bool:
-        """Whether the shaft is where the set-point has ended, as nearly as its window asks."""
+        """Whether the shaft is within the position window of the set-point's end."""
         window = self._objects.number_of(canopen.POSITION_WINDOW, _USUAL_WINDOW)
         return abs(self._point.end - self._motor.shaft) <= window
 
     def moving(self, now_s: float) -> bool:
-        """Tell whether the set-point is under way."""
+        """Return whether the set-point is moving."""
         return self._point.moving(now_s)
 
     def behind(self, now_s: float) -> int:
-        """Return the following error of the shaft; 0 where nothing holds it."""
+        """Return the following error of the shaft; 0 without current."""
         return self._point.demand(now_s) - self._motor.shaft if self._motor.holding else 0
 
     # Targets.
 
     def stay(self) -> None:
-        """Have the goal be where the set-point ends."""
+        """Make the end of the set-point the goal."""
         self.goal = self._point.end - self._motor.zero
 
     def aim(self, point: SetPoint) -> None:
-        """Take a set-point as the goal: a relative one begins where the last goal was."""
+        """Adopt a set-point's target as the goal; a relative one adds to the last goal."""
         base = self.goal if point.relative else 0
         self.goal = self._within(base + point.target)
 
     def go(self, now_s: float) -> None:
-        """Go to the goal with speed and ramps of the profile."""
+        """Move to the goal with the profile's speed and ramps."""
         speed = self._objects.number_of(canopen.PROFILE_SPEED, 0)
         self._point.go_to(
             self._motor.zero + self.goal,
@@ -111,7 +111,7 @@ class Cia402Motion:
         self._begun(now_s)
 
     def follow(self, now_s: float) -> None:
-        """Go straight to what the target is now, within the period of interpolation."""
+        """Move straight to the present target, within the interpolation period."""
         target = self._within(self._objects.number_of(canopen.TARGET_POSITION, 0))
         power = self._objects.number_of(canopen.PERIOD_POWER, _MS_POWER)
         period_s = max(self._objects.number_of(canopen.PERIOD, 1) * 10.0**power, _SHORTEST_S)
@@ -122,33 +122,33 @@ class Cia402Motion:
             self.switch_s = self._passes_switch_s(now_s)
 
     def brake(self, steep: float, now_s: float) -> None:
-        """Slow down to a stand, and hold there."""
+        """Brake to a standstill, and hold there."""
         self._point.go_at(0.0, steep, now_s)
         self._begun(now_s)
 
     def slow_down(self, now_s: float) -> None:
-        """Slow down by the ramp of the profile."""
+        """Brake on the profile's ramp."""
         self.brake(self.slope(canopen.PROFILE_DECELERATION), now_s)
 
     def let_go(self, now_s: float) -> None:
-        """Take the motor's current: what it holds comes down, and nothing is minded any more."""
+        """Switch the motor's current off: its load sags, and no motion is supervised any more."""
         self.spoil_homing()
         self.ends, self.switch_s = False, math.inf
         if self._motor.holding:
             self._motor.release(now_s)
 
     def slope(self, place: Place) -> float:
-        """Return an acceleration that an object holds."""
+        """Return an acceleration from an object."""
         return float(max(self._objects.number_of(place, _USUAL_SLOPE), 1))
 
     @property
     def _top_rate(self) -> float:
-        """The increments a second that the motor can turn."""
+        """The motor's top speed, in increments/s."""
         rpm = self._objects.number_of(canopen.MOST_MOTOR_SPEED, 3000)
         return rpm * self._objects.number_of(canopen.ENCODER_INCREMENTS, 10_000) / 60
 
     def _begun(self, now_s: float) -> None:
-        """Take note that a motion has begun, whose end something waits for."""
+        """Record that a motion has begun whose end causes something."""
         self.ends, self.waits = True, False
         self.switch_s = self._passes_switch_s(now_s) if self._quirks.flag("limits") else math.inf
 
@@ -156,7 +156,7 @@ class Cia402Motion:
         return self._point.passes_s(self._switch.at, self._switch.way, now_s)
 
     def _within(self, target: int) -> int:
-        """Return a target as the software limits let it be."""
+        """Return a target, limited to the software range."""
         low = self._objects.number_of(canopen.LEAST_POSITION, 0)
         high = self._objects.number_of(canopen.MOST_POSITION, 0)
         held = min(max(target, low), high) if low < high else target
@@ -166,7 +166,7 @@ class Cia402Motion:
     # Homing, and the switch.
 
     def home(self, now_s: float) -> None:
-        """Go home, by the method that is set."""
+        """Start homing with the configured method."""
         method = self._objects.number_of(canopen.HOMING_METHOD, 0)
         if method in IN_PLACE:
             self._found(self._motor.shaft)
@@ -179,17 +179,17 @@ class Cia402Motion:
             self._search(self._switch.way, canopen.HOMING_SPEED, self._switch.at, now_s)
 
     def spoil_homing(self) -> None:
-        """Have a search or a failed one be forgotten; what is home stays home."""
+        """Forget a search, or that it failed; a drive that is home stays home."""
         self.homing = Homing.DONE if self.homing is Homing.DONE else Homing.NONE
 
     def break_off_homing(self, now_s: float) -> None:
-        """Break a search off, slowing down."""
+        """Abort a search, braking."""
         if self.homing.searches:
             self.homing, self.switch_s = Homing.NONE, math.inf
             self.brake(self.slope(canopen.HOMING_ACCELERATION), now_s)
 
     def watch_switch(self, now_s: float) -> bool:
-        """Do what is due at the switch; True where a motion runs into it that it should end."""
+        """Do what is due at the switch; return whether a motion must end there."""
         if self.switch_s <= now_s:
             self.switch_s = math.inf
         if not self.homing.searches:
@@ -207,7 +207,7 @@ class Cia402Motion:
         self._search(way, canopen.HOMING_CREEP, self._switch.at + way, now_s)
 
     def _search(self, way: int, speed: Place, at: int, now_s: float) -> None:
-        """Run towards the place where the switch changes."""
+        """Move towards the position where the switch changes."""
         rate = float(max(self._objects.number_of(speed, _USUAL_SPEED), 1))
         self._point.go_at(way * rate, self.slope(canopen.HOMING_ACCELERATION), now_s)
         self.ends = False

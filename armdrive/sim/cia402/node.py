@@ -59,12 +59,12 @@ class Cia402Node:
     # Frames.
 
     def listens(self, can_id: int) -> bool:
-        """Tell whether it takes a frame of an id from the bus."""
+        """Return whether it takes frames with an id from the bus."""
         mine = can_id in self._ids or can_id in self.pdos.received or can_id in _HEARTBEATS
         return mine and self.port.powered and self.port.plugged
 
     def hear(self, frame: Frame, now_s: float) -> None:
-        """Take a frame that it listens to, and say what changes by it."""
+        """Take a frame that it listens for, and report what changes."""
         if frame.can_id in (SYNC, self._sdo_id):  # depends on where the shaft is just now
             self.motor.look(now_s)
             self.live(now_s)
@@ -90,7 +90,7 @@ class Cia402Node:
         self.port.say(b"" if frame is None else pack(frame))
 
     def say_emcy(self, code: int) -> None:
-        """Say an EMCY, whatever it is that has caused it."""
+        """Send an EMCY with an error code."""
         if self.nmt.takes("emcy"):
             register = self.objects.number_of(canopen.ERROR_REGISTER, 0)
             self._say(canopen.Emergency(self.number, code, register).frame)
@@ -101,7 +101,7 @@ class Cia402Node:
 
     @property
     def _by_pdo(self) -> bool:
-        """Whether its PDOs are at work. They exist from when it is started; see `_refusal`."""
+        """Whether it exchanges PDOs. They are set up when the node is started; see `_refusal`."""
         return self.nmt.state is NodeState.OPERATIONAL
 
     def _order(self, frame: Frame, now_s: float) -> None:
@@ -154,25 +154,25 @@ class Cia402Node:
     # Objects.
 
     def read(self, place: Place, now_s: float) -> int:
-        """Return what an object that is a number is now."""
+        """Return the present value of a number object."""
         return self.reader(place)(now_s)
 
     def reader(self, place: Place) -> Callable[[float], int]:
-        """Return what reads an object that is a number."""
+        """Return the function that reads a number object."""
         reading = READINGS.get(place)
         if reading is None:
             return lambda _: self.objects.number_of(place, 0)
         return partial(reading, self)
 
     def _act(self, values: Sequence[tuple[Place, int]], now_s: float) -> None:
-        """Take over what a PDO has brought; a value that an object may not have is left out."""
+        """Adopt the values of a PDO; a value that an object may not have is skipped."""
         taken = [(place, value) for place, value in values if self._refusal(place, value) is None]
         for place, value in taken:
             self.objects.keep(place, value)
         self._written([place for place, _ in taken], now_s)
 
     def _refusal(self, place: Place, value: int) -> AbortCode | None:
-        """Return why an object may not become a value that is one of its type; None if it may."""
+        """Return why an object may not have a value of its type; None if it may."""
         row = OBJECTS.get(place)
         if row is not None and row.allows is not None:
             return None if value in row.allows else AbortCode.VALUE
@@ -186,7 +186,7 @@ class Cia402Node:
         return self.pdos.refusal(place, value)
 
     def _written(self, written: Collection[Place], now_s: float) -> None:
-        """Do what follows from objects that have been written together."""
+        """Act on objects that were written together."""
         followed = self.states.follows
         for act in _acts_of(tuple(written)):
             act(self, now_s)
@@ -197,11 +197,11 @@ class Cia402Node:
 
     @property
     def busy(self) -> bool:
-        """Whether its motor moves."""
+        """Whether its motor is moving."""
         return self.motor.moving
 
     def due_s(self) -> float:
-        """Tell when it next does something by itself, apart from looking at its shaft."""
+        """Return when it next acts by itself, apart from controlling its shaft."""
         if not self.port.powered:
             return math.inf
         if self.port.booting:
@@ -210,7 +210,7 @@ class Cia402Node:
         return min(due_s, self.pdos.due_s) if self._by_pdo else due_s
 
     def live(self, now_s: float) -> None:
-        """Do whatever is due by now."""
+        """Do what is due by now."""
         if not self.port.powered:
             return
         if self.port.booting and self.port.boots_s <= now_s:
@@ -228,41 +228,41 @@ class Cia402Node:
         self._tell_changes(now_s)
 
     def beat_on(self, now_s: float) -> None:
-        """Have its next heartbeat be due, all drives of a period with one: few wakes for all."""
+        """Schedule the next heartbeat. All drives with one period send together: fewer wake-ups."""
         period_s = self.objects.number_of(canopen.PRODUCER_HEARTBEAT_MS, 0) / 1000
         beats = math.floor(now_s / period_s + _ROUNDING) + 1 if period_s else 0
         self.beat_s = beats * period_s if period_s else math.inf
 
     def watch(self) -> None:
-        """Begin to watch its master again, with the first heartbeat that comes."""
+        """Watch for the master's heartbeat again, from the next one on."""
         self.silent_s, self.states.forsaken = math.inf, False
 
     @property
     def _watched(self) -> canopen.HeartbeatWatch | None:
-        """Whose silence it minds, and when."""
+        """The node that it watches, and the timeout."""
         return canopen.HeartbeatWatch.of(self.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0))
 
     # Power.
 
     def forget(self, now_s: float) -> None:
-        """Let the shaft go, and lose what is lost with the power."""
+        """Release the shaft, and forget what is lost without power."""
         self.motor.release(now_s)
         self._renew(self.number)
 
     def begin(self, now_s: float) -> None:
-        """Begin, the power having come: it takes a while until it says so."""
+        """Start after power has returned; the boot-up message follows later."""
         self._renew(self.number)
         self.port.boots_s = now_s + self._quirks.number("boot_s")
         if not self._quirks.flag("keeps_position"):
             self.motor.count_from(0)
 
     def restart(self, now_s: float) -> None:
-        """Begin again, as after a loss of power."""
+        """Restart, as after a loss of power."""
         self.forget(now_s)
         self.begin(now_s)
 
     def _renew(self, number: int) -> None:
-        """Know nothing but what it is."""
+        """Reset everything except its identity."""
         self.port.outgoing.clear()
         self.port.boots_s = -math.inf
         self.objects.renew(number)
@@ -271,7 +271,7 @@ class Cia402Node:
         self._forget_talk()
 
     def _renew_talk(self, number: int, now_s: float) -> None:
-        """Have the communication begin again, perhaps with another id; the motor goes on."""
+        """Restart the communication, perhaps with another id; the motor keeps its current."""
         self.states.react(now_s)
         self.states.forsaken = False
         self.objects.renew_communication(number)
@@ -285,12 +285,12 @@ class Cia402Node:
         self.beat_s = math.inf
         """When its next heartbeat is due."""
         self.silent_s = math.inf
-        """When the master's silence is too long; infinity before the master's first heartbeat."""
+        """When the master's heartbeat counts as missing; infinity before its first one."""
 
     # What a person changes and sees.
 
     def set_id(self, node: int, now_s: float) -> int:
-        """Have another id, as by its switches; return the old. Raises `BadRequest`."""
+        """Change the id, as its switches do; return the old one. Raises `BadRequest`."""
         if not 1 <= node <= canopen.NODE_MAX:
             raise BadRequest(f"node ids are 1 to {canopen.NODE_MAX}, not {node}")
         before = self.number
@@ -298,7 +298,7 @@ class Cia402Node:
         return before
 
     def set_mode(self, mode: int, now_s: float) -> int:
-        """Have another mode, as by its maker's program; return the old. Raises `BadRequest`."""
+        """Change the mode, as the maker's program does; return the old one. Raises `BadRequest`."""
         modes = [*OperationMode]
         if mode not in modes:
             raise BadRequest(f"modes are {', '.join(str(int(each)) for each in modes)}, not {mode}")
@@ -308,7 +308,7 @@ class Cia402Node:
         return before
 
     def seen(self, error: int, now_s: float) -> dict[str, Json]:
-        """Return what it would tell of itself, its shaft so many counts from its set-point."""
+        """Return the data it would report, given its shaft's distance from the set-point."""
         watch = self._watched
         return {
             "id": self.number,
@@ -326,7 +326,7 @@ class Cia402Node:
         }
 
     def known(self) -> dict[str, Json]:
-        """Return what it is, and what its objects hold that they do not at first."""
+        """Return its state, and the objects that differ from their defaults."""
         state, machine = self.states.state, self.states.machine
         state = canopen.DriveState.FAULT if state is canopen.DriveState.FAULT_REACTION else state
         leaves = state is canopen.DriveState.QUICK_STOP and not machine.quick_stop.stays
@@ -342,7 +342,7 @@ class Cia402Node:
         }
 
     def recall(self, saved: Saved) -> None:
-        """Know again what `known` wrote, its power being known. Raises `StateFileError`."""
+        """Restore what `known` returned, once its power is known. Raises `StateFileError`."""
         number, homed = saved.whole("id", 1, canopen.NODE_MAX), saved.flag("homed")
         self.states.ailing = {code for code in saved.items("ailing") if isinstance(code, int)}
         self._renew(number)
@@ -359,7 +359,7 @@ class Cia402Node:
         self.motion.homing = Homing.DONE if homed else Homing.NONE
 
     def _recall_state(self, state: canopen.DriveState) -> None:
-        """Be as a saved drive was; nothing comes down for it, as that has been saved too."""
+        """Restore the saved state; nothing sags, since the saved arm has sagged already."""
         machine = self.states.machine
         if state is canopen.DriveState.FAULT:
             machine.happen(canopen.Happening.FAULT)
@@ -372,7 +372,7 @@ class Cia402Node:
         self.motion.goal = self.motor.counts
 
 
-# --- How a drive comes to the state in which it was saved ----------------------------------------
+# --- The commands that bring a drive to the state in which it was saved --------------------------
 
 S = TypeVar("S")
 
@@ -397,20 +397,20 @@ def _of(names: Mapping[str, S], text: str) -> S:
     return names[text]
 
 
-# --- The objects that are more than numbers kept -------------------------------------------------
+# --- The objects that do more than store a number ------------------------------------------------
 #
-# The EDS says of each object how it is coded and whether it may be read and written. A row adds
-# which values it may have, what follows from a write, and what is measured when it is read.
+# The EDS gives each object's type and access. A row adds the values that it may have, what a write
+# causes, and what a read measures.
 
 _UPPER_SWITCH = 1
-"""The bit of 60FD that is the upper limit switch."""
+"""The bit of the upper limit switch in 60FD."""
 _WRAP = 1 << 32
 _ABOVE_ZERO = range(1, 1 << 32)
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectRow:
-    """What one object may be, does and tells."""
+    """An object's allowed values, what a write does, and what a read returns."""
 
     allows: Container[int] | None = None
     does: Callable[[Cia402Node, float], None] | None = None
@@ -418,7 +418,7 @@ class ObjectRow:
 
 
 def _wrapped(count: int) -> int:
-    """Return a count as 32 bits hold it."""
+    """Return a count, wrapped to 32 bits."""
     return (count + _WRAP // 2) % _WRAP - _WRAP // 2
 
 
@@ -454,7 +454,7 @@ OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
         tells=lambda node, _: node.motor.switch.pressed << _UPPER_SWITCH),
 })
 # fmt: on
-"""What came together is acted on in this order: the mode before the controlword."""
+"""Objects that arrive together act in this order: the mode before the controlword."""
 READINGS: Mapping[Place, Callable[[Cia402Node, float], int]] = MappingProxyType(
     {place: row.tells for place, row in OBJECTS.items() if row.tells is not None}
 )
@@ -462,5 +462,5 @@ READINGS: Mapping[Place, Callable[[Cia402Node, float], int]] = MappingProxyType(
 
 @lru_cache(maxsize=512)
 def _acts_of(written: tuple[Place, ...]) -> tuple[Callable[[Cia402Node, float], None], ...]:
-    """Work it out once: PDOs bring the same objects over and over."""
+    """Return the actions of objects; cached, since every PDO brings the same ones."""
     return tuple(row.does for place, row in OBJECTS.items() if place in written and row.does)

@@ -1,4 +1,4 @@
-"""The objects of a simulated CiA 402 drive: its EDS, and what they hold."""
+"""The objects of a simulated CiA 402 drive: its EDS, and their values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from firmware_protocol.errors import ProtocolError
 
 EDS = "cia402.eds"
 COMMUNICATION = range(0x1000, 0x2000)
-"""Indices of what a reset of the communication brings back."""
+"""The indices that a reset of the communication restores."""
 
 
 @cache
@@ -31,12 +31,12 @@ def eds_text() -> str:
 
 @cache
 def dictionary() -> Dictionary:
-    """Return all that a drive has."""
+    """Return all objects of a drive."""
     return read_eds(eds_text())
 
 
 def without(missing: frozenset[int], changed: Mapping[Place, int]) -> Dictionary:
-    """Return the objects of a drive that lacks some, others not being as the EDS says."""
+    """Return the objects of a drive that lacks some, and has other defaults for others."""
     whole = dictionary()
     entries = [
         replace(entry, default=changed.get(entry.place, entry.default))
@@ -47,7 +47,7 @@ def without(missing: frozenset[int], changed: Mapping[Place, int]) -> Dictionary
 
 
 class DriveObjects:
-    """What the objects of one drive hold; `serial` is its serial number, where its EDS has one."""
+    """The values of one drive's objects; `serial` is its serial number, if its EDS has one."""
 
     def __init__(self, dictionary: Dictionary, node: int, serial: int) -> None:
         self.dictionary = dictionary
@@ -55,13 +55,13 @@ class DriveObjects:
         self.renew(node)
 
     def renew(self, node: int) -> None:
-        """Hold what the EDS says of each, on a node of this number."""
+        """Reset all objects to their defaults, for a node with this number."""
         self.node = node
         self.store = ObjectStore(self.dictionary, node)
         self.keep(SERIAL_NUMBER, self._serial)
 
     def renew_communication(self, node: int) -> None:
-        """Hold what the EDS says below 2000, and the rest as it is."""
+        """Reset the objects below 2000 to their defaults."""
         before = self.store
         self.renew(node)
         for entry in self.dictionary:
@@ -70,16 +70,16 @@ class DriveObjects:
                 self.store.set(entry.place, value)
 
     def number_of(self, place: Place, default: int = 0) -> int:
-        """Return what an object holds; the default where there is none, or nothing in it."""
+        """Return an object's number; the default if it has none or does not exist."""
         return self.store.number(place, default)
 
     def keep(self, place: Place, value: int) -> None:
-        """Have an object hold a number, if there is such an object."""
+        """Set an object's number, if the drive has that object."""
         if self.dictionary.find(place):
             self.store.set(place, value)
 
     def changed(self, apart: Container[Place]) -> dict[str, Json]:
-        """Return what objects hold that they do not at first, as on the bus, to be saved."""
+        """Return the values that differ from the defaults, encoded as on the bus, to be saved."""
         changed: dict[str, Json] = {}
         for entry in self.dictionary:
             place, value = entry.place, self.store.value(entry.place)
@@ -88,7 +88,7 @@ class DriveObjects:
         return changed
 
     def recall(self, saved: Saved) -> None:
-        """Hold again what `changed` returned. Raises `StateFileError`."""
+        """Restore what `changed` returned. Raises `StateFileError`."""
         for key in [*saved.data]:
             text = saved.text(str(key))
             try:

@@ -1,4 +1,4 @@
-"""The states of a simulated CiA 402 drive: what changes them, its errors, and its lost master."""
+"""The states of a simulated CiA 402 drive: transitions, errors, and a missing master."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _KINDS = {
     0x3: canopen.ErrorRegister.VOLTAGE,
     0x4: canopen.ErrorRegister.TEMPERATURE,
 }
-"""The kind of an error by the first digit of its code; the others are the profile's."""
+"""The kind of an error by the first digit of its code; all others are of the profile."""
 _OF_TALK = range(0x8100, 0x8300)
 _FAULT_RESET = 15
 _QUICK_STOP_RAMPS = {
@@ -38,13 +38,13 @@ _QUICK_STOP_RAMPS = {
     QuickStopOption.QUICK_RAMP: canopen.QUICK_STOP_DECELERATION,
     QuickStopOption.QUICK_RAMP_AND_STAY: canopen.QUICK_STOP_DECELERATION,
 }
-"""By what ramp 605A has it brake; with other options without one."""
+"""The braking ramp for each option of 605A; other options use none."""
 _FREE_AT_ONCE, _BY_QUICK_RAMP = 0, 2
 _FAULT_RAMPS = {1: canopen.PROFILE_DECELERATION}
-"""By what ramp 605E has it brake, where that is not the quick stop's."""
+"""The braking ramp for options of 605E, if it is not that of the quick stop."""
 _FAULT = 1
 _REACTIONS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
-"""What 6007 has it do when its master is lost, besides nothing and a fault."""
+"""The reactions to a missing master (6007), besides nothing and a fault."""
 _FAULTY = (DriveState.FAULT, DriveState.FAULT_REACTION)
 _OBEYING = (DriveState.ENABLED, DriveState.QUICK_STOP)
 _UNWATCHED = 0xFFFF_FFFF
@@ -54,11 +54,11 @@ _ENDS = {
     DriveState.FAULT_REACTION: Happening.REACTED,
     DriveState.QUICK_STOP: Happening.QUICK_STOPPED,
 }
-"""What it is that a motion has ended, in these states."""
+"""What the end of a motion means in these states."""
 
 
 class Cia402States:
-    """The state machine of one drive. `emcy` says an error code, 0 that nothing is wrong."""
+    """The state machine of one drive. `emcy` sends an error code, 0 for no error."""
 
     def __init__(
         self,
@@ -69,24 +69,24 @@ class Cia402States:
     ) -> None:
         self._motor, self._motion, self._objects, self._emcy = motor, motion, objects, emcy
         self.ailing: set[int] = set()
-        """Error codes of the faults that a person has not mended yet."""
+        """The codes of errors whose cause still exists."""
         self.forget()
 
     def forget(self) -> None:
-        """Know nothing of what was before the firmware began."""
+        """Reset to the state after power-on."""
         self.machine = canopen.DriveDevice()
         self.machine.happen(Happening.INITIALISED)
         self.mode: int = OperationMode.NONE
         self.watch_stops = 0
-        """How often the silence of its master has made it react."""
+        """How often a missing heartbeat has made it react."""
         self.forsaken = False
-        """Whether its master has been silent for too long."""
+        """Whether its master's heartbeat is missing."""
         self._astray = False  # the shaft was too far away, which was a fault
         self._astray_s = math.inf  # since when it is farther away than the window
 
     @property
     def state(self) -> DriveState:
-        """What its state machine says."""
+        """The state of its state machine."""
         return self.machine.state
 
     @property
@@ -96,14 +96,14 @@ class Cia402States:
 
     @property
     def follows(self) -> bool:
-        """Whether it goes wherever its target is: also to an old one, when that begins."""
+        """Whether it follows cyclic targets: at the start, that may be an old one."""
         cyclic = self.mode == OperationMode.CYCLIC_POSITION
         return cyclic and self.enabled and not self.machine.points.halted
 
-    # What a master orders.
+    # Orders of a master.
 
     def control(self, now_s: float) -> None:
-        """Obey the controlword, as it stands in its object."""
+        """Obey the controlword in its object."""
         word = canopen.Controlword(self._objects.number_of(canopen.CONTROLWORD, 0))
         halted = self.machine.points.halted
         target = self._objects.number_of(canopen.TARGET_POSITION, 0)
@@ -125,7 +125,7 @@ class Cia402States:
                 self._motion.slow_down(now_s)
 
     def set_mode(self, mode: int, now_s: float) -> None:
-        """Have another mode: what is under way ends, slowing down."""
+        """Change the mode; a motion under way brakes."""
         if mode == self.mode:
             return
         if self.enabled and self._motion.moving(now_s):
@@ -135,16 +135,16 @@ class Cia402States:
         self._forget_targets()
 
     def set_quick_stop(self) -> None:
-        """Take over how a quick stop ends (605A)."""
+        """Adopt the quick stop option (605A)."""
         option = self._objects.number_of(canopen.QUICK_STOP_OPTION, 2)
         self.machine.quick_stop = QuickStopOption(option)
 
     def command(self, what: Command, now_s: float) -> None:
-        """Have the drive do by itself what a controlword would."""
+        """Make the drive execute a command by itself."""
         self._take(self.machine.control(canopen.Controlword.of(what))[0], now_s)
 
     def _take(self, taken: Iterable[canopen.Transition], now_s: float) -> None:
-        """Do what changes of the state mean for the motor."""
+        """Carry out what transitions mean for the motor."""
         for row in taken:
             if row.number == _FAULT_RESET:
                 self._astray = False
@@ -175,17 +175,17 @@ class Cia402States:
         while self.machine.points.active is not None:
             self.machine.points.arrived()
 
-    # What it watches by itself.
+    # Supervision by the drive itself.
 
     @property
     def due_s(self) -> float:
-        """When a motion ends, or the shaft has been too far away for too long."""
+        """When the motion ends, or the following error becomes a fault."""
         if math.isinf(self._astray_s):
             return self._motion.due_s
         return min(self._motion.due_s, self._astray_s + self._patience_s)
 
     def live(self, now_s: float) -> None:
-        """Watch the shaft, the switch and the end of a motion."""
+        """Supervise the shaft, the switch and the end of a motion."""
         self._watch_shaft(now_s)
         if self._motion.watch_switch(now_s) and self.enabled:
             self._report(LIMIT_REACHED)
@@ -197,7 +197,7 @@ class Cia402States:
         return self._objects.number_of(canopen.FOLLOWING_ERROR_TIMEOUT_MS, 0) / 1000
 
     def _watch_shaft(self, now_s: float) -> None:
-        """Fail where the following error has been too large for too long."""
+        """Go into fault if the following error was too large for too long."""
         behind = abs(self._motion.behind(now_s)) if self.state in _OBEYING else 0
         if not behind:  # as nearly always
             self._astray_s = math.inf
@@ -212,7 +212,7 @@ class Cia402States:
             self.fault(TOO_FAR_BEHIND, now_s)
 
     def _watch_end(self, now_s: float) -> None:
-        """Do what is due when a motion has ended."""
+        """Act on the end of a motion."""
         motion, points = self._motion, self.machine.points
         if not motion.ends or motion.moving(now_s):
             return
@@ -236,7 +236,7 @@ class Cia402States:
     # Errors: EMCY, error register, error code, history.
 
     def fault(self, code: int, now_s: float) -> None:
-        """Fail, and say why: by 605E it brakes, and then its motor is free."""
+        """Go into fault and report why: brake as 605E says, then free the motor."""
         self._report(code)
         changed = self.machine.happen(Happening.FAULT)
         if not self.ailing:
@@ -250,20 +250,20 @@ class Cia402States:
         self._motion.brake(math.inf if free else self._motion.slope(ramp), now_s)
 
     def mend(self, code: int) -> None:
-        """Have what was wrong be right again; its fault is to be reset yet."""
+        """Remove the cause of an error; the fault itself must still be reset."""
         self.ailing.discard(code)
         if not self.ailing:
             self.machine.mend()
 
     def over(self) -> None:
-        """Say that nothing is wrong any more, if something was."""
+        """Report that an error is over, if there was one."""
         if self._objects.number_of(canopen.ERROR_REGISTER, 0):
             self._objects.keep(canopen.ERROR_REGISTER, 0)
             self._objects.keep(canopen.ERROR_CODE, 0)
             self._emcy(0)
 
     def _report(self, code: int) -> None:
-        """Say that something is wrong, and keep it."""
+        """Report an error, and store it."""
         kind = _KINDS.get(code >> 12, canopen.ErrorRegister.DEVICE_PROFILE)
         kind = canopen.ErrorRegister.COMMUNICATION if code in _OF_TALK else kind
         register = self._objects.number_of(canopen.ERROR_REGISTER, 0)
@@ -276,7 +276,7 @@ class Cia402States:
     # A lost master: object 6007.
 
     def forsake(self, now_s: float) -> None:
-        """Miss its master's heartbeat: say so, and react."""
+        """React to a missing heartbeat of the master, and report it."""
         self.forsaken = True
         self.watch_stops += 1
         if self._objects.number_of(canopen.HEARTBEAT_REACTION, _FAULT) != _FAULT:
@@ -284,7 +284,7 @@ class Cia402States:
         self.react(now_s)
 
     def react(self, now_s: float) -> None:
-        """Do what 6007 says: nothing, a fault, let the motor go, or a quick stop."""
+        """React as 6007 says: nothing, a fault, free the motor, or a quick stop."""
         reaction = self._objects.number_of(canopen.HEARTBEAT_REACTION, _FAULT)
         if reaction == _FAULT:
             self.fault(HEARTBEAT_MISSING, now_s)
@@ -292,7 +292,7 @@ class Cia402States:
             self.command(_REACTIONS[reaction], now_s)
 
     def take_back(self) -> None:
-        """Take note that the master's heartbeat is back."""
+        """Record that the master's heartbeat has returned."""
         if self.forsaken:
             self.forsaken = False
             if self.state not in _FAULTY:
@@ -301,7 +301,7 @@ class Cia402States:
     # The statusword.
 
     def statusword(self, now_s: float, *, withheld: bool) -> canopen.Statusword:
-        """Return what it says of itself; `withheld`: it does not say that a target is reached."""
+        """Return its statusword; if `withheld`, without the report that a target is reached."""
         word = self.machine.statusword(_common(self._astray, self._motion.limited, self.forsaken))
         if not self.enabled:
             moves = self._motion.moving(now_s)
@@ -311,7 +311,7 @@ class Cia402States:
         return canopen.Statusword(word.value & ~_OF_MODE_MASK | int(bits))
 
     def _bits_of_mode(self, bits: StatusBit, now_s: float, *, withheld: bool) -> StatusBit:
-        """Return bits 10, 12 and 13 as the mode means them."""
+        """Return bits 10, 12 and 13 as the mode defines them."""
         motion = self._motion
         match self.mode:
             case OperationMode.PROFILE_POSITION:

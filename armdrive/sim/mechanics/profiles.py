@@ -194,6 +194,8 @@ class _ProfileAxis:
         self._moment = _Moment(count, count)
         self._times: list[float] = []
         self._steps: list[_Moment] = []
+        self._laid_s = -math.inf
+        """The time up to which the steps of the present order have been computed."""
 
     # -- what can be seen ---------------------------------------------------------------------
 
@@ -277,6 +279,7 @@ class _ProfileAxis:
     def _order(self, moment: _Moment, now_s: float) -> None:
         self._moment, self._since_s = moment, now_s
         self._times, self._steps = [], []
+        self._laid_s = -math.inf
 
     def _steps_to_stop(self, moment: _Moment) -> int:
         return int(moment.speed_hz**2 / (2.0 * self._acceleration))
@@ -308,7 +311,10 @@ class _ProfileAxis:
         )
 
     def _lay(self, until_s: float) -> None:
-        """Compute the steps up to the requested time."""
+        """Compute the steps up to the requested time; they are kept until an order changes them."""
+        if until_s <= self._laid_s:
+            return
+        self._laid_s = until_s
         moment = self._steps[-1] if self._steps else self._moment
         while (step_s := self._chance(moment)) <= until_s + _ROUNDING and math.isfinite(step_s):
             way = 1 if moment.forward else -1
@@ -347,6 +353,8 @@ class UncoordinatedRack:
         self._top_hz = top_hz
         self._under_way = False
         self._ordered_s = -math.inf
+        self._done_s: float | None = None
+        """The value of `done_s`, or None until it is computed for the latest order."""
 
     @property
     def moving(self) -> bool:
@@ -358,7 +366,9 @@ class UncoordinatedRack:
         """When the last axis stands; infinity if none moves or one runs without an end."""
         if not self._under_way:
             return math.inf
-        return max([self._ordered_s, *(axis.done_s for axis in self._axes)])
+        if self._done_s is None:
+            self._done_s = max([self._ordered_s, *(axis.done_s for axis in self._axes)])
+        return self._done_s
 
     def mask(self, now_s: float) -> int:
         """Return a bit for each axis that still moves, the first axis in the lowest bit."""
@@ -397,6 +407,7 @@ class UncoordinatedRack:
         """
         for axis in self._axes:
             axis.ramp_down(now_s)
+        self._done_s = None
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a moment."""
@@ -440,4 +451,4 @@ class UncoordinatedRack:
     def _begin(self, now_s: float, *, by_speed: bool) -> None:
         for axis in self._axes:
             axis.obey(now_s, by_speed=by_speed)
-        self._under_way, self._ordered_s = True, now_s
+        self._under_way, self._ordered_s, self._done_s = True, now_s, None

@@ -57,9 +57,9 @@ def system(name: str) -> System:
 
     Raises `UnknownSystem`, which suggests the nearest name.
     """
-    if name in SYSTEMS:
+    if isinstance(name, str) and name in SYSTEMS:
         return SYSTEMS[name]
-    if name in PRESETS:
+    if isinstance(name, str) and name in PRESETS:
         return _built_in(name)
     raise UnknownSystem(
         name, MODEL_NAMES, nearest_word(str(name).lower(), MODEL_NAMES, likeness=0.4)

@@ -15,7 +15,6 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink
-from kinematics.chains.spherical_wrist import REACH_MM, broken_bound
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import Branch, FiveAxisArm
@@ -31,14 +30,15 @@ from kinematics.spaces import JOINT_NAMES, Jacobian, Joints, Pose, RollFrame
 from kinematics.textbook.systems.named import (
     ON_AXIS,
     QUARTER_TURN,
-    Lost,
     NamedBranch,
+    NamedSingularity,
     Quantity,
     Solved,
     System,
     Values,
     steps,
 )
+from kinematics.textbook.systems.spans import REACH_MM, broken_bound
 from kinematics.textbook.systems.triangle import (
     FOLDED,
     STRAIGHT_SINE,
@@ -139,16 +139,18 @@ def _named(one: System, branch: Branch, goal: Values) -> NamedBranch:
     name = f"base {branch.base.value}, elbow {branch.elbow.value}"
     (_, upper, fore, _), angles = one.sizes, branch.joints.angles_rad
     elbow = angles[2]
-    losses, free = [], []
+    singularities, free = [], []
     if branch.base_free:
-        losses.append(ON_AXIS)
+        singularities.append(ON_AXIS)
         free.append(one.joint_names[0])
     if abs(math.sin(elbow)) <= STRAIGHT_SINE:
-        losses.append(STRETCHED if math.cos(elbow) > 0.0 else FOLDED)
+        singularities.append(STRETCHED if math.cos(elbow) > 0.0 else FOLDED)
         if upper * math.cos(elbow) + fore <= REACH_MM and upper == fore:
             free.append(one.joint_names[1])
     workings = one.formulas(one, goal, *one.signs[name])[1]
-    return NamedBranch(name, own_angles(one, angles), workings, tuple(free), "; ".join(losses))
+    return NamedBranch(
+        name, own_angles(one, angles), workings, tuple(free), "; ".join(singularities)
+    )
 
 
 def _refusal(one: System, pose: Pose, near: Joints) -> OutOfReach:
@@ -232,10 +234,13 @@ def _seen_from_behind(pose: Pose) -> Pose:
     )
 
 
-def _losses(one: System, joints: Values) -> Sequence[Lost]:
+def _singularities(one: System, joints: Values) -> Sequence[NamedSingularity]:
     found = five_axis_singularities(arm_of(one), Joints(relative_angles(one, joints)))
     order = sorted(found, key=lambda each: each.singularity.name)
-    return [Lost(each.singularity.value, each.distance_rad, each.distance_mm) for each in order]
+    return [
+        NamedSingularity(each.singularity.value, each.distance_rad, each.distance_mm)
+        for each in order
+    ]
 
 
 def _alpha2_table(height: float, upper: float, fore: float, hand: float) -> Chain:
@@ -304,7 +309,7 @@ wrist roll: theta5 = R
         postures=_postures,
         coordinates_of=_coordinates_of,
         of_frame=_of_frame,
-        losses=_losses,
+        singularities=_singularities,
         angles="shoulder is the elevation of the upper arm, elbow and wrist pitch count from the "
         "link before, up is positive: the angles of every built-in arm and of arm files",
         senses=((1.0, 0.0),) * 5,

@@ -18,7 +18,7 @@ from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.frames.numbers import numbers
+from kinematics.frames.numbers import goal_numbers, numbers
 from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
 from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
@@ -108,7 +108,7 @@ class Miss:
 
 
 @dataclass(frozen=True, slots=True)
-class Lost:
+class NamedSingularity:
     """One singularity: what is lost there, and how far the posture is from it.
 
     `distance_rad` is the joint move that leads there, None where it takes a slide;
@@ -129,7 +129,7 @@ class Workspace:
     sentence: str
 
 
-def no_loss(_one: System, _joints: Values) -> list[Lost]:
+def no_singularities(_one: System, _joints: Values) -> list[NamedSingularity]:
     """Return no singularity: that of slides alone."""
     return []
 
@@ -194,8 +194,8 @@ class System:
     )
     """The branches of a whole frame, where they are not those of its coordinates."""
 
-    losses: Callable[[System, Values], Sequence[Lost]] = field(
-        default=no_loss, compare=False, repr=False
+    singularities: Callable[[System, Values], Sequence[NamedSingularity]] = field(
+        default=no_singularities, compare=False, repr=False
     )
     """Every singularity in a fixed order, joint limits not looked at."""
 
@@ -217,7 +217,8 @@ class System:
     def sized(self, *sizes: float, ranges: Sequence[Span] | None = None, **named: float) -> System:
         """Return a system of this build with other lengths (in order, or by name) and ranges.
 
-        The ranges of an arm of the Mini-mover's build stay its limits.
+        The ranges of an arm of the Mini-mover's build stay its limits. Raises `KinematicsError` for
+        lengths that the system has not, and as `Chain.within` does.
         """
         unknown = named.keys() - set(self.length_names)
         if unknown or len(sizes) not in (0, len(self.sizes)):
@@ -231,7 +232,10 @@ class System:
             return replace(
                 self, sizes=made, arm=FiveAxisArm(height, upper, fore, hand, self.arm.limits)
             )
-        return replace(self, sizes=made, ranges=self.ranges if ranges is None else tuple(ranges))
+        limits = self.ranges if ranges is None else self.chain().within(ranges or None).limits
+        one = replace(self, sizes=made, ranges=limits)
+        one.chain()  # refuses lengths that are none
+        return one
 
     def lengths(self) -> dict[str, float]:
         """Return the constant lengths by the names that figure and derivation use, in mm."""
@@ -252,11 +256,11 @@ class System:
         Raises `KinematicsError` for the wrong number of joint values and `BadNumber` for one
         that is not finite.
         """
-        return self.forward(self, self.chain().checked(joints))
+        return self.forward(self, self.chain().directions(joints))
 
     def by_trigonometry(self, *joints: float) -> Vector:
         """Return the tip (x, y, z) in mm from its coordinates written down (section 5)."""
-        return position_of(self.forward(self, joints))
+        return position_of(self.forward(self, self.chain().directions(joints)))
 
     def by_matrices(self, *joints: float) -> Transform:
         """Return the hand's frame as the product of the A matrices (section 7)."""
@@ -280,13 +284,14 @@ class System:
 
         Nothing is checked: neither the reach nor the joint limits, and where a branch is
         degenerate the formulas say what they say. `ik` is the call that checks. Raises
-        `KinematicsError` for a branch that the system has not.
+        `KinematicsError` for a branch that the system has not, or a goal of another count.
         """
-        if branch not in self.signs:
+        if not isinstance(branch, str) or branch not in self.signs:
             raise KinematicsError(
                 f"{self.name} has no branch {branch!r}; it has {', '.join(self.signs)}"
             )
-        return NamedBranch(branch, *self.formulas(self, tuple(goal), *self.signs[branch]))
+        given = numbers(f"a goal of {self.name}", goal, self.coordinates)
+        return NamedBranch(branch, *self.formulas(self, given, *self.signs[branch]))
 
     def ik(
         self, goal: Sequence[float], seed: Sequence[float] | None = None
@@ -314,10 +319,16 @@ class System:
             if self.of_frame is None
             else self.of_frame(self, checked, self._near(seed))
         )
-        return tuple((branch, self.miss(branch.joints, checked)) for branch in found)
+        return tuple((branch, self._miss(branch.joints, checked)) for branch in found)
 
     def miss(self, joints: Sequence[float], frame: Transform) -> Miss:
-        """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis."""
+        """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis.
+
+        Raises as `fk` and `check_transform` do.
+        """
+        return self._miss(joints, check_transform(frame))
+
+    def _miss(self, joints: Sequence[float], frame: Transform) -> Miss:
         reached = self.fk(joints)
         pairs = zip(columns(rotation_of(reached)), columns(rotation_of(frame)), strict=True)
         return Miss(
@@ -355,7 +366,7 @@ class System:
         return chain.clamp(chain.zero if seed is None else seed)
 
     def _checked(self, goal: Sequence[float]) -> Values:
-        return numbers(f"a goal of {self.name}", goal, self.coordinates)
+        return goal_numbers(f"a goal of {self.name}", goal, self.coordinates)
 
 
 @lru_cache(maxsize=64)

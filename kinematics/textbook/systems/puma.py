@@ -8,21 +8,14 @@ offsets of shoulder and elbow included. Lengths in mm, angles in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from types import MappingProxyType
 
+from kinematics.chains.branches import STRAIGHT
 from kinematics.chains.chain import Chain
+from kinematics.chains.closed_form import closed_form
 from kinematics.chains.links import DHLink
-from kinematics.chains.spherical_wrist import (
-    REACH_MM,
-    STRAIGHT,
-    Angles6,
-    WristArm,
-    inverse,
-    nearest_wrist,
-    reach_broken,
-)
 from kinematics.errors import OutOfReach
 from kinematics.frames.numbers import atan2, cos, sin
 from kinematics.frames.orientations import RPY, solve_rpy
@@ -37,19 +30,20 @@ from kinematics.frames.transforms import (
 )
 from kinematics.textbook.systems.named import (
     QUARTER_TURN,
-    Lost,
     NamedBranch,
+    NamedSingularity,
     Quantity,
     Solved,
     System,
     Values,
     steps,
 )
+from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     FOLDED,
     STRAIGHT_SINE,
     STRETCHED,
-    elbow_losses,
+    elbow_singularities,
     root,
     to_half_turn,
     triangle,
@@ -155,37 +149,48 @@ def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBran
 
 
 def _postures_of_frame(one: System, frame: Transform, seed: Values) -> list[NamedBranch]:
-    found = inverse(frame, WristArm.of(*one.sizes), (seed[0], seed[1], seed[3]))
-    named = [
-        _named(one, branch, frame, joints)
-        for branch, joints in zip(one.signs, found, strict=True)
-        if joints is not None
-    ]
+    closed = closed_form(one.chain())
+    postures = [] if closed is None else closed.postures(frame, seed)
+    names = {signs: name for name, signs in one.signs.items()}
+    named = {
+        (name := names[_signs(one, frame, joints)]): _named(one, name, frame, joints)
+        for joints in postures
+    }
     if not named:
         raise _refusal(one, frame)
-    return named
+    return [named[name] for name in one.signs if name in named]
 
 
-def _named(one: System, branch: str, frame: Transform, joints: Angles6) -> NamedBranch:
+def _signs(one: System, frame: Transform, joints: Values) -> tuple[float, float, float]:
+    """Return which branch a posture is: the signs that the formulas take for base, elbow, wrist."""
+    x, y, _ = _wrist(one, frame)
+    out = math.cos(joints[0]) * x + math.sin(joints[0]) * y
+    side = 1.0 if out >= -REACH_MM else -1.0
+    _, _, _, _, a3, d4, _ = one.sizes
+    bend = -side * math.sin(math.atan2(d4, a3) - joints[2])
+    return side, 1.0 if bend >= 0.0 else -1.0, math.copysign(1.0, joints[4])
+
+
+def _named(one: System, branch: str, frame: Transform, joints: Values) -> NamedBranch:
     _, _, d2, a2, a3, d4, _ = one.sizes
-    losses, free = [], []
+    singularities, free = [], []
     x, y, _ = _wrist(one, frame)
     out = math.hypot(x, y)
     if out <= REACH_MM:
-        losses.append(BASE_FREE)
+        singularities.append(BASE_FREE)
         free.append("theta1")
     elif abs(out - abs(d2)) <= REACH_MM:
-        losses.append(BASE_EDGE)
+        singularities.append(BASE_EDGE)
     bend = math.atan2(d4, a3) - joints[2]
     if abs(math.sin(bend)) <= STRAIGHT_SINE:
-        losses.append(STRETCHED if math.cos(bend) > 0.0 else FOLDED)
+        singularities.append(STRETCHED if math.cos(bend) > 0.0 else FOLDED)
         if math.hypot(a3, d4) + a2 * math.cos(bend) <= REACH_MM:
             free.append("theta2")
     if abs(math.sin(joints[4])) <= STRAIGHT:
-        losses.append(WRIST_STRAIGHT)
+        singularities.append(WRIST_STRAIGHT)
         free.append("theta4")
     workings = _of_frame_by_formulas(one, frame, *one.signs[branch])[1]
-    return NamedBranch(branch, joints, workings, tuple(free), "; ".join(losses))
+    return NamedBranch(branch, joints, workings, tuple(free), "; ".join(singularities))
 
 
 def _wrist(one: System, frame: Transform) -> tuple[float, float, float]:
@@ -195,22 +200,70 @@ def _wrist(one: System, frame: Transform) -> tuple[float, float, float]:
 
 def _refusal(one: System, frame: Transform) -> OutOfReach:
     x, y, z = _wrist(one, frame)
-    arm = WristArm.of(*one.sizes)
-    quantity, value, bound = reach_broken(arm, x, y, z)
-    near_x, near_y, near_z = nearest_wrist(arm, x, y, z)
+    quantity, value, bound = _reach_broken(one, x, y, z)
+    near_x, near_y, near_z = _nearest_wrist(one, x, y, z)
     moved = compose(translation(near_x - x, near_y - y, near_z - z), frame)
     return one.out_of_reach(quantity, value, bound, one.goal_of(moved))
 
 
-def _losses(one: System, joints: Values) -> list[Lost]:
+def _fore(one: System) -> float:
+    """Return the distance from the elbow to the wrist's centre, across the elbow's offset."""
+    return math.hypot(one.sizes[4], one.sizes[5])
+
+
+def _reach_broken(one: System, x: float, y: float, z: float) -> tuple[str, float, float]:
+    """Return what a wrist's centre out of reach breaks: the quantity, its value, its bound."""
+    height, offset, lateral, upper, *_ = one.sizes
+    radius, lateral, fore = math.hypot(x, y), abs(lateral), _fore(one)
+    if radius < lateral:
+        return "the wrist's distance from the base axis", radius, lateral
+    out = math.sqrt(radius * radius - lateral * lateral)
+    up = z - height
+    distance = min(
+        (math.hypot(side - offset, up) for side in (out, -out)),
+        key=lambda value: abs(value - (broken_bound(value, upper, fore) or value)),
+    )
+    bound = broken_bound(distance, upper, fore)
+    return "the wrist's distance from the shoulder", distance, distance if bound is None else bound
+
+
+def _nearest_wrist(one: System, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a wrist's centre within reach near to this one, in the same direction of the base."""
+    height, _, lateral, *_ = one.sizes
+    radius = math.hypot(x, y)
+    out = math.sqrt(max(radius * radius - lateral * lateral, 0.0))
+    up = z - height
+    near_out, near_up = min(
+        _candidates(one, out, up), key=lambda point: math.hypot(point[0] - out, point[1] - up)
+    )
+    wide = math.hypot(near_out, lateral)
+    along = (x / radius, y / radius) if radius > 0.0 else (1.0, 0.0)
+    return along[0] * wide, along[1] * wide, near_up + height
+
+
+def _candidates(one: System, out: float, up: float) -> Iterator[tuple[float, float]]:
+    """Yield points (outwards, upwards of the shoulder's height) that front or back reach."""
+    _, shoulder, _, upper, *_ = one.sizes
+    fore = _fore(one)
+    longest = upper + fore
+    for side in (1.0, -1.0):
+        offset = side * shoulder
+        near_out, near_up = brought_within(out - offset, up, upper, fore)
+        if near_out + offset >= 0.0:
+            yield near_out + offset, near_up
+        if longest + offset >= 0.0:
+            yield longest + offset, 0.0
+
+
+def _singularities(one: System, joints: Values) -> list[NamedSingularity]:
     (_, a1, d2, a2, a3, d4, _), (_, second, third, _, fifth, _) = one.sizes, joints
     both = second + third
     out = a1 + a2 * math.cos(second)
     out += a3 * math.cos(both) + d4 * math.sin(both)
     return [
-        *elbow_losses(third - math.atan2(d4, a3), a2, math.hypot(a3, d4)),
-        Lost(WRIST_STRAIGHT, to_half_turn(fifth), None),
-        Lost(BASE_EDGE if d2 else BASE_FREE, None, abs(out)),
+        *elbow_singularities(third - math.atan2(d4, a3), a2, math.hypot(a3, d4)),
+        NamedSingularity(WRIST_STRAIGHT, to_half_turn(fifth), None),
+        NamedSingularity(BASE_EDGE if d2 else BASE_FREE, None, abs(out)),
     ]
 
 
@@ -251,7 +304,7 @@ wrist joints: theta4 = atan2(+-ay', +-ax'),  theta5 = atan2(+-sqrt(ax'^2 + ay'^2
                       v hand
 """,
     coordinates=("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad"),
-    signs=MappingProxyType(  # in the order of `spherical_wrist.inverse`
+    signs=MappingProxyType(
         {
             f"base {base}, elbow {elbow}, wrist {wrist}": (side, bend, flip)
             for (base, side), (elbow, bend), (wrist, flip) in product(
@@ -270,6 +323,6 @@ wrist joints: theta4 = atan2(+-ay', +-ax'),  theta5 = atan2(+-sqrt(ax'^2 + ay'^2
     postures=_postures,
     coordinates_of=_coordinates_of,
     of_frame=_of_frame,
-    losses=_losses,
+    singularities=_singularities,
 )
 """A Puma of any lengths; by default those of the Puma 560 with its elbow offset neglected."""

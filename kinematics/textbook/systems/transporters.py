@@ -15,7 +15,6 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.chains.spherical_wrist import REACH_MM, broken_bound, brought_within
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform, transform
 from kinematics.frames.vectors import ZERO
@@ -23,18 +22,19 @@ from kinematics.textbook.systems.named import (
     ENDLESS,
     ON_AXIS,
     QUARTER_TURN,
-    Lost,
     NamedBranch,
+    NamedSingularity,
     Quantity,
     Solved,
     System,
     Values,
     steps,
 )
+from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     Links,
     elbow_branches,
-    elbow_losses,
+    elbow_singularities,
     to_half_turn,
     triangle,
 )
@@ -124,13 +124,13 @@ CYLINDRICAL = System(
     derivation=steps(
         """
 end point: X = r cos(theta),  Y = r sin(theta),  Z = l
-    equations 2.28 to 2.30
+    equations 2.28 to 2.30; (2.30) prints the letter l as the digit 1
 slide: r = +- sqrt(X^2 + Y^2)
     equation 2.31; the notes give the plus only
 base: theta = atan2(Y / r, X / r)
     equation 2.31; free where r = 0
 lift: l = Z
-    equation 2.32
+    equation 2.32, which prints l as 1 too
 """
     ),
     drawing=r"""
@@ -157,9 +157,12 @@ lift: l = Z
     forward=_cylindrical_forward,
     formulas=_cylindrical_formulas,
     postures=_cylindrical_postures,
-    losses=lambda _, joints: [Lost(ON_AXIS, None, abs(joints[2]))],
+    singularities=lambda _, joints: [NamedSingularity(ON_AXIS, None, abs(joints[2]))],
 )
-"""A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32)."""
+"""A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32).
+
+The figure is captioned "A cartesian arm", and the letter l is printed as 1 in (2.30) and (2.32).
+"""
 
 
 def _spherical_forward(_one: System, joints: Values) -> Transform:
@@ -196,11 +199,11 @@ def _spherical_postures(one: System, goal: Values, seed: Values) -> Sequence[Nam
     return found
 
 
-def _spherical_losses(_one: System, joints: Values) -> list[Lost]:
+def _spherical_singularities(_one: System, joints: Values) -> list[NamedSingularity]:
     _, theta, r = joints
     return [
-        Lost(ON_AXIS, to_half_turn(theta - math.pi / 2.0), abs(r * math.cos(theta))),
-        Lost(DRAWN_IN, None, abs(r)),
+        NamedSingularity(ON_AXIS, to_half_turn(theta - math.pi / 2.0), abs(r * math.cos(theta))),
+        NamedSingularity(DRAWN_IN, None, abs(r)),
     ]
 
 
@@ -213,7 +216,7 @@ SPHERICAL = System(
 end point: X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)
     equation 2.33
 slide: r = +- sqrt(X^2 + Y^2 + Z^2)
-    the notes give the plus only
+    the notes give the plus only: their two solutions are all for r > 0
 elevation: cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r
     equation 2.34; the second is over the top, 180 degrees - theta
 azimuth: cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))
@@ -250,7 +253,7 @@ azimuth: cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))
     forward=_spherical_forward,
     formulas=_spherical_formulas,
     postures=_spherical_postures,
-    losses=_spherical_losses,
+    singularities=_spherical_singularities,
 )
 """Azimuth, elevation and a slide from the origin (figure 2.16, equations 2.33 and 2.34)."""
 
@@ -325,10 +328,10 @@ def _revolute_nearest(one: System, goal: Values, out: float) -> Values:
     return x * near_out / out, y * near_out / out, near_up + l1
 
 
-def _revolute_losses(one: System, joints: Values) -> list[Lost]:
+def _revolute_singularities(one: System, joints: Values) -> list[NamedSingularity]:
     (_, l2, l3), (_, second, third) = one.sizes, joints
     lean = math.sin(second) * l2 + math.sin(second + third) * l3
-    return [*elbow_losses(third, l2, l3), Lost(ON_AXIS, None, abs(lean))]
+    return [*elbow_singularities(third, l2, l3), NamedSingularity(ON_AXIS, None, abs(lean))]
 
 
 REVOLUTE = System(
@@ -382,6 +385,6 @@ shoulder: theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)
     forward=_revolute_forward,
     formulas=_revolute_formulas,
     postures=_revolute_postures,
-    losses=_revolute_losses,
+    singularities=_revolute_singularities,
 )
 """A turning column L1, an upper arm L2 and a forearm L3."""

@@ -11,16 +11,16 @@ import math
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from kinematics.chains.spherical_wrist import REACH_MM
 from kinematics.frames.numbers import atan2, sqrt
 from kinematics.limits import wrap
 from kinematics.textbook.systems.named import (
-    Lost,
     NamedBranch,
+    NamedSingularity,
     Quantity,
     System,
     Values,
 )
+from kinematics.textbook.systems.spans import REACH_MM
 
 STRAIGHT_SINE = 1e-7
 """An elbow whose sine is less has one posture: rounding of the tip alone makes some 1e-8."""
@@ -157,14 +157,18 @@ def _with_free(joints: Values, links: Links, value: float) -> Values:
     return tuple(made)
 
 
-def elbow_losses(bend_rad: float, first_mm: float, second_mm: float) -> list[Lost]:
+def elbow_singularities(
+    bend_rad: float, first_mm: float, second_mm: float
+) -> list[NamedSingularity]:
     """Return how far an elbow of two links is from being straight, and from being folded."""
     bend = abs(wrap(bend_rad))
     square = first_mm**2 + second_mm**2 + 2.0 * first_mm * second_mm * math.cos(bend)
     span = math.sqrt(max(square, 0.0))
     return [
-        Lost(f"elbow {STRETCHED}", bend, max(first_mm + second_mm - span, 0.0)),
-        Lost(f"elbow {FOLDED}", math.pi - bend, max(span - abs(first_mm - second_mm), 0.0)),
+        NamedSingularity(f"elbow {STRETCHED}", bend, max(first_mm + second_mm - span, 0.0)),
+        NamedSingularity(
+            f"elbow {FOLDED}", math.pi - bend, max(span - abs(first_mm - second_mm), 0.0)
+        ),
     ]
 
 

@@ -14,15 +14,14 @@ from types import MappingProxyType
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.chains.spherical_wrist import REACH_MM, broken_bound, brought_within
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform, position_of, translation
 from kinematics.textbook.systems.named import (
     ENDLESS,
     ON_AXIS,
     QUARTER_TURN,
-    Lost,
     NamedBranch,
+    NamedSingularity,
     Quantity,
     Solved,
     System,
@@ -30,12 +29,13 @@ from kinematics.textbook.systems.named import (
     Workspace,
     steps,
 )
+from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
     STRAIGHT_SINE,
     Links,
     elbow_branches,
-    elbow_losses,
+    elbow_singularities,
     to_half_turn,
     triangle,
 )
@@ -117,7 +117,7 @@ shoulder: theta1 = atan2(y, x) - atan2(l2 S2, l1 + l2 C2)
     formulas=_type_1_formulas,
     postures=_type_1_postures,
     coordinates_of=lambda _, frame: position_of(frame)[:2],
-    losses=lambda one, joints: elbow_losses(joints[1], *one.sizes),
+    singularities=lambda one, joints: elbow_singularities(joints[1], *one.sizes),
     orientation=lambda first, second: (first + second, 0.0, 0.0),
     space=_type_1_space,
 )
@@ -205,8 +205,8 @@ inverse: theta1 = atan2(y, x),  theta2 = atan2(z - d1, sqrt(x^2 + y^2))
     forward=_type_2_forward,
     formulas=_type_2_formulas,
     postures=_type_2_postures,
-    losses=lambda one, joints: [
-        Lost(
+    singularities=lambda one, joints: [
+        NamedSingularity(
             ON_AXIS,
             to_half_turn(joints[1] - math.pi / 2.0),
             abs(one.sizes[1] * math.cos(joints[1])),
@@ -291,7 +291,7 @@ base: theta1 = atan2(x / d2, -y / d2)
     formulas=_type_3_formulas,
     postures=_type_3_postures,
     coordinates_of=lambda _, frame: position_of(frame)[:2],
-    losses=lambda _, joints: [Lost(ON_AXIS, None, abs(joints[1]))],
+    singularities=lambda _, joints: [NamedSingularity(ON_AXIS, None, abs(joints[1]))],
     orientation=lambda first, _slide: (first, 0.0, QUARTER_TURN),
     space=_type_3_space,
 )
@@ -331,9 +331,9 @@ def _type_4_postures(one: System, goal: Values, _seed: Values) -> Sequence[Named
     return [NamedBranch("arm level", *one.formulas(one, goal, 1.0), degenerate=words)]
 
 
-def _type_4_losses(one: System, joints: Values) -> list[Lost]:
+def _type_4_singularities(one: System, joints: Values) -> list[NamedSingularity]:
     short = one.sizes[0] * (1.0 - abs(math.cos(joints[1])))
-    return [Lost(LEVEL, to_half_turn(joints[1]), short)]
+    return [NamedSingularity(LEVEL, to_half_turn(joints[1]), short)]
 
 
 def _type_4_space(one: System) -> Workspace:
@@ -385,7 +385,7 @@ lift: d1 = z - l2 S2
     formulas=_type_4_formulas,
     postures=_type_4_postures,
     coordinates_of=lambda _, frame: position_of(frame)[::2],
-    losses=_type_4_losses,
+    singularities=_type_4_singularities,
     orientation=lambda _lift, second: (0.0, -second, QUARTER_TURN),
     space=_type_4_space,
 )
@@ -526,6 +526,6 @@ third angle: theta3 = phi - theta1 - theta2
         *position_of(frame)[:2],
         atan2(frame[1][0], frame[0][0]),
     ),
-    losses=lambda one, joints: elbow_losses(joints[1], *one.sizes[:2]),
+    singularities=lambda one, joints: elbow_singularities(joints[1], *one.sizes[:2]),
 )
 """Three parallel revolute joints; the last link's length is the tool."""

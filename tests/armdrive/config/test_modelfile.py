@@ -11,7 +11,8 @@ from chain_files import shown_links
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.config.link_model import is_model_file, parse_model, read_model
+from armdrive.config.link_model import parse_model, read_model
+from armdrive.config.sections import is_model_file
 from armdrive.errors import ArmFileError
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import rows_of

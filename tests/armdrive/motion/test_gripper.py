@@ -94,7 +94,7 @@ def test_a_stopped_grasp_stops_closing_within_the_stated_time(after_s):
         asked_s = None
 
     def stop_later(data):
-        now_s = arm.twin.link.now_s
+        now_s = arm.engine.now_s
         Clock.began_s = getattr(Clock, "began_s", now_s)
         if Clock.asked_s is None and now_s - Clock.began_s >= after_s:
             Clock.asked_s, Clock.bound_s = now_s, arm.status.stop_time_s

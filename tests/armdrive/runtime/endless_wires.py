@@ -43,14 +43,15 @@ def noise(dialect: str, size: int) -> bytes:
     return b"".join(pack(Frame(draw.randrange(0x10, 0x7F), draw.randbytes(8))) for _ in range(5))
 
 
-class Wire:
+class Wire(Link):
     """A link to a simulated arm that behaves until `spoil` puts another wire in its place."""
+
+    description = "the wire"
 
     def __init__(self, twin: SimulatedArm) -> None:
         self.engine: Engine | None = None
         self.twin = twin
         self.now: Link = twin.link
-        self.description = "the wire"
 
     def spoil(self, kind: str | None) -> None:
         """Make it a wire of a kind from now on; None makes it a good one again."""

@@ -106,7 +106,7 @@ def test_an_answer_that_comes_too_early_is_compared_with_the_registers_at_once()
     def echo(data):
         if data.startswith(b"@STEP"):
             link.on_write = lambda _: None
-            link._arriving.append((arm.engine.now_s + 0.01, b"1\r"))
+            link.arriving.append((arm.engine.now_s + 0.01, b"1\r"))
 
     link.on_write = echo
     arm.move_j(base_deg=25.0)
@@ -142,7 +142,7 @@ def test_a_disturbed_command_is_survived_or_found_out(change, start, skip):
 def test_noise_on_an_idle_line_moves_nothing_and_harms_nothing(noise):
     arm = ready_arm()
     before = arm.twin.world.motors
-    arm.twin.link._arriving.append((arm.status.time_s + 0.3, noise))
+    arm.twin.link.arriving.append((arm.status.time_s + 0.3, noise))
     arm.sleep(3.0)
     assert arm.twin.world.motors == before
     arm.move_j(base_deg=5)
@@ -234,7 +234,7 @@ def test_nothing_is_sent_before_the_answer_to_what_went_before(calls):
     arm.close()
     assert arm.twin.link.overlaps == []
     assert arm.twin.board.lost_bytes == 0
-    assert arm.twin.link.lines.count(b"@RESET\r") <= sum(1 for _ in calls)
+    assert arm.twin.link.messages.count(b"@RESET\r") <= sum(1 for _ in calls)
     assert honest(arm)
 
 

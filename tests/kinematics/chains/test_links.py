@@ -97,6 +97,52 @@ def test_a_type_says_how_its_two_axes_lie(number):
     assert not intersect or (kind.alpha_rad == QUARTER and off_axis_mm == 0.0)
 
 
+C, S, H = 0.8, 0.6, math.atan2(0.6, 0.8)
+"""A joint at an angle whose cosine and sine are short decimals."""
+
+
+@pytest.mark.parametrize(
+    ("number", "constants", "value", "matrix"),
+    [  # by hand from section 6: the columns are x and z of the far frame, and its origin between
+        (1, {"a_mm": 50}, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
+        (2, {"a_mm": 50}, H, ((C, 0, S, 40), (S, 0, -C, 30), (0, 1, 0, 0))),
+        (3, {"d_mm": 20}, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 20))),
+        (4, {}, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 0))),
+        (5, {}, 35.0, ((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 35))),
+        (6, {"d_mm": 20}, H, ((C, 0, S, 0), (S, 0, -C, 0), (0, 1, 0, 20))),
+        (7, {"a_mm": 50}, H, ((C, -S, 0, 40), (S, C, 0, 30), (0, 0, 1, 0))),
+        (8, {}, 35.0, ((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 35))),
+    ],
+)
+def test_the_a_matrix_of_each_type_in_numbers(number, constants, value, matrix):
+    made = link_type(number).link(**constants).matrix(value)
+    for row, expected in zip(made, (*matrix, (0, 0, 0, 1)), strict=True):
+        assert row == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("number", "constants", "value", "far_value", "point"),
+    [  # 10 mm further along the far axis, or from the far joint along its link
+        (1, {"a_mm": 50}, H, math.pi / 2, (34, 38, 0)),
+        (2, {"a_mm": 50}, H, math.pi / 2, (40, 30, 10)),
+        (3, {"d_mm": 20}, H, 0.0, (8, 6, 20)),
+        (4, {}, H, math.pi / 2, (0, 0, 10)),
+        (5, {}, 35.0, 10.0, (0, -10, 35)),
+        (6, {"d_mm": 20}, H, 10.0, (6, -8, 20)),
+        (7, {"a_mm": 50}, H, 10.0, (40, 30, 10)),
+        (8, {}, 35.0, math.pi / 2, (0, 0, 45)),
+    ],
+)
+def test_a_link_of_each_type_with_a_second_one_reaches_a_point_found_by_hand(
+    number, constants, value, far_value, point
+):
+    kind = link_type(number)
+    turns = kind.far is JointKind.REVOLUTE
+    second = DHLink(a_mm=10.0) if turns else DHLink(kind=JointKind.PRISMATIC)
+    tip = compose(kind.link(**constants).matrix(value), second.matrix(far_value))
+    assert position_of(tip) == pytest.approx(point, abs=1e-12)
+
+
 def test_a_type_refuses_a_length_that_it_has_not():
     with pytest.raises(KinematicsError, match="type 4 has no constant a, so 12 mm"):
         link_type(4).link(a_mm=12)

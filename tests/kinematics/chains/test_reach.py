@@ -10,7 +10,7 @@ from hypothesis import given
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.chains.many import BLOCK, reach_maps, tips_of_many
-from kinematics.chains.reach import sampled_reach
+from kinematics.chains.reach import spans_of, spread_over
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of
 from kinematics.presets import PRESETS
@@ -23,31 +23,38 @@ REAL_ARMS = {
 }
 
 
+def spread(chain, count):
+    return list(spread_over(spans_of(chain), count).postures())
+
+
+def sampled(chain, count):
+    """The tips of the spread postures, one by one."""
+    return np.array([position_of(chain.fk(posture)) for posture in spread(chain, count)])
+
+
 def test_a_two_link_chain_reaches_its_ring():
     bent = math.radians(20)
     chain = Chain((DHLink(a_mm=100.0), DHLink(a_mm=60.0, low=bent, high=math.pi)))
-    reach = sampled_reach(chain, 3000)
-    low, high = reach.radius_mm
-    assert low == pytest.approx(40.0, abs=1e-6)
-    assert high == pytest.approx(math.sqrt(100**2 + 60**2 + 2 * 100 * 60 * math.cos(bent)))
-    assert reach.box_mm[2] == (0.0, 0.0)
-    for point, posture in list(zip(reach.points, reach.postures, strict=True))[::100]:
-        assert not chain.violations(posture)
-        assert point == pytest.approx(tuple(row[3] for row in chain.fk(posture)[:3]), abs=1e-9)
+    tips = sampled(chain, 3000)
+    radii = np.hypot(tips[:, 0], tips[:, 1])
+    assert radii.min() == pytest.approx(40.0, abs=1e-6)
+    assert radii.max() == pytest.approx(math.sqrt(100**2 + 60**2 + 2 * 100 * 60 * math.cos(bent)))
+    assert not tips[:, 2].any()
+    assert not any(chain.violations(posture) for posture in spread(chain, 300))
 
 
 def test_samples_are_spread_evenly():
     chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0), DHLink(a_mm=10.0)))
-    heights = sorted(point[2] for point in sampled_reach(chain, 1000).points[4:])
+    heights = sorted(sampled(chain, 1000)[4:, 2])
     for share in (0.1, 0.5, 0.9):
         assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=1.0)
 
 
 def test_a_reach_without_end_is_refused():
     with pytest.raises(KinematicsError, match="slides without limits"):
-        sampled_reach(Chain((DHLink(kind=JointKind.PRISMATIC),)))
+        spans_of(Chain((DHLink(kind=JointKind.PRISMATIC),)))
     with pytest.raises(KinematicsError, match="at least one posture"):
-        sampled_reach(Chain((DHLink(),)), 0)
+        spread_over(spans_of(Chain((DHLink(),))), 0)
 
 
 @given(chains_and_values())
@@ -74,6 +81,9 @@ def test_no_postures_reach_nothing_and_another_shape_is_refused():
     for shape in ((3, 5), (6,), (2, 6, 1)):
         with pytest.raises(KinematicsError, match=r"shape \(N, 6\) is needed, not of shape"):
             tips_of_many(puma, np.zeros(shape))
+    for wrong in ("none", object(), [["a"] * 6]):
+        with pytest.raises(KinematicsError, match="an array of numbers is needed"):
+            tips_of_many(puma, wrong)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
@@ -88,7 +98,7 @@ def test_a_posture_of_no_numbers_comes_nowhere(bad):
 @pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)
 def test_a_map_shows_one_place_of_each_cell_and_how_far_the_arm_reaches(arm, plane):
     cells, count = 40, BLOCK + 900
-    tips = np.array(sampled_reach(arm, count).points)[:, plane]
+    tips = sampled(arm, count)[:, plane]
     low, high = tips.min(axis=0), tips.max(axis=0)
     (found,) = reach_maps(arm, (plane,), count, cells)
     np.testing.assert_allclose(found.min(axis=0), low, atol=1e-9)

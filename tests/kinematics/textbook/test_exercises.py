@@ -6,7 +6,7 @@ import pytest
 from pages import blocks, page
 
 
-@pytest.mark.parametrize("number", [1, 2, 3, 4, 5, 6, 7, 10])
+@pytest.mark.parametrize("number", range(1, 12))
 def test_every_exercise_is_worked(number):
     section = re.search(
         rf"^## {number}\. .*?(?=^## |\Z)", page("exercises"), re.DOTALL | re.MULTILINE

@@ -9,13 +9,13 @@ from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import rotation_of
 from kinematics.textbook.study import (
     chain_rows,
+    example_posture,
     judged,
     named_singularities,
     own_jacobian,
     own_rows,
 )
 from kinematics.textbook.systems import SYSTEMS
-from kinematics.textbook.worked_example import example_posture
 
 STEP = 1e-6
 NAMES = list(SYSTEMS)

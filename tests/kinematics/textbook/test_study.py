@@ -15,6 +15,7 @@ from kinematics.textbook.pages import fixed, laid, sections, summary, symbol_sec
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import (
     ROW_NAMES,
+    example_posture,
     named_subject,
     searched,
     study,
@@ -22,7 +23,7 @@ from kinematics.textbook.study import (
     subject_of_chain,
 )
 from kinematics.textbook.systems import MODEL_NAMES, SYSTEMS
-from kinematics.textbook.worked_example import ExampleSection, example_posture
+from kinematics.textbook.worked_example import ExampleSection
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -130,7 +131,7 @@ def test_a_step_along_each_axis_of_the_hand_goes_that_far_and_nowhere_else(name)
     for index, axis in enumerate(axes_of(subject)):
         by = -1.0 if axis_unit(axis) == "mm" else -0.01
         stepped = step_axis(subject, values, index, by)
-        assert (stepped.said == "") == has_inverse(subject), (axis, stepped.said)
+        assert (stepped.message == "") == has_inverse(subject), (axis, stepped.message)
         after = study(subject, stepped.values)
         if has_inverse(subject):
             wanted = list(before.goal)
@@ -144,10 +145,10 @@ def test_a_table_without_closed_form_follows_its_jacobian(scara):
     values = example_posture(scara.chain)
     x, y, z = position_of(scara.chain.fk(values))
     stepped = step_axis(scara, values, 0, -20.0)
-    assert stepped.said == ""
+    assert stepped.message == ""
     assert position_of(scara.chain.fk(stepped.values)) == pytest.approx((x - 20.0, y, z), abs=0.2)
     turned = step_axis(scara, values, 3, math.radians(10))
-    assert turned.said == ""
+    assert turned.message == ""
     assert position_of(scara.chain.fk(turned.values)) == pytest.approx((x, y, z), abs=0.2)
     assert turned.values[3] - values[3] == pytest.approx(-math.radians(10), abs=1e-3)
 
@@ -161,7 +162,7 @@ def test_the_hand_of_an_example_table_goes_along_every_axis_and_stays_beside_it(
     for index, axis in enumerate(axes_of(subject)):
         by = sense * (5.0 if axis_unit(axis) == "mm" else math.radians(5.0))
         stepped = step_axis(subject, values, index, by)
-        assert stepped.said == "", axis
+        assert stepped.message == "", axis
         wanted = [x, y, z]
         if axis in ("x", "y", "z"):
             wanted[index] += by
@@ -172,16 +173,16 @@ def test_a_table_that_is_stretched_says_why_it_stays(scara):
     values = (0.0, 0.0, 50.0, 0.0)
     stepped = step_axis(scara, values, 0, 20.0)
     assert stepped.values == values
-    assert stepped.said.startswith("no step along x from here: singular")
+    assert stepped.message.startswith("no step along x from here: singular")
 
 
 def test_a_table_at_a_limit_names_the_joint_that_is_held(scara):
     values = (0.2, 0.8, 98.0, 0.0)
-    assert step_axis(scara, values, 2, 1.0).said == ""  # up: the slide draws in
+    assert step_axis(scara, values, 2, 1.0).message == ""  # up: the slide draws in
     stepped = step_axis(scara, values, 2, -3.0)
     assert stepped.values[2] == pytest.approx(100.0)
-    assert stepped.said == "joint_3 at the limit: z moved by -2 mm, not -3 mm"
-    assert step_axis(scara, stepped.values, 2, -3.0).said.startswith(
+    assert stepped.message == "joint_3 at the limit: z moved by -2 mm, not -3 mm"
+    assert step_axis(scara, stepped.values, 2, -3.0).message.startswith(
         "no step along z from here: joint_3 at the limit; "
     )
 
@@ -191,7 +192,7 @@ def test_a_tip_that_keeps_to_a_sphere_goes_as_far_as_it_can():
     before = position_of(subject.chain.fk(values))
     stepped = step_axis(subject, values, 0, 5.0)
     after = position_of(subject.chain.fk(stepped.values))
-    assert stepped.said.startswith("the tip keeps to its surface: x moved by ")
+    assert stepped.message.startswith("the tip keeps to its surface: x moved by ")
     assert 2.5 < after[0] - before[0] < 5.0
 
 
@@ -199,7 +200,7 @@ def test_a_roll_that_turns_back_at_its_limit_is_no_singularity():
     subject = named_subject("minimover5")
     values = tuple(math.radians(one) for one in (0, 40, -60, -20, 358))
     stepped = step_axis(subject, values, axes_of(subject).index("roll"), math.radians(5))
-    assert stepped.said.startswith("wrist_roll turned by 355° at once: its limit")
+    assert stepped.message.startswith("wrist_roll turned by 355° at once: its limit")
 
 
 def test_the_singularity_of_a_table_is_found_by_searching(scara):
@@ -216,7 +217,7 @@ def test_a_joint_stops_at_its_limit_and_says_how_much_is_left():
     subject = named_subject("two-link-3")
     stepped = step_joint(subject, (0.0, 295.0), 1, 20.0)
     assert stepped.values == (0.0, 300.0)
-    assert stepped.said == "d2 stands at its limit of 300 mm: 15 mm of the step are left"
+    assert stepped.message == "d2 stands at its limit of 300 mm: 15 mm of the step are left"
     assert step_joint(subject, (0.0, 295.0), 0, 0.5).values == (0.5, 295.0)
 
 
@@ -224,7 +225,7 @@ def test_a_goal_out_of_reach_leaves_the_model_where_it_is():
     subject, values = example("two-link-1")
     stepped = step_axis(subject, values, 0, 500.0)
     assert stepped.values == values
-    assert stepped.said.startswith("out of reach: ")
+    assert stepped.message.startswith("out of reach: ")
 
 
 def test_a_step_that_would_break_a_limit_is_not_made():
@@ -232,8 +233,8 @@ def test_a_step_that_would_break_a_limit_is_not_made():
     values = tuple(math.radians(one) for one in (0, 40, -60, -89, 0))
     stepped = step_axis(subject, values, axes_of(subject).index("pitch"), math.radians(-5))
     assert stepped.values == values
-    assert "wrist_pitch" in stepped.said
-    assert "limit" in stepped.said
+    assert "wrist_pitch" in stepped.message
+    assert "limit" in stepped.message
 
 
 def test_the_theory_of_an_arm_that_is_driven():

@@ -19,9 +19,9 @@ from kinematics.errors import BadNumber, KinematicsError, ZeroVector
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.frames.vectors import add, cross, distance, norm, scale, subtract
+from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.thirteen_steps import assignment_steps, axes_lines, result_lines
-from kinematics.textbook.worked_example import example_posture
 
 BOTH = pytest.mark.parametrize("convention", Convention)
 UP = JointAxis((0, 0, 0), (0, 0, 1))

@@ -10,6 +10,7 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.frames.transforms import compose
+from kinematics.textbook.study import example_posture, study
 from kinematics.textbook.symbolic_systems import (
     symbolic_chain_example,
     symbolic_sections,
@@ -17,7 +18,6 @@ from kinematics.textbook.symbolic_systems import (
 )
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.worked_example import (
-    example_posture,
     frame_text,
     number_text,
     plain,
@@ -36,15 +36,16 @@ def whole_text(example):
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_system_is_worked_out_at_its_example_posture(name):
     example = work_system(system(name))
-    product = compose(example.chain.base, *example.matrices, example.chain.tool)
+    chain = example.subject.chain
+    product = compose(chain.base, *example.matrices, chain.tool)
     for row, other in zip(example.frame, product, strict=True):
         assert row == pytest.approx(other, abs=1e-9)
     assert not example.violations
     assert any(
-        each.branch.joints == pytest.approx(example.joints, abs=1e-9) for each in example.branches
+        branch.joints == pytest.approx(example.values, abs=1e-9) for branch in example.branches
     )
-    for each in example.branches:
-        assert each.comes_to == pytest.approx(example.goal, abs=1e-9)
+    for branch in example.branches:
+        assert example.comes_to(branch) == pytest.approx(example.goal, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
@@ -52,10 +53,10 @@ def test_the_text_names_every_joint_branch_and_step(name):
     example = work_system(system(name))
     text = whole_text(example)
     for expected in (
-        *example.chain.joint_names,
-        *(each.branch.name for each in example.branches),
-        *(step.formula for step in example.derivation),
-        *(f"A{number}: " for number in range(1, len(example.chain) + 1)),
+        *example.subject.chain.joint_names,
+        *(branch.name for branch in example.branches),
+        *(step.formula for step in example.subject.system.derivation),
+        *(f"A{number}: " for number in range(1, len(example.subject.chain) + 1)),
     ):
         assert expected in text
 
@@ -78,13 +79,21 @@ def test_a_goal_takes_a_branch_within_the_limits():
 
 def test_joints_and_a_goal_together_show_the_posture_and_solve_the_goal():
     example = work_system(system("two-link-1"), (0.1, 0.2), (100.0, 200.0))
-    assert example.joints == (0.1, 0.2)
+    assert example.values == (0.1, 0.2)
     assert example.goal == (100.0, 200.0)
 
 
 def test_a_goal_out_of_reach_is_refused():
     with pytest.raises(OutOfReach):
         work_system(system("two-link-1"), goal=(900.0, 0.0))
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_an_example_is_judged_in_the_system_s_own_coordinates(name):
+    """A planar arm cannot leave its plane, and is not singular for that."""
+    example = work_system(system(name))
+    assert not example.condition.is_singular
+    assert example.condition == study(example.subject, example.values).condition
 
 
 def test_degenerate_cases_are_said_in_words():
@@ -114,7 +123,7 @@ def test_any_chain_is_solved_by_numbers():
     example = work_chain(OWN, "My arm", "my bench")
     assert example.branches == ()
     assert example.solution.ok
-    assert example.frame == OWN.fk(example.joints)
+    assert example.frame == OWN.fk(example.values)
     text = whole_text(example)
     assert "the goal is met" in text
     assert "Inverse kinematics, by numbers" in text
@@ -136,7 +145,7 @@ def test_a_goal_that_a_chain_misses_is_accounted_for():
 
 
 def test_a_goal_of_another_size_is_refused():
-    with pytest.raises(KinematicsError, match="not 4 numbers"):
+    with pytest.raises(KinematicsError, match=r"not \(1.0, 2.0, 3.0, 4.0\)"):
         work_chain(OWN, goal=(1.0, 2.0, 3.0, 4.0))
 
 

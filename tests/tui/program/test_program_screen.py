@@ -1,4 +1,4 @@
-"""The program screen: programs are checked, rehearsed, run after two presses and stopped."""
+"""The program screen: programs are checked, rehearsed, run by two presses, paused and stopped."""
 
 import threading
 from dataclasses import replace

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from armdrive.cli.drive.jog import find_subject
+from armdrive.cli.learn.models import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
-from kinematics.textbook.worked_example import example_posture
+from kinematics.textbook.study import example_posture
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.remap import LAYOUTS, _of_layout, load_keys

@@ -12,6 +12,7 @@ import tui
 from armdrive.cli import screens
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
+from armdrive.cli.learn.models import find_subject
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import find
 from armdrive.errors import BadRequest
@@ -187,7 +188,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(call):
 
 def test_an_unknown_name_is_answered_with_all_that_could_be_meant():
     with pytest.raises(BadRequest, match="did you mean 'puma'") as said:
-        jog.find_subject("pumma")
+        find_subject("pumma")
     assert all(name in str(said.value) for name in MODEL_NAMES)
 
 

@@ -175,7 +175,7 @@ def test_frames_are_found_from_axes_in_drawn_steps(call, convention):
 
 
 def test_frames_from_axes_as_json(call):
-    words = ("explain", "--axes", "alpha2", "--json")
+    words = ("explain", "--axes", "alpha2-lecture", "--json")
     found = call(*words, code=0).json
     assert found["convention"] == "standard"
     assert found["relations"] == ["intersecting", "parallel", "parallel", "intersecting"]

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from armdrive.cli.drive.jog import find_subject
-from armdrive.cli.learn.models import find_model, given_joints, shown_joints
+from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
 from armdrive.cli.set_up.completion import script
 from armdrive.config.preset import corrected
 from armdrive.status import joints_view, pose_view
 from armdrive.text.toml import Problems, TomlTable
 from kinematics import PRESETS, Joints, preset
 from kinematics.frames.transforms import position_of
+from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems import MODEL_NAMES, SYSTEMS, system
-from kinematics.textbook.worked_example import example_posture
 
 GOAL = ("--x", "250", "--y", "0", "--z", "120", "--pitch", "-90")
 

@@ -1,4 +1,4 @@
-"""The textbook page names only what there is: functions, commands that work, tests that run."""
+"""The pages of the textbook name only what there is: functions, commands, tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from kinematics.textbook import systems
 from kinematics.textbook.systems import SYSTEMS, System
 
 PAGE = page("textbook")
-PROSE = re.sub(r"^```.*?^```$", "", PAGE, flags=re.DOTALL | re.MULTILINE)
+NOTES = page("notes")
+PROSE = re.sub(r"^```.*?^```$", "", PAGE + NOTES, flags=re.DOTALL | re.MULTILINE)
 SPANS = sorted({" ".join(span.split()) for span in re.findall(r"`([^`]+)`", PROSE)})
 
 NAMES = [span for span in SPANS if re.fullmatch(r"(kinematics|armdrive)(\.\w+)+", span)]
@@ -66,6 +67,28 @@ def test_every_named_system_is_on_the_page():
     for name, system in SYSTEMS.items():
         assert f"`armdrive explain {name}" in PAGE, name
         assert f"`kinematics.textbook.systems.{called[system.name]}`" in PAGE, name
+
+
+def numbers(pattern, last):
+    """Return the numbers that the page names alone or as ends of a span, of 1 to `last`."""
+    found = set()
+    for first, end in re.findall(pattern, NOTES):
+        found |= set(range(int(first), int(end or first) + 1))
+    return sorted(found & set(range(1, last + 1)))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "last"),
+    [
+        (r"\(2\.(\d+)\)(?: to \(2\.(\d+)\))?", 48),
+        (r"(?:figures? |, )2\.(\d+)()", 20),
+        (r"Exercises (\d+) to (\d+)", 11),
+        (r"^\| (\d+) ()", 16),
+        (r"^\| \d+ Link types (\d+) to (\d+)", 8),
+    ],
+)
+def test_every_item_of_the_notes_is_on_their_page(pattern, last):
+    assert numbers(f"(?m){pattern}", last) == list(range(1, last + 1))
 
 
 def test_every_section_of_the_notes_is_on_the_page():

@@ -149,7 +149,7 @@ def test_what_a_second_program_sends_the_first_one_hears_too(bus):
 def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
     with Arm.connect(bus.port, dialect="mks") as arm:
         told = call("can", "monitor", bus.port, "--count", "4", code=0).out
-        lines = call("can", "monitor", bus.port, "--id", "3", "--count", "12", "--json", code=0)
+        lines = call("can", "monitor", bus.port, "--id", "3", "--count", "4", "--json", code=0)
         view = call("can", "monitor", bus.port, "--seconds", "0.1", code=0).out
         at_last(arm.enable, arm.reset, NoAnswer)
     assert "holds" in told

@@ -8,21 +8,24 @@ from cia402_rig import Rig, steps
 from armdrive.tasks import ClearFault, Done, Halted, MoveAlong, MoveBy, RequestRejected, SwitchOn
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
+STRATEGIES = pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 BLOCKED_S = 0.05
 """Its set-point is ahead of it by then, and not yet by what drives fail for."""
 
 
-def blocked(*, mute: bool) -> Rig:
+def blocked(strategy: str, *, mute: bool) -> Rig:
     """Stop a motion in which the first shaft is blocked, and its drive not heard perhaps."""
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig = Rig({"strategy": strategy}).ready()
+    cyclic = strategy == "cyclic"
+    rig.begin(MoveAlong(iter(LINE), 0.3) if cyclic else MoveBy(steps(8000, -4000), 20_000.0))
     rig.run(0.3)
     rig.twin.world.stalled.add(0)
     rig.run(BLOCKED_S)
     rig.device.board.drives.mute(0, mute)
     rig.stop()
-    reply = rig.finish()
+    began_s, reply = rig.now_s, rig.finish()
     assert isinstance(reply, RequestRejected if mute else Halted)
+    assert mute or rig.now_s - began_s <= rig.controller.stopping(0.3).confirmed_s
     return rig
 
 
@@ -34,13 +37,15 @@ def comes_free(rig: Rig) -> None:
     assert rig.positions == stood
 
 
-def test_it_is_held_where_it_is_when_it_is_heard():
-    comes_free(blocked(mute=False))
+@STRATEGIES
+def test_it_is_held_where_it_is_when_it_is_heard(strategy):
+    comes_free(blocked(strategy, mute=False))
 
 
+@STRATEGIES
 @pytest.mark.parametrize("request_", [ClearFault(), SwitchOn()], ids=["reset", "enable"])
-def test_it_is_held_where_it_is_as_soon_as_it_is_heard_again(request_):
-    rig = blocked(mute=True)
+def test_it_is_held_where_it_is_as_soon_as_it_is_heard_again(strategy, request_):
+    rig = blocked(strategy, mute=True)
     assert rig.node(1).motor.point.end != rig.node(1).motor.shaft
     rig.device.board.drives.mute(0, False)
     assert rig.do(request_) == Done()
@@ -59,6 +64,19 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
     rig.run(0.3)
     rig.twin.world.stalled.add(0)
     rig.run(blocked_s)
+    released.append(True)
+    rig.run(rig.controller.stopping(0.3).silent_s)
+    assert rig.reply() == Halted()
+    assert not rig.alerts()
+    comes_free(rig)
+
+
+def test_so_is_a_shaft_that_blocks_the_last_burst_of_a_jog():
+    rig, released = Rig({"strategy": "profile"}).ready(), []
+    rig.begin(MoveBy(steps(6000, -3000), 20_000.0, lambda: bool(released)))
+    rig.run(0.2)
+    rig.twin.world.stalled.add(0)
+    rig.run(BLOCKED_S)
     released.append(True)
     rig.run(rig.controller.stopping(0.3).silent_s)
     assert rig.reply() == Halted()

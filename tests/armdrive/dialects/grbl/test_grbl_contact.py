@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from grbl_arm import Disturbed, config, found, ready, rule
+from faults import Rule, becoming, garbled, instead
+from grbl_arm import Disturbed, config, found, ready
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
@@ -150,11 +151,11 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
     twin.link.write(b"M3S1000\n", 0.1)
     twin.link.read(9.0)
     link = Disturbed(twin.link)
-    link.back.append(rule(rb"<.*\|A:S", lambda line: line.replace(b"|A:S", b"|C:S")))
+    link.back.append(Rule(rb"<.*\|A:S", becoming(lambda line: line.replace(b"|A:S", b"|C:S"))))
     pace = SimulatedPace()
     pace._now_s = 9.0
     Arm(assemble(made, link, pace, simulated=True))
-    assert not link.back[0][3]
+    assert not link.back[0].times
     assert not link.pressed(b"\x18")
     assert twin.board.details()["outputs"]["spindle"] == "M3"
 
@@ -182,7 +183,7 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
     made = config()
     twin = simulate(made, firmware="grblhal")
     link = Disturbed(twin.link)
-    link.back.append(rule(rb"\[FIRMWARE", lambda line: line[:4] + b"\x7f" + line[5:], times=times))
+    link.back.append(Rule(rb"\[FIRMWARE", garbled(4, 0x7F), times=times))
     arm = Arm(connect_simulated(made, twin=replace(twin, link=link)))
     assert segments(arm) == wanted
 
@@ -194,7 +195,7 @@ def disturbed_build(pattern, changed, times=1, **options):
     made = config()
     twin = simulate(made, **options)
     link = Disturbed(twin.link)
-    link.back.append(rule(pattern, lambda _: changed, times=times))
+    link.back.append(Rule(pattern, instead(changed), times=times))
     return Arm(connect_simulated(made, twin=replace(twin, link=link)))
 
 

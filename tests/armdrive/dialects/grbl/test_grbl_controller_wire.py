@@ -4,7 +4,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from grbl_arm import OVER, Disturbed, config, found, lost, ready, rule, stands, without
+from faults import Rule, becoming, lost, without_byte
+from grbl_arm import OVER, Disturbed, config, found, ready, stands
 
 from armdrive import Arm, Jog, Pose
 from armdrive.connect.parts import connect_simulated
@@ -15,12 +16,12 @@ from armdrive.status import Evidence, State, Trust
 
 CHANGES = {
     "lost": lost,
-    "first byte gone": without(0),
-    "second byte gone": without(1),
-    "a middle byte gone": without(8),
-    "a late byte gone": without(12),
-    "end gone": without(-1),
-    "a digit changed": lambda piece: re.sub(rb"\d", b"7", piece, count=1),
+    "first byte gone": without_byte(0),
+    "second byte gone": without_byte(1),
+    "a middle byte gone": without_byte(8),
+    "a late byte gone": without_byte(12),
+    "end gone": without_byte(-1),
+    "a digit changed": becoming(lambda piece: re.sub(rb"\d", b"7", piece, count=1)),
 }
 
 
@@ -55,7 +56,7 @@ def survive(arm):
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_a_disturbed_answer_is_survived(change, start, skip):
     arm = ready()
-    arm.twin.link.back.append(rule(start, change, skip))
+    arm.twin.link.back.append(Rule(start, change, skip))
     assert not survive(arm)
 
 
@@ -65,20 +66,20 @@ def test_a_disturbed_answer_is_survived(change, start, skip):
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_a_disturbed_line_is_survived_or_found_out(change, start, skip):
     arm = ready()
-    arm.twin.link.to.append(rule(start, change, skip))
+    arm.twin.link.to.append(Rule(start, change, skip))
     survive(arm)
 
 
 def test_modes_are_set_again_where_their_line_was_disturbed():
     arm = ready()
-    arm.twin.link.to.append(rule(rb"G17", without(4)))
+    arm.twin.link.to.append(Rule(rb"G17", without_byte(4)))
     assert not survive(arm)
 
 
 @pytest.mark.parametrize("byte", [rb"\?", rb"!", rb"\x18", rb"\x85"])
 def test_a_lost_real_time_byte_is_said_again(byte):
     arm = ready()
-    arm.twin.link.to.append(rule(byte, lost))
+    arm.twin.link.to.append(Rule(byte, lost))
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.5)
     arm.stop()
@@ -94,7 +95,7 @@ def test_a_lost_real_time_byte_is_said_again(byte):
 
 def test_a_banner_that_is_garbled_does_not_lock_the_driver_out():
     arm = ready()
-    arm.twin.link.back.append(rule(b"Grbl", without(2)))
+    arm.twin.link.back.append(Rule(b"Grbl", without_byte(2)))
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.5)
     arm.stop()
@@ -104,7 +105,7 @@ def test_a_banner_that_is_garbled_does_not_lock_the_driver_out():
 
 def test_an_arm_that_leaves_the_path_is_stopped_on_its_way():
     arm = ready()
-    arm.twin.link.to.append(rule(rb"G91G1", lambda line: line.replace(b"X+", b"X-"), 8))
+    arm.twin.link.to.append(Rule(rb"G91G1", becoming(lambda line: line.replace(b"X+", b"X-")), 8))
     handle = arm.move_j(base_deg=80, wait=False)
     with pytest.raises(DeviceFault, match="off the path"):
         handle.wait(10.0)
@@ -118,7 +119,7 @@ def test_a_wire_that_falls_silent_in_motion_ends_it():
     arm = ready(config(idle_poll_s=0.0))
     handle = arm.move_j(base_deg=80, wait=False)
     arm.sleep(0.5)
-    arm.twin.link.back.append(rule(b"", lost, times=1e9))
+    arm.twin.link.back.append(Rule(b"", lost, times=1e9))
     with pytest.raises(NoAnswer):
         handle.wait(20.0)
     assert arm.status.state is State.ERROR_STOP
@@ -131,7 +132,7 @@ def test_no_board_at_all_is_told_after_a_while():
     made = config()
     twin = simulate(made)
     link = Disturbed(twin.link)
-    link.to.append(rule(b"", lost, times=1e9))
+    link.to.append(Rule(b"", lost, times=1e9))
     with pytest.raises(NoAnswer, match="switched on"):
         connect_simulated(made, twin=replace(twin, link=link))
     assert not link.motions
@@ -154,7 +155,7 @@ def test_an_emergency_stop_of_which_nothing_is_heard_is_no_kept_position():
     arm = ready()
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.3)
-    arm.twin.link.back.append(rule(rb"ALARM|Grbl", lost, times=2))
+    arm.twin.link.back.append(Rule(rb"ALARM|Grbl", lost, times=2))
     arm.estop()
     arm.sleep(4.0)
     assert arm.status.state is State.ERROR_STOP
@@ -176,8 +177,8 @@ def test_an_emergency_stop_of_which_the_alarm_is_lost_is_no_kept_position():
     arm = ready()
     arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.3)
-    arm.twin.link.back.append(rule(rb"ALARM", lost))
-    arm.twin.link.back.append(rule(rb"\r\nALARM", lost))
+    arm.twin.link.back.append(Rule(rb"ALARM", lost))
+    arm.twin.link.back.append(Rule(rb"\r\nALARM", lost))
     arm.estop()
     arm.sleep(4.0)
     assert arm.status.trust is Trust.SUSPECT
@@ -186,7 +187,7 @@ def test_an_emergency_stop_of_which_the_alarm_is_lost_is_no_kept_position():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_oks_that_are_lost_end_no_motion_in_a_traceback(count):
     arm = ready()
-    arm.twin.link.back.append(rule(rb"ok\r\n", lost, skip=1, times=count))
+    arm.twin.link.back.append(Rule(rb"ok\r\n", lost, skip=1, times=count))
     try:
         arm.move_j(base_deg=25, shoulder_deg=45)
     except DeviceFault:
@@ -200,7 +201,7 @@ def test_an_emergency_stop_before_the_first_report_is_no_kept_position():
     while not arm.twin.device.moving:
         arm.sleep(0.001)
     arm.sleep(0.02)
-    arm.twin.link.back.append(rule(rb"ALARM", lost))
+    arm.twin.link.back.append(Rule(rb"ALARM", lost))
     arm.estop()
     arm.sleep(4.0)
     assert arm.status.trust is Trust.SUSPECT
@@ -208,7 +209,7 @@ def test_an_emergency_stop_before_the_first_report_is_no_kept_position():
 
 def test_a_number_of_free_lines_that_is_garbled_keeps_no_motion_from_its_end():
     arm = ready()
-    arm.twin.link.back.append(rule(b"<", lambda told: told.replace(b"Bf:3", b"Bf:7")))
+    arm.twin.link.back.append(Rule(b"<", becoming(lambda told: told.replace(b"Bf:3", b"Bf:7"))))
     arm.move_j(base_deg=5)
     arm.move_j(base_deg=10)
     assert honest(arm)
@@ -240,14 +241,14 @@ def test_a_motion_that_waits_between_single_steps_is_no_underrun():
 
 # Settings read over a disturbed wire: a difference counts only if it is read twice.
 
-A_HUNDRED_BECOMES_TEN = without(3)
+A_HUNDRED_BECOMES_TEN = without_byte(3)
 """The rest of a damaged `$100=` changes $10, the contents of reports."""
 
 
 def connected(times):
     twin = simulate(config())
     link = Disturbed(twin.link)
-    link.back.append(rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
+    link.back.append(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
     return Arm(connect_simulated(config(), twin=replace(twin, link=link)))
 
 

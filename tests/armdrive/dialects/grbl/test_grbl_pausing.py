@@ -2,7 +2,8 @@
 
 import pytest
 from backlash_bench import off_steps, played_arm
-from grbl_arm import OVER, config, lost, ready, rule, standing_as_said, tip_mm, without
+from faults import Rule, lost, without_byte
+from grbl_arm import OVER, config, ready, standing_as_said, tip_mm
 
 from armdrive import Jog
 from armdrive.runtime.backlash import Slack
@@ -38,8 +39,8 @@ def pause_and_resume(arm, after_s, disturb):
 
 DISTURBANCES = {
     "nothing": lambda _: None,
-    "a report's end lost": lambda arm: arm.twin.link.back.append(rule(rb"<", without(-1))),
-    "two reports lost": lambda arm: arm.twin.link.back.append(rule(rb"<", lost, times=2)),
+    "a report's end lost": lambda arm: arm.twin.link.back.append(Rule(rb"<", without_byte(-1))),
+    "two reports lost": lambda arm: arm.twin.link.back.append(Rule(rb"<", lost, times=2)),
     "an answer garbled": lambda arm: arm.twin.faults.add("corrupt", "next", side="device"),
     "answers late": lambda arm: arm.twin.faults.add("delay", 0.2, "next", side="device"),
 }

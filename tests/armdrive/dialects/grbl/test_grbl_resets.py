@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from faults import Rule, lost
 from grbl_arm import (
     begin_jog,
     begin_line,
@@ -10,9 +11,7 @@ from grbl_arm import (
     begin_tip_jog,
     config,
     found,
-    lost,
     ready,
-    rule,
     standing_as_said,
     stands,
     tip_mm,
@@ -33,7 +32,7 @@ def lose(arm, what):
     if what == "message":
         arm.twin.faults.add("drop", "next", side="host")
     else:
-        arm.twin.link.to.append(rule(what, lost))
+        arm.twin.link.to.append(Rule(what, lost))
 
 
 def stops_as_announced(arm, stop):
@@ -143,9 +142,9 @@ def reset_instead(arm):
     def press(_):
         assert not arm.twin.device.registers.largest
         arm.twin.board.reset()
-        return b""
+        return []
 
-    arm.twin.link.to.append(rule(rb"\x18", press))
+    arm.twin.link.to.append(Rule(rb"\x18", press))
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)

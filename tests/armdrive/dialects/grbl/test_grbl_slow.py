@@ -8,7 +8,8 @@ import itertools
 import math
 
 import pytest
-from grbl_arm import config, lost, ready, rule, standing_as_said, stands, tip_mm
+from faults import Rule, lost
+from grbl_arm import config, ready, standing_as_said, stands, tip_mm
 from grbl_bench import MACHINE, Bench
 
 from armdrive import Jog, State, Trust
@@ -174,7 +175,7 @@ def test_the_slowest_board_at_its_slowest_rate_takes_more_than_half_of_the_annou
     arm = ready(config(planned_burst_s=1.95), firmware=firmware)
     arm.move_j(base_deg=80, speed=30.8 / arm.core.controller.limits.rates_hz()[0], wait=False)
     arm.sleep(2.5)
-    arm.twin.link.to.append(rule(HOLD, lost))
+    arm.twin.link.to.append(Rule(HOLD, lost))
     status = arm.status
     arm.request_stop()
     while arm.status.state is State.MOVING or arm.status.state is State.STOPPING:
@@ -198,7 +199,7 @@ def test_a_held_jog_is_smooth_and_cancelled_once(firmware, speed):
 
 def test_a_jog_cancel_that_is_lost_is_followed_by_a_hold():
     arm = ready()
-    arm.twin.link.to.append(rule(CANCEL, lost))
+    arm.twin.link.to.append(Rule(CANCEL, lost))
     jogged(arm, 0.5, 1.0)
     status = arm.status
     arm.release()

@@ -1,7 +1,8 @@
 """Stray characters in a GRBL board's input line: the board executes no damaged line."""
 
 import pytest
-from grbl_arm import config, found, lost, ready, rule, standing_as_said, without
+from faults import Rule, instead, lost, without_byte
+from grbl_arm import config, found, ready, standing_as_said
 
 from armdrive.errors import DeviceFault
 from armdrive.status import State, Trust
@@ -14,9 +15,9 @@ OTHERS = [b"(", b"$", b"G", b"X", b"M", b"%", b"0", b"~", b"$H", b"\r"]
 def changed_poll(arm, to):
     """Damage the next `?` on the idle wire."""
     arm.sleep(1.0)
-    arm.twin.link.to.append(rule(rb"\?", lambda _: to))
+    arm.twin.link.to.append(Rule(rb"\?", instead(to)))
     arm.sleep(1.0)
-    assert not any(each[3] for each in arm.twin.link.to)
+    assert not any(rule.times for rule in arm.twin.link.to)
     arm.twin.link.sent.clear()
 
 
@@ -91,7 +92,7 @@ def test_a_line_that_noise_has_made_a_comment_leaves_no_false_position(noise):
 
 def test_a_line_that_lost_its_end_is_not_carried_out_with_the_next_one():
     arm = ready()
-    arm.twin.link.to.append(rule(rb"M8", without(-1)))
+    arm.twin.link.to.append(Rule(rb"M8", without_byte(-1)))
     with pytest.raises(DeviceFault):
         arm.set_outputs(1)
     if arm.status.state is State.ERROR_STOP:
@@ -116,7 +117,7 @@ def test_a_late_ok_is_not_taken_for_the_answer_of_the_next_line():
 def test_a_spoiler_that_is_lost_is_said_again():
     arm = ready()
     changed_poll(arm, b"7")
-    arm.twin.link.to.append(rule(rb"\)\)GG", lost))
+    arm.twin.link.to.append(Rule(rb"\)\)GG", lost))
     arm.move_j(base_deg=5)
     assert standing_as_said(arm)
     assert arm.status.trust is Trust.REFERENCED

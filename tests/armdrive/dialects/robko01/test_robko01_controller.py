@@ -5,17 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
-from faults import garbled, late_by, lost, stand_still_s, twice
+from faults import OVER_THE_TABLE, Rule, garbled, late_by, lost, stand_still_s, twice
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robko_bench import (
-    OVER_THE_TABLE,
-    FrameLink,
-    FrameRule,
-    ready_robko,
-    robko_arm,
-    robko_config,
-)
+from robko_bench import FrameLink, of, op_of, ready_robko, robko_arm, robko_config
 
 from armdrive import Jog
 from armdrive.dialects.exchange import ScriptIO
@@ -221,7 +214,7 @@ class TestRequests:
         script.link = FrameLink(script.link)
 
         def fail_power(written):
-            if written is op and script.device.powered:
+            if op_of(written) is op and script.device.powered:
                 script.device.power_off()
                 script.device.at(script.device.now_s + 0.4, script.device.power_on)
                 script.link.on_write = lambda _: None
@@ -319,7 +312,7 @@ class TestArm:
         status, tip = arm.status, arm.twin.world.tip
         assert status.state is State.MOVING
         if silent:
-            arm.twin.link.to += [FrameRule(op, lost, times=1e9) for op in Op]
+            arm.twin.link.to += [Rule(of(op), lost, times=1e9) for op in Op]
         arm.request_stop()
         bound_s = status.silent_time_s if silent else status.stop_time_s
         assert stand_still_s(arm) - status.time_s <= bound_s + 0.006
@@ -412,7 +405,7 @@ class TestDisturbedWire:
     @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
     def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
         arm = ready_robko()
-        getattr(arm.twin.link, side).append(FrameRule(op, change, skip=1))
+        getattr(arm.twin.link, side).append(Rule(of(op), change, skip=1))
         arm.move_j(base_deg=5)
         arm.jog_j(shoulder_deg=1)
         arm.sleep(2.0)
@@ -424,13 +417,13 @@ class TestDisturbedWire:
 
     def test_a_motion_whose_request_was_lost_is_sent_once_more(self):
         arm = ready_robko()
-        arm.twin.link.to.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=1))
+        arm.twin.link.to.append(Rule(of(Op.MOVE_ABSOLUTE), lost, skip=1))
         arm.move_motors(3, 0, 0, 0, 0, 0)
         assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 1 + 2
 
     def test_a_motion_whose_answer_was_lost_is_not_sent_again(self):
         arm = ready_robko()
-        arm.twin.link.back.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=1))
+        arm.twin.link.back.append(Rule(of(Op.MOVE_ABSOLUTE), lost, skip=1))
         arm.move_motors(3, 0, 0, 0, 0, 0)
         assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 1 + 1
 
@@ -438,7 +431,7 @@ class TestDisturbedWire:
     def test_a_motion_that_is_lost_twice_is_a_fault_and_nothing_has_moved(self, skip):
         arm = ready_robko()
         before = arm.twin.world.motors
-        arm.twin.link.to.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=skip, times=1e9))
+        arm.twin.link.to.append(Rule(of(Op.MOVE_ABSOLUTE), lost, skip=skip, times=1e9))
         with pytest.raises(NoAnswer):
             arm.move_motors(3, 0, 0, 0, 0, 0)
         assert arm.twin.world.motors == before
@@ -459,7 +452,7 @@ class TestDisturbedWire:
     def test_whatever_is_disturbed_nothing_false_is_trusted(self, rules):
         arm = ready_robko()
         for side, op, change, skip in rules:
-            getattr(arm.twin.link, side).append(FrameRule(op, change, skip=skip))
+            getattr(arm.twin.link, side).append(Rule(of(op), change, skip=skip))
         for call in (
             lambda: arm.move_j(base_deg=4),
             lambda: arm.jog_j(elbow_deg=1),
@@ -519,7 +512,7 @@ class TestWatchdog:
 
     def test_a_wire_that_was_silent_for_too_long_makes_the_position_suspect(self):
         arm = ready_robko(WATCHED, **WATCHDOG)
-        arm.twin.link.to += [FrameRule(op, lost, times=1e9) for op in Op]
+        arm.twin.link.to += [Rule(of(op), lost, times=1e9) for op in Op]
         arm.sleep(3.0)
         arm.twin.link.to.clear()
         with pytest.raises(ArmError, match="watchdog"):

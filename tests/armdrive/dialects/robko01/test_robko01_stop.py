@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robko_bench import ready_robko
+from robko_bench import op_of, ready_robko
 
 from armdrive.status import Trust
 from firmware_protocol.robko01 import Op
@@ -17,7 +17,8 @@ def test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered():
     arm = ready_robko()
     link, asked_s, said_s = arm.twin.link, [], []
 
-    def watch(op):
+    def watch(written):
+        op = op_of(written)
         if op is Op.POSITION and arm.twin.device.moving and not asked_s:
             arm.request_stop()
             asked_s.append(arm.engine.now_s)
@@ -36,7 +37,8 @@ def test_a_motor_that_a_stop_left_far_beyond_its_target_is_not_believed():
     arm = ready_robko()
     link, stopped, moved = arm.twin.link, [], []
 
-    def watch(op):
+    def watch(written):
+        op = op_of(written)
         if op is Op.STOP:
             stopped.append(op)
         elif op is Op.POSITION and stopped and not moved and not arm.twin.device.moving:

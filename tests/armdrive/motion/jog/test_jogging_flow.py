@@ -72,7 +72,7 @@ def test_a_hold_renewed_while_the_jog_is_ending_takes_it_up_again():
     arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.1)
     for _ in range(60):
         arm.sleep(0.01)
-        if arm.twin.link.lines[-1].startswith(b"@READ") and arm.twin.link.named(b"@STEP"):
+        if arm.twin.link.messages[-1].startswith(b"@READ") and arm.twin.link.named(b"@STEP"):
             break
     here = arm.twin.world.joints.deg["base"]
     arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.2)

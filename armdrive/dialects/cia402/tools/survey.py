@@ -21,7 +21,7 @@ from armdrive.dialects.bus.tools import (
     numbers,
     of_lost,
 )
-from armdrive.dialects.cia402.objects import (
+from armdrive.dialects.cia402.tools.objects import (
     DRIVES,
     device_words,
     entry_of,
@@ -31,7 +31,7 @@ from armdrive.dialects.cia402.objects import (
     register_words,
     state_words,
 )
-from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenEar
+from armdrive.dialects.cia402.tools.words import OF_MASTER, TALK, CanopenEar
 from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem

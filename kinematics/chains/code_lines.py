@@ -1,0 +1,237 @@
+"""Python source under construction: sums of products, constants folded, nothing computed twice.
+
+A `Term` is a constant times at most one variable; what cannot stay a term becomes an assignment.
+Vectors and matrices of terms are multiplied here as ordinary ones are, and a zero in a link table
+costs nothing at run time. Only the names made here and the representations of floats enter the
+source.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Term(NamedTuple):
+    """A factor times a variable; a variable of no name is the number 1."""
+
+    factor: float
+    variable: str = ""
+
+    def __neg__(self) -> Term:
+        return Term(-self.factor, self.variable)
+
+
+ZERO = Term(0.0)
+ONE = Term(1.0)
+
+Vector3 = tuple[Term, Term, Term]
+Rows3 = tuple[Vector3, Vector3, Vector3]
+"""A matrix as its rows."""
+
+Monomial = tuple[str, ...]
+
+INDENT = "    "
+
+
+class Line(NamedTuple):
+    """A line of source; an assignment has the name that it assigns."""
+
+    depth: int
+    source: str
+    needs: tuple[str, ...]
+    name: str = ""
+
+
+@dataclass(slots=True)
+class Block:
+    """An open block: where its header stands, and the expressions that it has names for.
+
+    An assignment that needs nothing of a loop is made before it.
+    """
+
+    start: int
+    loop: bool
+    names: dict[str, str] = field(default_factory=dict)
+    defined: set[str] = field(default_factory=set)
+
+
+@dataclass(slots=True)
+class CodeLines:
+    """Assignments in order, each made once, and blocks; `live` leaves out what nothing needs."""
+
+    _lines: list[Line] = field(default_factory=list)
+    _blocks: list[Block] = field(default_factory=lambda: [Block(0, loop=False)])
+    """The whole function, then each open block."""
+    _names: int = 0
+
+    def total(self, *products: tuple[Term, ...]) -> Term:
+        """Return the sum of products of terms, as a term where it is one."""
+        monomials = _collect(products)
+        if not monomials:
+            return ZERO
+        if self._blocks[-1].loop and len(monomials) > 1:
+            monomials = self._before_loop(monomials)
+        if len(monomials) == 1:
+            [(variables, factor)] = monomials.items()
+            if len(variables) < 2:
+                return Term(factor, *variables)
+            return Term(factor, self.assign("*".join(variables), variables))
+        if all(factor < 0.0 for factor in monomials.values()):
+            return -self.total(*((Term(-1.0), *product) for product in products))
+        # a positive term first saves the sign in front
+        ordered = sorted(monomials.items(), key=lambda item: item[1] < 0.0)
+        source = "".join(
+            _signed(factor, variables, first=index == 0)
+            for index, (variables, factor) in enumerate(ordered)
+        )
+        return Term(1.0, self.assign(source, [name for names in monomials for name in names]))
+
+    def _before_loop(self, monomials: dict[Monomial, float]) -> dict[Monomial, float]:
+        """Return monomials with what the innermost loop does not change multiplied before it."""
+        inside = self._blocks[-1].defined
+        found: dict[Monomial, float] = {}
+        for variables, factor in monomials.items():
+            still = [name for name in variables if name not in inside]
+            moving = [name for name in variables if name in inside]
+            if moving and still and (len(still) > 1 or abs(factor) != 1.0):
+                known = self.total((Term(abs(factor)), *(Term(1.0, name) for name in still)))
+                if abs(known.factor) != 1.0:
+                    known = self.named(known)
+                variables = tuple(sorted([known.variable, *moving]))
+                factor = math.copysign(known.factor, factor * known.factor)
+            found[variables] = found.get(variables, 0.0) + factor
+        return found
+
+    def dot(self, u: Sequence[Term], v: Sequence[Term], *others: tuple[Term, ...]) -> Term:
+        """Return the scalar product of two vectors, with other products added."""
+        return self.total(*zip(u, v, strict=True), *others)
+
+    def times(self, rows: Rows3, v: Vector3) -> Vector3:
+        """Return a matrix times a vector."""
+        x, y, z = (self.dot(row, v) for row in rows)
+        return x, y, z
+
+    def plus(self, u: Vector3, v: Vector3) -> Vector3:
+        """Return the sum of two vectors."""
+        x, y, z = (self.total((a,), (b,)) for a, b in zip(u, v, strict=True))
+        return x, y, z
+
+    def minus(self, u: Vector3, v: Vector3) -> Vector3:
+        """Return the first vector less the second."""
+        return self.plus(u, (-v[0], -v[1], -v[2]))
+
+    def call(self, function: str, *arguments: Term) -> Term:
+        """Return a function's value at terms."""
+        source = f"{function}({', '.join(map(text, arguments))})"
+        return Term(1.0, self.assign(source, _variables(arguments)))
+
+    def reciprocal(self, term: Term) -> Term:
+        """Return 1 / a term; 0 for 0, of which nothing follows."""
+        if not term.variable:
+            return Term(1.0 / term.factor) if term.factor else ZERO
+        return Term(1.0 / term.factor, self.assign(f"1.0/{term.variable}", (term.variable,)))
+
+    def named(self, term: Term) -> Term:
+        """Return a term of several uses without its factor, which would be multiplied each time."""
+        if not term.variable or term.factor in (1.0, -1.0):
+            return term
+        return Term(1.0, self.assign(text(term), (term.variable,)))
+
+    def assign(self, source: str, needs: Iterable[str]) -> str:
+        """Return the name that holds an expression's value."""
+        for block in reversed(self._blocks):
+            if source in block.names:
+                return block.names[source]
+        name, needed = self.variable().variable, tuple(needs)
+        depth = len(self._blocks) - 1
+        while self._blocks[depth].loop and self._blocks[depth].defined.isdisjoint(needed):
+            depth -= 1
+        self._blocks[depth].names[source] = name
+        self._blocks[depth].defined.add(name)
+        inner = self._blocks[depth + 1 :]
+        place = inner[0].start if inner else len(self._lines)
+        self._lines.insert(place, Line(depth, f"{name} = {source}", needed, name))
+        for block in inner:
+            block.start += 1
+        return name
+
+    def variable(self) -> Term:
+        """Return a variable of a name that nothing has yet."""
+        self._names += 1
+        return Term(1.0, f"v{self._names - 1}")
+
+    def write(self, source: str, *needs: Term) -> None:
+        """Add a line that is always kept; each {} in it stands for the next of the terms."""
+        line = source.format(*map(text, needs))
+        self._lines.append(Line(len(self._blocks) - 1, line, tuple(_variables(needs))))
+
+    def set(self, variable: Term, source: str, *needs: Term) -> None:
+        """Add a line that sets a variable, as `write` has lines; it may be set in several ways."""
+        self._blocks[-1].defined.add(variable.variable)
+        self.write(f"{variable.variable} = {source}", *needs)
+
+    def open(self, header: str, *needs: Term) -> None:
+        """Begin a block, with a header as `write` has lines."""
+        start = len(self._lines)
+        self.write(header, *needs)
+        self._blocks.append(Block(start, loop=False))
+
+    def loop(self, values: Term, *variables: Term) -> None:
+        """Begin a loop of a variable, or of several at once, over values."""
+        self.open(f"for {', '.join('{}' for _ in variables)} in {{}}:", *variables, values)
+        self._blocks[-1].loop = True
+        self._blocks[-1].defined.update(_variables(variables))
+
+    def close(self) -> None:
+        """End the innermost block. What was set in it stays known."""
+        ended = self._blocks.pop()
+        self._blocks[-1].defined |= ended.defined
+
+    def live(self, results: Iterable[Term] = ()) -> list[str]:
+        """Return the lines that these results and the lines always kept need, in order."""
+        wanted = {term.variable for term in results}
+        kept = []
+        for line in reversed(self._lines):
+            if not line.name or line.name in wanted:
+                wanted.update(line.needs)
+                kept.append(INDENT * line.depth + line.source)
+        return kept[::-1]
+
+
+def text(term: Term) -> str:
+    """Return the source of a term."""
+    if term.variable and term.factor != 0.0:
+        return _signed(term.factor, (term.variable,), first=True)
+    return repr(term.factor + 0.0)
+
+
+def transposed(rows: Rows3) -> Rows3:
+    """Return a matrix with rows and columns exchanged; of a rotation, its inverse."""
+    x, y, z = zip(*rows, strict=True)
+    return x, y, z
+
+
+def _variables(terms: Iterable[Term]) -> list[str]:
+    return [term.variable for term in terms if term.variable]
+
+
+def _collect(products: Iterable[tuple[Term, ...]]) -> dict[Monomial, float]:
+    """Return the factor of every monomial, those that cancel left out."""
+    found: dict[Monomial, float] = {}
+    for product in products:
+        factor = 1.0
+        for term in product:
+            factor *= term.factor
+        variables = tuple(sorted(term.variable for term in product if term.variable))
+        found[variables] = found.get(variables, 0.0) + factor
+    return {variables: factor for variables, factor in found.items() if factor != 0.0}
+
+
+def _signed(factor: float, variables: Monomial, *, first: bool) -> str:
+    sign = "-" if factor < 0.0 else ("" if first else "+")
+    size = abs(factor)
+    factors = [repr(size), *variables] if size != 1.0 or not variables else list(variables)
+    return sign + "*".join(factors)

@@ -1,0 +1,174 @@
+"""What kind of arm a link table describes, as far as its inverse kinematics goes.
+
+An arm is solved in closed form where axes meet or are parallel (Pieper, 1968). The classes are
+those of Ostermeier, Külz and Althoff (2025), "Automatic geometric decomposition for analytical
+inverse kinematics", as far as they need no search. All that is looked at is how each axis lies to
+the next at one posture (the product of exponentials' axes), so that both conventions and any choice
+of frames give the same class. Lengths in mm, angles in rad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, JointKind
+from kinematics.frames.transforms import Transform, position_of
+from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract
+
+PARALLEL_SINE = 1e-8
+"""Axes that lean less than this towards each other are parallel: on a metre it is 1e-5 mm."""
+
+MEETING_SHARE = 1e-8
+"""Axes that pass each other nearer than this share of the arm's length meet."""
+
+FIXED_RAD = 0.7
+"""Where a seven-joint arm's fixed joint stands while the arm is classified: any angle does at which
+no axes are parallel by chance."""
+
+
+class Family(Enum):
+    """What lets an arm be solved in closed form."""
+
+    SPHERICAL_WRIST = "the last three axes meet in one point"
+    THREE_PARALLEL = "axes 2, 3 and 4 are parallel"
+    LAST_TWO_MEET = "the last two of five axes meet"
+
+
+class FirstThree(Enum):
+    """How the first three joints place the point in which the wrist's axes meet."""
+
+    SECOND_AND_THIRD_PARALLEL = "axes 2 and 3 are parallel"
+    FIRST_AND_SECOND_PARALLEL = "axes 1 and 2 are parallel"
+    FIRST_AND_SECOND_MEET = "axes 1 and 2 meet"
+    SECOND_AND_THIRD_MEET = "axes 2 and 3 meet"
+    GENERAL = "the first three axes are neither parallel nor do they meet"
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """The class of an arm.
+
+    `from_hand` says that the axes are counted from the hand: the arm is solved backwards. `fixed`
+    is the index of the joint of a seven-joint arm that keeps its angle while the others are
+    solved.
+    """
+
+    family: Family
+    first_three: FirstThree | None = None
+    from_hand: bool = False
+    fixed: int | None = None
+
+    def __str__(self) -> str:
+        said = self.family.value
+        if self.first_three is not None:
+            said += f", {self.first_three.value}"
+        if self.from_hand:
+            said += ", counted from the hand"
+        if self.fixed is not None:
+            said += f", while joint {self.fixed + 1} keeps its angle"
+        return said
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """Frames whose z axes are the joint axes of a posture, and the tool's frame in it.
+
+    `size_mm` is the arm's length, which says what is near.
+    """
+
+    frames: tuple[Transform, ...]
+    hand: Transform
+    size_mm: float
+
+    def parallel(self, first: int, second: int) -> bool:
+        """Whether two axes have the same direction or opposite ones."""
+        u, v = _direction(self.frames[first]), _direction(self.frames[second])
+        return norm(cross(u, v)) < PARALLEL_SINE
+
+    def meeting(self, first: int, second: int) -> Vector | None:
+        """Return the point in which two axes meet; None if they are parallel or pass each other."""
+        (p, u), (q, v) = (
+            (position_of(self.frames[index]), _direction(self.frames[index]))
+            for index in (first, second)
+        )
+        normal = cross(u, v)
+        square = dot(normal, normal)
+        if square < PARALLEL_SINE * PARALLEL_SINE:
+            return None
+        apart = subtract(q, p)
+        on_first = add(p, scale(dot(cross(apart, v), normal) / square, u))
+        on_second = add(q, scale(dot(cross(apart, u), normal) / square, v))
+        if distance(on_first, on_second) > MEETING_SHARE * self.size_mm:
+            return None
+        return scale(0.5, add(on_first, on_second))
+
+    def all_meeting(self, first: int, second: int, third: int) -> Vector | None:
+        """Return the point in which three axes meet."""
+        points = self.meeting(first, second), self.meeting(second, third)
+        if points[0] is None or points[1] is None:
+            return None
+        near = distance(points[0], points[1]) <= MEETING_SHARE * self.size_mm
+        return points[0] if near else None
+
+    def without(self, index: int) -> Axes:
+        """Return the axes but one, whose joint keeps its angle."""
+        kept = (*self.frames[:index], *self.frames[index + 1 :])
+        return Axes(kept, self.hand, self.size_mm)
+
+    def backwards(self) -> Axes:
+        """Return the axes counted from the hand."""
+        return Axes(self.frames[::-1], self.hand, self.size_mm)
+
+
+def axes_of(chain: Chain, values: Sequence[float]) -> Axes:
+    """Return the axes of a chain in a posture."""
+    frames = chain.frames(values)
+    kept = frames[:-1] if chain.convention is Convention.STANDARD else frames[1:]
+    return Axes(kept, chain.fk(values), max(chain.longest_reach_mm, 1.0))
+
+
+def structures(chain: Chain) -> Iterator[Structure]:
+    """Yield the classes that a chain belongs to, those that are solved best first."""
+    count = len(chain)
+    if any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
+        return
+    if count in (5, 6):
+        yield from _structures(axes_of(chain, chain.zero), None)
+    elif count == 7:
+        for fixed in (2, 3, 4, 1, 5, 0, 6):  # the upper arm's turn first, as in a human arm
+            posture = tuple(FIXED_RAD if index == fixed else 0.0 for index in range(count))
+            yield from _structures(axes_of(chain, posture).without(fixed), fixed)
+
+
+def _structures(axes: Axes, fixed: int | None) -> Iterator[Structure]:
+    for from_hand, seen in ((False, axes), (True, axes.backwards())):
+        if seen.parallel(1, 2) and seen.parallel(2, 3) and not seen.parallel(0, 1):
+            yield Structure(Family.THREE_PARALLEL, None, from_hand, fixed)
+    for from_hand, seen in ((False, axes), (True, axes.backwards())):
+        wrist = seen.all_meeting(3, 4, 5) if len(seen.frames) == 6 else seen.meeting(3, 4)
+        if wrist is not None and (first_three := _first_three(seen)) is not None:
+            family = Family.SPHERICAL_WRIST if len(seen.frames) == 6 else Family.LAST_TWO_MEET
+            yield Structure(family, first_three, from_hand, fixed)
+
+
+def _first_three(axes: Axes) -> FirstThree | None:
+    """Return how the first three axes lie; None for those that move a point along a surface."""
+    first_parallel, last_parallel = axes.parallel(0, 1), axes.parallel(1, 2)
+    if first_parallel and last_parallel:
+        return None
+    if last_parallel:
+        return FirstThree.SECOND_AND_THIRD_PARALLEL
+    if first_parallel:
+        return FirstThree.FIRST_AND_SECOND_PARALLEL
+    if axes.meeting(0, 1) is not None:
+        return FirstThree.FIRST_AND_SECOND_MEET
+    if axes.meeting(1, 2) is not None:
+        return FirstThree.SECOND_AND_THIRD_MEET
+    return FirstThree.GENERAL
+
+
+def _direction(frame: Transform) -> Vector:
+    return frame[0][2], frame[1][2], frame[2][2]

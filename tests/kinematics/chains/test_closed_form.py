@@ -1,0 +1,277 @@
+"""Closed forms of link tables: classes of real arms, and the laws that all of them keep."""
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from chain_cases import ASKEW, difference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from named_arms import (
+    AR4,
+    ARMS,
+    BESIDE_THE_BASE,
+    COBOT_WITHOUT_WRIST,
+    IIWA,
+    KUKA_KR6,
+    MINI_MOVER,
+    PUMA_560,
+    THOR,
+    UR5,
+)
+
+from kinematics.chains.arm import ChainArm
+from kinematics.chains.chain import Chain
+from kinematics.chains.closed_form import closed_form
+from kinematics.chains.goals import HEADING_FREE, Goal, frame_goal
+from kinematics.chains.inverse import Reason, solve_frame_ik
+from kinematics.chains.jacobians import condition
+from kinematics.chains.links import JointKind
+from kinematics.chains.subproblems import on_conic
+from kinematics.frames.transforms import compose, translation
+
+any_arm = st.sampled_from(sorted(ARMS))
+angles = st.floats(-3.1, 3.1)
+
+
+def posture(chain, draw):
+    return tuple(draw(angles) for _ in chain.links)
+
+
+def same(a, b, within=1e-4):
+    """Whether two postures are one, but for whole turns."""
+    return all(abs(math.remainder(x - y, math.tau)) < within for x, y in zip(a, b, strict=True))
+
+
+def regular(chain, values):
+    """Whether a posture is far enough from singular ones to be told from others."""
+    return condition(chain, values).smallest > 1e-3
+
+
+WRIST = "the last three axes meet in one point, "
+ASKEW_SHOULDER = "the first three axes are neither parallel nor do they meet"
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Puma 560", f"{WRIST}axes 2 and 3 are parallel"),
+        ("KUKA KR 6", f"{WRIST}axes 2 and 3 are parallel"),
+        ("AR4", f"{WRIST}axes 2 and 3 are parallel"),
+        ("Thor", f"{WRIST}axes 2 and 3 are parallel"),
+        ("UR5", "axes 2, 3 and 4 are parallel"),
+        ("SCARA with a wrist", f"{WRIST}axes 1 and 2 are parallel"),
+        ("axes 1 and 2 meet", f"{WRIST}axes 1 and 2 meet"),
+        ("axes 2 and 3 meet", f"{WRIST}axes 2 and 3 meet"),
+        ("only the wrist meets", f"{WRIST}{ASKEW_SHOULDER}"),
+        ("Mini-mover", "axes 2, 3 and 4 are parallel"),
+        ("SCORBOT", "axes 2, 3 and 4 are parallel"),
+        ("five askew", f"the last two of five axes meet, {ASKEW_SHOULDER}"),
+        ("iiwa", f"{WRIST}axes 1 and 2 meet, while joint 3 keeps its angle"),
+        ("UR5, from the hand", "axes 2, 3 and 4 are parallel, counted from the hand"),
+        ("Puma 560, from the hand", f"{WRIST}axes 2 and 3 are parallel, counted from the hand"),
+    ],
+)
+def test_the_class_of_an_arm_in_words(name, said):
+    assert str(closed_form(ARMS[name]).structure) == said
+
+
+def test_arms_without_structure_and_arms_that_slide_have_no_closed_form():
+    assert closed_form(COBOT_WITHOUT_WRIST) is None
+    assert closed_form(Chain(PUMA_560.links[:4])) is None
+    sliding = replace(PUMA_560.links[2], kind=JointKind.PRISMATIC, theta_rad=0.0)
+    assert (
+        closed_form(replace(PUMA_560, links=(*PUMA_560.links[:2], sliding, *PUMA_560.links[3:])))
+        is None
+    )
+
+
+@settings(max_examples=150, deadline=None)
+@given(any_arm, st.data())
+def test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them(name, data):
+    chain = ARMS[name]
+    values = posture(chain, data.draw)
+    frame = chain.fk(values)
+    found = closed_form(chain).branches(frame_goal(frame), values)
+    for one in found:
+        assert difference(chain.fk(one), frame) < 2e-5
+    if regular(chain, values):
+        assert any(same(one, values) for one in found)
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_arm, st.data())
+def test_the_branches_of_every_branch_are_the_same_ones(name, data):
+    chain = ARMS[name]
+    values = posture(chain, data.draw)
+    closed = closed_form(chain)
+    frame = chain.fk(values)
+    found = closed.branches(frame_goal(frame), values)
+    if not all(regular(chain, one) for one in found):
+        return
+    for one in found:
+        again = closed.branches(frame_goal(chain.fk(one)), values)
+        assert len(again) == len(found)
+        assert all(any(same(a, b) for b in found) for a in again)
+
+
+@pytest.mark.parametrize("name", sorted(ARMS))
+def test_a_base_and_a_tool_change_nothing(name):
+    chain = replace(ARMS[name], base=ASKEW, tool=ASKEW)
+    closed = closed_form(chain)
+    values = (0.3, -0.8, 1.1, 0.4, 0.7, -0.5, 0.2)[: len(chain)]
+    assert closed.structure == closed_form(ARMS[name]).structure
+    found = closed.branches(frame_goal(chain.fk(values)), values)
+    assert any(same(one, values) for one in found)
+
+
+@pytest.mark.parametrize(
+    "chain", [PUMA_560, KUKA_KR6, AR4, THOR], ids=["puma", "kr6", "ar4", "thor"]
+)
+def test_a_straight_wrist_keeps_joint_4_of_the_present_posture(chain):
+    values = (0.3, -0.8, 1.1, 0.4, 0.0, -0.5)
+    frame = chain.fk(values)
+    near = closed_form(chain).nearest(frame_goal(frame), values)
+    assert near == pytest.approx(values, abs=1e-7)
+    other = closed_form(chain).nearest(frame_goal(frame), (*values[:3], 0.9, 0.0, -1.0))
+    assert other == pytest.approx((*values[:3], 0.9, 0.0, -1.0), abs=1e-7)
+
+
+@pytest.mark.parametrize("bent", [1e-4, 1e-7, 1e-9, 1e-11, 1e-13])
+def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
+    values = (0.3, -0.8, 1.1, 0.4, bent, -0.5)
+    frame = PUMA_560.fk(values)
+    for one in closed_form(PUMA_560).branches(frame_goal(frame), values):
+        assert difference(PUMA_560.fk(one), frame) < 1e-9
+
+
+def test_a_stretched_arm_is_solved_at_its_edge():
+    stretched = math.atan2(431.8, 20.3) - math.pi  # forearm in line with the upper arm
+    for third in (stretched, stretched + 1e-9, stretched + 1e-6):
+        values = (0.3, -0.8, third, 0.4, 0.6, -0.5)
+        found = closed_form(PUMA_560).branches(frame_goal(PUMA_560.fk(values)), values)
+        assert any(same(one, values, 1e-5) for one in found)
+
+
+def test_a_hand_above_the_base_axis_keeps_the_base_of_the_present_posture():
+    lift = 1.1  # an elbow over the base: wrist and tip are on the base axis, the hand upright
+    bend = 2.0 * (math.pi / 2 - lift)
+    upright = (0.7, lift, bend, math.pi / 2 - lift - bend, 0.6)
+    frame = MINI_MOVER.fk(upright)
+    assert math.hypot(frame[0][3], frame[1][3]) < 1e-9
+    near = closed_form(MINI_MOVER).nearest(frame_goal(frame), upright)
+    assert near == pytest.approx(upright, abs=1e-6)
+
+
+def limited(chain, low, high):
+    return chain.within([(low, high)] * len(chain))
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_arm, st.data())
+def test_the_nearest_posture_is_within_the_limits_and_the_nearest(name, data):
+    chain = limited(ARMS[name], -1.5, 1.5)
+    inside = st.tuples(*[st.floats(-1.45, 1.45)] * len(chain))
+    values, near = data.draw(inside), data.draw(inside)
+    closed = closed_form(chain)
+    goal = frame_goal(chain.fk(values))
+    found = closed.nearest(goal, near)
+    if found is None:
+        assert not regular(chain, values) or not closed.complete
+        return
+    assert not chain.violations(found)
+    assert difference(chain.fk(found), goal.frame) < 1e-4
+    kept = [one for one in closed.branches(goal, near) if not chain.violations(one)]
+    if closed.complete:
+        nearest = min(math.dist(one, near) for one in kept)
+        assert math.dist(found, near) == pytest.approx(nearest, abs=1e-6)
+
+
+def test_a_second_turn_is_taken_where_it_is_nearer():
+    wide = PUMA_560.within([(-7.0, 7.0)] * 6)
+    values = (5.9, -0.8, 1.1, 6.5, 0.6, -6.2)
+    assert closed_form(wide).nearest(frame_goal(wide.fk(values)), values) == pytest.approx(values)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.tuples(*[st.floats(-2.0, 2.0)] * 5), st.floats(-3.0, 3.0))
+def test_five_joints_find_the_heading_that_a_goal_leaves_free(values, turned):
+    chain = BESIDE_THE_BASE
+    frame = chain.fk(values)
+    (nx, ny, nz), (ox, oy, oz) = ((*row[:3],) for row in frame[:2])
+    c, s = math.cos(turned), math.sin(turned)
+    about = (
+        (c * nx - s * ox, c * ny - s * oy, c * nz - s * oz, frame[0][3]),
+        (s * nx + c * ox, s * ny + c * oy, s * nz + c * oz, frame[1][3]),
+        frame[2],
+        frame[3],
+    )
+    goal = Goal(about, (1.0, 0.0, 0.0), HEADING_FREE)
+    found = closed_form(chain).branches(goal, values)
+    for one in found:
+        assert difference(chain.fk(one)[2:], frame[2:]) < 2e-5
+    if abs(math.hypot(frame[0][2], frame[1][2])) > 0.05 and abs(math.sin(values[2])) > 0.05:
+        assert any(same(one, values) for one in found)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.sampled_from(["no structure", "five askew"]), st.data())
+def test_arms_without_a_closed_form_find_what_they_have_reached(name, data):
+    chain = limited(ARMS.get(name, COBOT_WITHOUT_WRIST), -2.6, 2.2)
+    values = tuple(data.draw(st.floats(-2.5, 2.1)) for _ in chain.links)
+    arm = ChainArm(chain)
+    pose = arm.fk(arm.joints_of(values))
+    found = arm.ik(pose)
+    arm.check(found)
+    goal = arm.goal(pose)
+    assert all(abs(miss) < 1e-6 for _, _, miss in goal.turn(chain.fk(found.angles_rad))[1])
+
+
+def test_what_no_posture_meets_is_told_for_certain():
+    far = compose(UR5.fk((0.3, -0.8, 1.1, 0.4, 0.7, -0.5)), translation(0.0, 0.0, 500.0))
+    solution = solve_frame_ik(UR5, far)
+    assert not solution.ok
+    assert solution.reason is Reason.NO_POSTURE
+
+
+def test_a_goal_beyond_a_limit_names_the_joint_of_the_posture_that_breaks_it_least():
+    tight = KUKA_KR6.within([(-0.2, 0.2), *[(-6.0, 6.0)] * 5])
+    solution = solve_frame_ik(tight, KUKA_KR6.fk((0.5, -0.8, 1.1, 0.4, 0.7, -0.5)))
+    assert solution.reason is Reason.JOINT_LIMIT
+    assert [one.joint for one in solution.violations] == ["joint_1"]
+
+
+def test_seven_joints_move_the_fixed_one_only_as_far_as_they_must():
+    values = (0.3, 0.8, 0.5, -1.1, 0.4, 0.7, -0.5)
+    frame = frame_goal(IIWA.fk(values))
+    closed = closed_form(IIWA)
+    assert closed.nearest(frame, values) == pytest.approx(values, abs=1e-9)
+    assert closed.nearest(frame, (*values[:2], 0.6, *values[3:]))[2] == 0.6
+    tight = IIWA.within([*[(-6.0, 6.0)] * 3, (-1.2, 0.0), *[(-0.6, 0.8)] * 3])
+    found = closed_form(tight).nearest(frame, (*values[:2], 2.0, *values[3:]))
+    assert found is not None
+    assert not tight.violations(found)
+
+
+@given(st.tuples(*[st.floats(-50.0, 50.0)] * 5), st.floats(-3.1, 3.1))
+def test_a_conic_meets_the_circle_where_it_was_made_to(factors, angle):
+    cc, cs, ss, c, s = factors
+    x, y = math.cos(angle), math.sin(angle)
+    slope = 2.0 * (ss - cc) * x * y + cs * (x * x - y * y) - c * y + s * x
+    if abs(slope) < 0.1:
+        return
+    found = on_conic(*factors, -(cc * x * x + cs * x * y + ss * y * y + c * x + s * y))
+    assert min(abs(math.remainder(one - angle, math.tau)) for one in found) < 1e-6
+
+
+def test_closed_forms_do_without_numpy():
+    script = (
+        "import sys; from kinematics import SYSTEMS, frame_goal;"
+        "from kinematics.chains.closed_form import closed_form;"
+        "puma = SYSTEMS['puma'].chain(); values = (0.1, -0.4, 0.8, 0.2, 0.6, 0.1);"
+        "found = closed_form(puma).nearest(frame_goal(puma.fk(values)), values);"
+        "sys.exit(found is None or 'numpy' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
