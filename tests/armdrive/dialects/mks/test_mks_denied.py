@@ -37,6 +37,18 @@ def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s)
     assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
 
 
+def test_half_a_wrist_that_says_nothing_goes_on_with_the_other_half_until_it_is_found_to():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.begin(along(straight(20, way=TOGETHER)))
+    bench.run(0.3)
+    bench.node(5).sim.port.mute = True
+    farthest = 0
+    while bench.reply() is None:
+        bench.run(0.01)
+        farthest = max(farthest, apart(bench))
+    assert farthest <= SPEED * PERIOD_S
+
+
 def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
     """Its answers are lost for a while, and the arm is stopped meanwhile."""
     bench = MksBench().ready()
