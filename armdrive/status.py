@@ -347,6 +347,14 @@ def coded(words: str, code: str) -> str:
     return f"[{code}] {words}" if code and words else words
 
 
+def trust_words(trust: str, reason: str, code: str) -> str:
+    """Return why a position is trusted or not; with its code only if something is wrong.
+
+    A restored position agrees with all that could be compared: it awaits a look at the arm.
+    """
+    return reason if trust == Trust.RESTORED.value else coded(reason, code)
+
+
 # A status as plain data, with units in the names, for `--json` and for the control socket.
 
 

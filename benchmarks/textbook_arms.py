@@ -83,7 +83,7 @@ def _closed_rows(peers: Peers, name: str, chain: Chain, poses: int, rounds: int)
     postures = _postures(len(chain), poses, WIDE)
     goals = [frame_goal(generated(chain).fk(one)) for one in postures]
     jogs = [(_moved(arm.fk(arm.joints_of(one))), arm.joints_of(one)) for one in postures]
-    find, seed = closed.solver.frames.find, (0.1,) * len(chain)
+    find, seed = closed.solver.frames, (0.1,) * len(chain)
     cases: Cases = {
         f"{name}: all branches": lambda: [find(one.frame, seed) for one in goals],
         f"{name}: the nearest within limits, checked": lambda: [

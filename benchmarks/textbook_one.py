@@ -137,7 +137,7 @@ def puma_inverse(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:
     closed = closed_form(chain)
     if closed is None:
         raise AssertionError("the Puma has a closed form")
-    find, seed = closed.solver.frames.find, (0.0,) * 6
+    find, seed = closed.solver.frames, (0.0,) * 6
     fk = generated(chain).fk
     frames = [fk((*q, 0.3)) for q in postures(preset("minimover5").arm, poses)]
     cases: Cases = {"eight branches": lambda: [find(frame, seed) for frame in frames]}

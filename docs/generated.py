@@ -7,6 +7,7 @@ on the keys of an arm file and on the Python calls are generated as a whole.
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import astuple
 from pathlib import Path
@@ -16,10 +17,18 @@ import arm_file_keys
 import reference
 
 from armdrive.cli.commands import COMMANDS, EXIT_CODES
+from armdrive.config.write import complete
 from armdrive.errors.printing import page as errors_page
 from armdrive.programs.language.words import SHELL, tables
 from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.states import RESULTS
+from armdrive.sim.bus.node import Quirk
+from armdrive.sim.cia402.kind import KIND as CIA402
+from armdrive.sim.cia402.quirks import QUIRKS as CIA402_QUIRKS
+from armdrive.sim.device import Option
+from armdrive.sim.mks.kind import KIND as MKS
+from armdrive.sim.mks.quirks import QUIRKS as MKS_QUIRKS
 from armdrive.trace.entries import TITLES
 from tui.gamepad import map as pad_map
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
@@ -54,6 +63,81 @@ def _torque() -> Iterator[str]:
     return _table(head, ((row.title, *astuple(row.torque)) for row in DIALECTS.values()))
 
 
+def _settings(options: Iterable[Option], quirks: Iterable[Quirk]) -> Iterator[str]:
+    """Yield the settings of a simulated drive that are no quirks."""
+    named = {quirk.name for quirk in quirks}
+    rows = (
+        (f"`{each.name}`", _plain(each.default), each.summary)
+        for each in options
+        if each.name not in named
+    )
+    return _table(("setting", "default", "meaning"), rows)
+
+
+def _quirks(quirks: Iterable[Quirk]) -> Iterator[str]:
+    rows = (
+        (
+            f"`{each.name}`",
+            "always" if each.default is None else _plain(each.default),
+            each.does + (f" ({', '.join(each.choices)})" if each.choices else ""),
+            f"**guess**: {each.source}" if each.guess else each.source,
+        )
+        for each in quirks
+    )
+    return _table(("quirk", "default", "what drives do", "source"), rows)
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+SHOWN_ARM = """
+model = "teachmover"
+backlash_mm = 0.2
+[connection]
+dialect = "teachmover"
+port = "/dev/ttyUSB0"
+[park]
+x_mm = 127.0
+y_mm = 0.0
+z_mm = 30.0
+pitch_deg = -90.0
+[tool]
+along_mm = 60.0
+[frames.board]
+x_mm = 200.0
+y_mm = 50.0
+z_mm = 0.0
+yaw_deg = 30.0
+pitch_deg = 0.0
+roll_deg = 0.0
+[backlash_deg]
+base = 0.6
+[accelerations_deg_s2]
+base = 200.0
+[motor_signs]
+base = 1
+[joint_signs]
+base = 1
+wrist_roll = 1
+"""
+"""An arm file that has every section, some with one key for all."""
+
+MANY_DIGITS = re.compile(r"\b\d+\.\d{5,}\b")
+
+
+def _arm_file() -> Iterator[str]:
+    table = tomllib.loads(SHOWN_ARM)
+    text = complete(parse_arm(table, name="bench"), table)
+    yield "```toml"
+    for line in MANY_DIGITS.sub(lambda found: f"{float(found[0]):.6g}", text).splitlines():
+        entry, sign, meaning = line.partition(" # ")
+        yield f"{entry.rstrip():<29}{sign}{meaning}" if sign else entry
+    yield "```"
+
+
 PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
     {
         "commands": lambda: _table(
@@ -78,6 +162,11 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
             ((evidence.value, result.value) for evidence, result in RESULTS.items()),
         ),
         "torque": _torque,
+        "arm file": _arm_file,
+        "mks settings": lambda: _settings(MKS.options, MKS_QUIRKS),
+        "mks quirks": lambda: _quirks(MKS_QUIRKS),
+        "drive settings": lambda: _settings(CIA402.options, CIA402_QUIRKS),
+        "drive quirks": lambda: _quirks(CIA402_QUIRKS),
         "kinds": lambda: _table(
             ("kind", "meaning"), ((f"`{kind.value}`", text) for kind, text in TITLES.items())
         ),

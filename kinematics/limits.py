@@ -121,6 +121,13 @@ def few_turns(angle: float) -> float:
     return angle if -MANY_TURNS_RAD < angle < MANY_TURNS_RAD else wrap(angle)
 
 
+def few_turns_each(angles: tuple[float, ...]) -> tuple[float, ...]:
+    """Return what `few_turns` does of each angle: the angles themselves, unless one is so large."""
+    if max(angles) < MANY_TURNS_RAD and min(angles) > -MANY_TURNS_RAD:
+        return angles
+    return tuple(map(few_turns, angles))
+
+
 def turn_into(angle: float, low: float, high: float, seed: float) -> float:
     """Return the turn of `angle` (by whole circles) that a joint of this range should use.
 

@@ -28,6 +28,10 @@ _UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
 JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
 """Joints of the Mini-mover's build, from the table to the hand."""
 
+POSE_EXAMPLE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
+JOINTS_EXAMPLE = "Joints.of(0, 40, -60, -70, 0)"
+"""What an error shows if something else is given."""
+
 Jacobian = tuple[tuple[float, ...], ...]
 """Six rows, one column a joint: the tip's velocity (mm per rad or mm of the joint) along the
 world's x, y and z, then its rate of turning (rad per rad or mm) about them."""

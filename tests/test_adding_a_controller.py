@@ -13,9 +13,15 @@ import pytest
 from pages import ROOT, page
 
 PAGE = page("adding-a-controller")
-FILES = re.findall(r"^`([\w./]+\.py)`:\n\n```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+TUTOR = ROOT / "examples" / "tutor"
+FILES = [
+    (path.relative_to(TUTOR).as_posix(), path.read_text(encoding="utf-8"))
+    for path in sorted(TUTOR.rglob("*.py"))
+]
 DIFFS = re.findall(r"^```diff\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
-COMMANDS = re.search(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)[1].splitlines()
+COPY, *COMMANDS = "".join(
+    re.findall(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+).splitlines()
 SCRIPT = re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)[-1]
 
 
@@ -78,8 +84,14 @@ def run(tree: Path, words: list[str]) -> str:
     return ended.stdout
 
 
-def test_the_page_changes_no_line_of_the_registry():
+def test_the_page_copies_the_files_and_names_each():
+    assert COPY == "cp -r examples/tutor/. ."
     assert len(FILES) == 6
+    for path, _ in FILES:
+        assert f"`{path}`" in PAGE or path == "armdrive/sim/tutor/__init__.py", path
+
+
+def test_the_page_changes_no_line_of_the_registry():
     assert DIFFS
     assert not any(line.startswith("-") for diff in DIFFS for line in diff.splitlines())
 

@@ -82,16 +82,16 @@ def test_the_shown_arm_file_shows_the_defaults():
     config = parse_arm(shown_arm_file(), name="shown")
     model = preset("teachmover")
     assert config.motion == armsections.MotionSettings()
-    assert config.connection == armsections.Connection("teachmover")
+    assert config.connection == armsections.Connection("teachmover", port="/dev/ttyUSB0")
     assert config.gripper == armsections.GripperSettings()
     assert config.device == TeachMoverSettings()
-    assert config.model.arm == model.arm
-    assert config.model.guards == model.guards
-    assert config.model.reference == model.reference
-    for ours, theirs in zip(config.model.joint_speeds_rad_s, model.joint_speeds_rad_s, strict=True):
+    assert config.bare.arm == model.arm  # without the tool
+    assert config.bare.guards == model.guards
+    assert config.bare.reference == model.reference
+    for ours, theirs in zip(config.bare.joint_speeds_rad_s, model.joint_speeds_rad_s, strict=True):
         assert math.isclose(ours, theirs, rel_tol=0.01)
     for ours, theirs in zip(
-        config.model.transmission.motors, model.transmission.motors, strict=True
+        config.bare.transmission.motors, model.transmission.motors, strict=True
     ):
         assert math.isclose(ours.steps_per_unit, theirs.steps_per_unit, rel_tol=1e-4)
 

@@ -12,7 +12,7 @@ __all__ = ["DeskEnd", "run_desk", "run_watch"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load the desk when it is asked for: the table of keys alone, or a model, needs none of it."""
+    """Load the desk on first use: the table of keys, or a model, works without it."""
     if name not in __all__:
         raise AttributeError(f"module 'tui' has no attribute {name!r}")
     from tui import startup, watch

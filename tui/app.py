@@ -29,19 +29,19 @@ from tui.terminal import ending_driver, is_served, lasting_driver
 STYLES = Path(__file__).with_name("desk.tcss")
 
 SUSPENDED_S = 1.0
-"""An app that polls more often than this, and did nothing for so long, was suspended."""
+"""An app that did nothing for this long was suspended: it polls more often."""
 
 
 @runtime_checkable
 class TypingScreen(Protocol):
     """A screen that is typed into.
 
-    The app asks it when a key has come back from all widgets, where the keys of the table act as
-    well: so what was typed in one burst is taken in the order in which it was typed.
+    The app calls it for a key that no widget took, as for the keys of the table. So a burst of
+    typed keys is taken in the order in which they were typed.
     """
 
     def take_typed(self, event: events.Key) -> bool:
-        """Take a key that is typed; return False for one that the table of keys may have."""
+        """Take a typed key; return False to leave it to the table of keys."""
         ...
 
 
@@ -82,11 +82,11 @@ class InputFilter:
         self._suspension.report()
 
     def begin(self) -> None:
-        """Count absences from now on: what takes long while the app starts is none."""
+        """Detect suspensions from now on: a slow start is none."""
         self._suspension = SuspensionDetector()
 
     def alive(self) -> None:
-        """Note that the app runs; to be called often, and before any key is acted on."""
+        """Note that the app runs. Call it often, and before acting on any key."""
         now_s = self.monotonic_s()
         absent_s, reported = self._suspension.look(now_s, self.busy_s())
         if reported or absent_s > self.suspended_s:
@@ -98,7 +98,7 @@ class InputFilter:
 
     @contextlib.contextmanager
     def acting_on(self, key: events.Key) -> Iterator[None]:
-        """Know which key is being acted on, and so how old it is."""
+        """Remember which key the app acts on, and so how old it is."""
         self._key = key
         try:
             yield
@@ -106,7 +106,7 @@ class InputFilter:
             self._key = None
 
     def key_age_s(self) -> float:
-        """Return how long ago the key came that is being acted on; 0 while none is.
+        """Return the age of the key that the app acts on; 0 while there is none.
 
         A busy app acts on keys later than they came, and further apart.
         """
@@ -130,7 +130,7 @@ class InputFilter:
 
 
 def _ignore(time_s: float) -> None:
-    """Do nothing about an absence."""
+    """Ignore a suspension."""
 
 
 # The keys of the table act through the framework's actions. It looks for them on the app and on
@@ -141,7 +141,7 @@ NODES = ("app", "screen", "focused")
 
 
 def action_call(action: str | ActionParseResult, node: object) -> Callable[[], object] | None:
-    """Return the call that an action means on a node, None where nothing does it.
+    """Return the call for an action of a node, None if there is none.
 
     `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts.
     """
@@ -177,7 +177,7 @@ class KeyApp(App[int], inherit_bindings=False):
         self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
 
     def run_or_raise(self) -> None:
-        """Run until somebody leaves. Raises what ended the app against its will."""
+        """Run until the user leaves. Raises the error that ended the app, if one did."""
         self.run()
         if self._exception is not None:
             raise self._exception
@@ -199,7 +199,7 @@ class KeyApp(App[int], inherit_bindings=False):
         raise NotImplementedError
 
     async def action_do_row(self, name: str) -> None:
-        """Do what a row of the table of keys does, as if its key had been pressed on its screen."""
+        """Act as a row of the table of keys, as if its key was pressed on its screen."""
         row = self.keys.row(name)
         self.show_place(row.place)
         await self.run_action(row.action, self.screen_stack[0] if row.place else self)
@@ -265,16 +265,16 @@ class KeyApp(App[int], inherit_bindings=False):
 
 
 BUSY_S = 0.02
-"""A timer that is so much later than it should be found the app busy."""
+"""A timer that rings this late found the app busy."""
 
 SETTLE_S = 0.03
-"""What came while the app was busy has gone through its queues after this."""
+"""Time in which events that came while the app was busy pass through its queues."""
 
 
 class HoldAlarm:
-    """One timer that is moved to another time instead of being joined by a second one.
+    """A single timer: a new time replaces the last one.
 
-    Where the app was too busy to ring in time, what came meanwhile is taken in before it rings.
+    If the app was too busy to ring in time, it handles waiting events before it rings.
     """
 
     def __init__(self, app: KeyApp, call: Callable[[], None]) -> None:
@@ -294,7 +294,7 @@ class HoldAlarm:
             self._timer = self._app.set_timer(delay_s, self._ring)
 
     def _ring(self) -> None:
-        self._app.input.alive()  # what was held when this program was suspended is held no more
+        self._app.input.alive()  # a key held before a suspension is not held after it
         if time.monotonic() - self._due_s > BUSY_S:
             self.after(SETTLE_S)
         else:

@@ -28,7 +28,7 @@ class DeskGripper(FingerStep, Protocol):
         """The force of the grasp; 0 when let go."""
 
     def feel(self) -> Grasped:
-        """Close on whatever is between the fingers, which takes its time; raises `ArmError`."""
+        """Close the fingers until they touch an object or each other; raises `ArmError`."""
 
 
 class DeskReferencing(Protocol):
@@ -67,16 +67,16 @@ class DeskArm(Protocol):
 
     @property
     def reconnects(self) -> bool:
-        """Whether a lost link is looked for without anybody asking."""
+        """Whether the arm reconnects by itself after a lost link."""
 
     def reconnect(self) -> None:
-        """Look for a lost link once. Moves nothing; raises `ArmError` while it is not there."""
+        """Look for a lost link once. Moves nothing; raises `ArmError` if there is none."""
 
     def reference_request(self) -> PostureRequest:
         """Return the reference posture, with the sentence that describes it; raises `Refused`."""
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
-        """Jog for so long unless called again. Refusals appear as the status's notice."""
+        """Jog for this time, or until the next call. Refusals appear as the status's notice."""
 
     def nudge(self, jog: Jog, *, speed: float) -> None:
         """Jog by one increment. Refusals appear as the status's notice."""
@@ -121,7 +121,7 @@ class DeskArm(Protocol):
 
     @property
     def stops(self) -> int:
-        """How often a stop was asked for."""
+        """The number of stops requested so far."""
 
     def pose_in(self, frame: str) -> Pose:
         """The present pose as a frame of the arm file sees it; raises `ArmError`."""
@@ -142,7 +142,7 @@ class DeskArm(Protocol):
         """Let time pass on the arm's own clock."""
 
     def pause(self) -> None:
-        """Have the arm stand behind its next burst; returns at once."""
+        """Pause the arm after its next burst; returns at once."""
 
     def resume(self) -> None:
         """Let a paused arm go on; returns at once."""
@@ -150,7 +150,7 @@ class DeskArm(Protocol):
     # -- the log --------------------------------------------------------------------------
 
     def log(self) -> LogReader:
-        """Return a reader of what passes on the wire; raises `WrongState` where none is kept."""
+        """Return a reader of the traffic on the wire; raises `WrongState` if no log is kept."""
 
     def save_recording(self) -> Path:
         """Write what the flight recorder holds, and return the file; raises `ArmError`."""
@@ -160,15 +160,15 @@ class DeskArm(Protocol):
 
 
 Done = str | Callable[[Status], str] | None
-"""What is said when a call has gone well: a sentence, or one made from the status then."""
+"""The message after a successful call: a sentence, or one made from the status."""
 
 
 def outcome(arm: DeskArm, call: Callable[[], object], done: Done) -> str | None:
-    """Make a call; return what is to be said of it, None where the status speaks for itself."""
+    """Make a call; return the message about it, None if the status shows enough."""
     try:
         call()
         return done(arm.status) if callable(done) else done
     except (ArmError, KinematicsError) as error:
         return str(error)
-    except Exception as flaw:  # said, not swallowed: the desk and its stop key live on
+    except Exception as flaw:  # reported, and not raised: the desk and its stop key must live on
         return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"

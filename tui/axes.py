@@ -27,7 +27,7 @@ DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
 LIT_STYLE = "bold $primary"
 MARK_STYLES = {"": "bold $primary", "!": "bold $warning", "!!": "bold $error"}
-"""The mark on a bar and its value, by the sign beside the value."""
+"""The style of a value and of its mark on the bar, by the sign after the value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,11 +109,18 @@ class AxisTable(PlainText):
         return self._held
 
     def show_axes(self, rows: Sequence[AxisRow], note: str = "", *, held: bool) -> None:
-        """Show these axes; `held` says whether a cap that is pressed still moves something."""
+        """Show these axes; `held` says whether a pressed key cap still moves something."""
         if not held:
             self._held = None
         self._rows, self._note = tuple(rows), note
         self._fill()
+
+    def set_titles(self, title: str, more: str) -> None:
+        """Name the panel, and say more in its lower border, or after the name if it has none."""
+        if self.screen.has_class("-short"):
+            title, more = f"{title}  {more}", ""
+        if (self.border_title, self.border_subtitle) != (title, more):
+            self.border_title, self.border_subtitle = title, more
 
     def on_resize(self) -> None:
         """Fit the bars to another width."""
@@ -165,7 +172,7 @@ class AxisTable(PlainText):
     # -- the mouse ------------------------------------------------------------------------------
 
     def at(self, x: int, y: int) -> tuple[JogPair, bool] | None:
-        """Return the pair and side of a place in the content, None beside the caps."""
+        """Return the pair and side at a place in the content, None outside the key caps."""
         width = self._caps_width()
         if not (0 <= y < len(self._rows) and 0 <= x < width):
             return None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from armdrive.status import State, Status, Trust, coded
+from armdrive.status import State, Status, Trust, coded, trust_words
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import titled
 from tui.painting import Span
@@ -71,7 +71,7 @@ def conduct_of(
 ) -> Conduct:
     """Return what a desk says about its arm.
 
-    `armed` is None on a screen without jog keys. `says` stands beside the badge. `looked_for` means
+    `armed` is None on a screen without jog keys. `says` follows the badge. `looked_for` means
     that the desk looks for a lost link by itself; `paused_at` is its screen that paused the arm.
     """
     badge = BADGES[status.state.value]
@@ -88,7 +88,7 @@ def conduct_of(
         forbids=forbids,
         dot=DOTS[status.trust.value],
         position=position_text(status, keys),
-        stopping=stopping_text(status),
+        stopping=stopping_text(status.stop_distance_mm, status.stop_time_s),
     )
 
 
@@ -110,9 +110,14 @@ def position_text(status: Status, keys: Keyboard) -> str:
     return f"position {status.trust.value}: {way} ({status.trust_reason})"
 
 
-def stopping_text(status: Status) -> str:
-    """Say how long and how far the tip goes on after a stop, at most."""
-    return f"stops within {math.ceil(status.stop_distance_mm)} mm, {status.stop_time_s:.2f} s"
+def stopping_text(distance_mm: object, time_s: object) -> str:
+    """Say how far and how long the tip goes on after a stop, at most.
+
+    That is a bound for the motion under way, or for the fastest one while none is planned: the
+    present speed is known to the controller alone.
+    """
+    far = math.ceil(distance_mm) if isinstance(distance_mm, int | float) else UNKNOWN
+    return f"a stop takes up to {far} mm, {number_text(time_s, 2)} s"
 
 
 def look_for_it(keys: Keyboard) -> str:
@@ -125,7 +130,7 @@ def banner(status: Status, keys: Keyboard, *, looked_for: bool = False, paused_a
     reason = (
         coded(status.error, status.error_code)
         or coded(status.notice, status.notice_code)
-        or coded(status.trust_reason, status.trust_code)
+        or trust_words(status.trust.value, status.trust_reason, status.trust_code)
     )
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
@@ -175,11 +180,11 @@ def after_reset(status: Status, keys: Keyboard) -> str:
 
 
 def remarks(status: Status, message: str, *, bannered: bool) -> str:
-    """Return what the desk and the arm have to say, each remark once."""
+    """Return the messages of the desk and of the arm, each of them once."""
     if message and message in status.notice:
         message = ""  # the arm repeats as its notice what it answered the desk
-    said = (message, status.notice, "" if bannered else status.error)
-    return "\n".join(remark for remark in dict.fromkeys(said) if remark)
+    messages = (message, status.notice, "" if bannered else status.error)
+    return "\n".join(each for each in dict.fromkeys(messages) if each)
 
 
 def at_work(program: View) -> str:

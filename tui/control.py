@@ -77,7 +77,7 @@ class ArmLink:
             self._close_dialogs()
 
     def _note_return(self) -> None:
-        """Say what the link came back to; in any other state the arm is still being asked."""
+        """Say in which state the link came back; in other states the check still runs."""
         if self.status.state in (State.ERROR_STOP, State.DISABLED):
             self._was_lost = False
             self._say(link_back(self.status, self._keys))
@@ -203,7 +203,7 @@ class ArmControl:
         self._ask(text, self._scene(), self._arm.disable, done, asked="Is it supported?")
 
     def _scene(self) -> ArmScene | None:
-        """Return what is to be drawn of the arm as it stands; None while that is not known."""
+        """Return a drawing of the present posture; None while it is unknown."""
         status = self._link.status
         if status.joints is None:
             return None

@@ -65,6 +65,11 @@ def _late_screen(place: str) -> DeskScreen:
     return LATE_SCREENS[place]()
 
 
+def dropped_words(time_s: float) -> str:
+    """Say why a key had no effect: a key that is dropped without a word seems broken."""
+    return f"a key was dropped: this program had stood still for {time_s:.1f} s; press again"
+
+
 def _first_screen(status: Status, left: ArmMemory) -> str:
     """Return the screen to begin at: the last one, but the jog screen without a position."""
     return "" if status.trust is Trust.UNKNOWN else left.screen
@@ -133,7 +138,7 @@ class Desk(KeyApp):
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
         self.input.on_resumed, self.input.on_starved = self.screens.resumed, self.screens.starved
-        self.input.on_dropped = self._say_dropped
+        self.input.on_dropped = lambda time_s: say(dropped_words(time_s))
         self.link = ArmLink(
             arm, keys, say=say, disarm=disarm, close_dialogs=self.screens.close_dialogs
         )
@@ -182,10 +187,6 @@ class Desk(KeyApp):
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
 
-    def _say_dropped(self, time_s: float) -> None:
-        """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self.say(f"a key was dropped: this program was suspended for {time_s:.1f} s; press again")
-
     def _instructed(self, understood: bool | None) -> None:
         self._left = replace(self._left, instructed=bool(understood))
 
@@ -224,7 +225,7 @@ class Desk(KeyApp):
             self.say("no arm is drawn here")
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Offer what can be done here, what people look for by other words, and the looks."""
+        """Offer the actions of this screen, actions with other search words, and the looks."""
         del screen
         here = self.place.place
         known = (row for row in self.keys.rows if row.also and row.place not in ("", here))
@@ -241,15 +242,14 @@ class Desk(KeyApp):
         self.run_worker(work, thread=True, exit_on_error=False)
 
     def call(self, call: Callable[[], object], done: Done) -> None:
-        """Make a call in a thread, and say what came of it.
+        """Make a call in a thread, and show how it went.
 
-        `done` is said when it has gone well, or what it says of the status then; without it the
-        status speaks for itself.
+        `done` is the message after success, or makes one of the status; None shows no message.
         """
 
         def work() -> None:
-            if (said := outcome(self.arm, call, done)) is not None:
-                self.call_from_thread(self.say, said)
+            if (message := outcome(self.arm, call, done)) is not None:
+                self.call_from_thread(self.say, message)
 
         self.in_thread(work)
 
@@ -269,7 +269,7 @@ class Desk(KeyApp):
         self.exit(0)
 
     def open_next(self, path: Path) -> None:
-        """Leave this arm, so that a desk is opened on the one of an arm file."""
+        """Leave this arm, for a desk on the arm of a file."""
         self.opens = path
         self.action_leave()
 
@@ -298,7 +298,7 @@ class Desk(KeyApp):
         look = self._left.look if self.no_color else self.looks.name
         arm = left_at(self.settings, self.manner, self.current_mode)
         left = replace(self._left.with_arm(self.link.status, arm), look=look)
-        with contextlib.suppress(OSError):  # a desk that is forgotten harms nobody
+        with contextlib.suppress(OSError):  # losing these settings does no harm
             remember(self._memory, left)
 
     def _end_by_signal(self, number: int) -> None:
@@ -307,7 +307,7 @@ class Desk(KeyApp):
         try:
             self.arm.close()
         except ArmError:
-            self.arm.request_stop()  # it would not confirm that it stands; nobody is there to tell
+            self.arm.request_stop()  # no one is left to read that the arm did not confirm
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)
 
 

@@ -24,7 +24,7 @@ from tui.look import LOOKS
 from tui.painting import PlainText
 
 STANDS_SO = "Does the arm stand exactly so?"
-"""What is mostly asked beside a posture."""
+"""The usual question about a drawn posture."""
 
 LEAST_WIDTH = 60
 """Of the help's lines, until the dialog has been laid out."""
@@ -51,7 +51,7 @@ class HelpScreen(ModalScreen[bool]):
         self._fill()
 
     def on_resize(self) -> None:
-        """Break the lines anew, once their width is known."""
+        """Break the lines again for the new width."""
         self.call_after_refresh(self._fill)
 
     def _fill(self) -> None:
@@ -110,12 +110,12 @@ class PostureScreen(ModalScreen[bool]):
             view.show(self._scene)
 
     def action_answer(self, answer: bool) -> None:
-        """Give the answer to whoever asked."""
+        """Close the dialog with this answer."""
         self.dismiss(result=answer)
 
 
 class FirstScreen(ModalScreen[bool]):
-    """What somebody has to know before the first motion, in three lines; shown until it is read."""
+    """Three facts to know before the first motion; shown until a user has read them."""
 
     BINDINGS: ClassVar[list[BindingType]] = bindings("first")
 
@@ -130,7 +130,7 @@ class FirstScreen(ModalScreen[bool]):
             yield PlainText(id="first-text")
 
     def on_mount(self) -> None:
-        """Say it."""
+        """Show the three facts."""
         lines = ("Before you move anything", "", *safety(self._keys, self._status), "")
         close = f"{self._keys.label('understood')}: understood"
         self.query_one("#first-text", PlainText).show("\n".join((*lines, close)))
@@ -141,7 +141,7 @@ class FirstScreen(ModalScreen[bool]):
 
 
 def _broken(line: str, width: int) -> list[str]:
-    """Break a line of the help; what goes on stands under the words, not under the keys."""
+    """Break a line of the help; further lines are indented to the words."""
     if len(line) <= width:
         return [line]
     keys, words = line[:KEYS_WIDTH], line[KEYS_WIDTH:]
@@ -173,7 +173,7 @@ NOT_LISTED = ("palette",)
 class StillPalette(CommandPalette):
     """The framework's, with a cursor that does not blink.
 
-    A blinking one is painted for as long as nobody types, and is there in one picture only of two.
+    A blinking cursor would repaint all the time, and appear in only one of two pictures.
     """
 
     def on_mount(self) -> None:
@@ -186,7 +186,7 @@ def commands(
     run: Callable[[str], Awaitable[object]],
     put_on: Callable[[str], None],
 ) -> Iterator[SystemCommand]:
-    """Yield what the palette offers: rows, which `run` does by their ids, and the looks.
+    """Yield the entries of the palette: rows, which `run` takes by their ids, and the looks.
 
     Keys that jog are not among them: a motion that a key holds cannot be chosen from a list.
     """

@@ -1,8 +1,9 @@
-"""What stands around the body of every screen: tabs, the safety panel, the line of keys."""
+"""What surrounds the body of every screen: tabs, the safety panel, the line of keys."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from textual import events
 from textual.app import ComposeResult
@@ -12,13 +13,16 @@ from textual.widgets import Static, Tab, Tabs
 
 from armdrive.errors.printable import printable
 from tui.conduct import Conduct
-from tui.keys.keyboard import KEYS_LAST, Keyboard, label
+from tui.keys.keyboard import KEYS_LAST, OWN_KEPT, PAIRS, Keyboard, label
 from tui.keys.rows import DeskKey
 from tui.keys.table import SCREENS, STOP, KeyEntry
 from tui.painting import PlainText, Span
 
 FACT_GAP = "   "
 """Between two facts on one line."""
+
+KEY_GAP = "  "
+"""Between two groups of the line of keys."""
 
 
 class ScreenTabs(Tabs, can_focus=False):
@@ -61,7 +65,7 @@ class SafetyPanel(Horizontal):
         self._keys = keys
 
     def compose(self) -> ComposeResult:
-        """Lay the panel out: the button, and three lines beside it."""
+        """Lay the panel out: the button on the left, three lines on the right."""
         yield StopButton(self._keys)
         with Vertical(id="safety-lines"):
             yield PlainText(id="conduct")
@@ -87,6 +91,34 @@ class SafetyPanel(Horizontal):
         return self.query_one(f"#{name}", PlainText)
 
 
+@dataclass(frozen=True, slots=True)
+class KeyGroup:
+    """One thing that the line of keys offers: a row, or two rows that do the opposite."""
+
+    rows: tuple[DeskKey, ...]
+    name: str
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What each row is clicked on: its key; the last one has the name behind it."""
+        keys = [label(row.keys[0]).replace("ctrl+", "^") for row in self.rows]
+        return (*(f"{key} " for key in keys[:-1]), f"{keys[-1]} {self.name}{KEY_GAP}")
+
+
+def grouped(rows: Sequence[DeskKey]) -> list[KeyGroup]:
+    """Return these rows with the pairs among them in one group each."""
+    by_id = {row.id: row for row in rows}
+    seconds = {PAIRS[row.id][0] for row in rows if row.id in PAIRS}
+    groups = []
+    for row in rows:
+        second, name = PAIRS.get(row.id, ("", ""))
+        if second in by_id:
+            groups.append(KeyGroup((row, by_id[second]), name))
+        elif row.id not in seconds:
+            groups.append(KeyGroup((row,), row.description))
+    return groups
+
+
 class KeyLine(PlainText):
     """The keys that make sense next. Clicking one does what its key does."""
 
@@ -95,16 +127,19 @@ class KeyLine(PlainText):
         self._ends: tuple[tuple[int, DeskKey], ...] = ()
 
     def show_keys(self, rows: Sequence[DeskKey], width: int) -> None:
-        """Show these rows, without the last of a screen's own where there is too little room."""
-        shown = list(rows)
-        while _width(shown) > width and len(shown) > 1:
-            own = [row for row in shown[1:] if row.id not in KEYS_LAST]
-            shown.remove(own[-1] if own else shown[-1])
+        """Show these rows, without the less important ones where there is too little room."""
+        groups = grouped(rows)
+        while _width(groups) > width and len(groups) > 1:
+            groups.remove(_least(groups))
         spans: list[Span] = []
         ends: list[tuple[int, DeskKey]] = []
-        for number, row in enumerate(shown, 1):
-            spans += [(label(row.keys[0]), "bold $text-primary"), (f" {row.description}  ", "")]
-            ends.append((_width(shown[:number]), row))
+        end = 0
+        for group in groups:
+            for row, text in zip(group.rows, group.texts, strict=True):
+                key, gap, name = text.partition(" ")
+                spans += [(key, "bold $text-primary"), (f"{gap}{name}", "")]
+                end += len(text)
+                ends.append((end, row))
         self._ends = tuple(ends)
         self.show(*spans)
 
@@ -115,5 +150,14 @@ class KeyLine(PlainText):
             await self.app.run_action(f"app.do_row('{found.id}')")
 
 
-def _width(rows: Sequence[DeskKey]) -> int:
-    return sum(len(label(row.keys[0])) + len(row.description) + 3 for row in rows) - 2
+def _least(groups: Sequence[KeyGroup]) -> KeyGroup:
+    """Return the group that can be missed first."""
+    shared = {group.rows[0].id: group for group in groups if group.rows[0].id in KEYS_LAST}
+    own = [group for group in groups[1:] if group.rows[0].id not in shared]
+    if len(own) <= OWN_KEPT and "palette" in shared:
+        return shared["palette"]
+    return own[-1] if own else groups[-1]
+
+
+def _width(groups: Sequence[KeyGroup]) -> int:
+    return sum(len(text) for group in groups for text in group.texts) - len(KEY_GAP)

@@ -32,7 +32,7 @@ from tui.settings import JogSettings, Manner
 
 
 class ScreenHost(Protocol):
-    """What screens use of the desk that shows them; they know no more of it than this."""
+    """The parts of the desk that its screens use."""
 
     arm: DeskArm
     braille: bool
@@ -191,15 +191,15 @@ class DeskScreen(Screen[None]):
             forbids=desk.spoken(conduct.forbids),
             position=desk.spoken(conduct.position),
         )
-        said = remarks(status, desk.message or self.hint, bannered=bool(conduct.forbids))
+        messages = remarks(status, desk.message or self.hint, bannered=bool(conduct.forbids))
         rows = desk.keys.next_keys(self.place, self.idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(conduct, self.settings_text)
-        self.text("remarks").show(desk.spoken(said))
+        self.text("remarks").show(desk.spoken(messages))
         self.query_one(KeyLine).show_keys(rows, self.query_one(KeyLine).content_size.width)
         self.show_body(status)
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
-        """Return the rows, by id, that lead out of what keeps the arm from being driven."""
+        """Return the rows, by id, that make a blocked arm drivable again."""
         by_state = {
             State.DISCONNECTED: ("reconnect",),
             State.ERROR_STOP: ("reset",),

@@ -165,7 +165,7 @@ def memory_file() -> Path:
 
 
 def recall(path: Path) -> DeskMemory:
-    """Return what was left; whatever cannot be read or makes no sense is forgotten."""
+    """Return the remembered settings, without any that cannot be read."""
     try:
         found = json.loads(DISK.read_own(path, MOST_BYTES))
     except (OSError, ValueError, RecursionError):

@@ -43,12 +43,12 @@ def run_desk(
     """Show the desk until the user leaves it, and return how that was.
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
-    `first` is the id of the screen to begin at, instead of the one that was left; `hint` is said
-    at the beginning. With `reopens` the caller opens another desk where an arm file that was
+    `first` is the id of the screen to begin at, instead of the last one; `hint` is the first
+    message. With `reopens` the caller opens another desk where an arm file that was
     written here is to be used at once. `gamepad` are letters of the name of the gamepad that jogs
     as well, none of them for the only one; raises `BadRequest` where none can be read. `program`
     is the file that the program screen begins with.
-    However it ends, the arm has been told to stop; closing the arm remains the caller's duty,
+    However it ends, a stop has been requested; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
     if keys is None:

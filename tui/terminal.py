@@ -44,7 +44,7 @@ PLAINLY = "armdrive-plainly"
 
 
 def plainly(error: UnicodeError) -> tuple[str, int]:
-    """Put one letter in the place of one: else whatever is behind it would be moved."""
+    """Replace a letter by one letter, so that nothing after it moves."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     return PLAIN.get(error.object[error.start], "?"), error.start + 1
@@ -168,7 +168,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
             it leaves the terminal in the end as it stands now, not as it was before.
             """
             set_mode(self.fileno, self._mode)
-            self.write("\x1b[?1049h\x1b[?25l\x1b[?1004h")  # other screen, no cursor, focus told
+            self.write("\x1b[?1049h\x1b[?25l\x1b[?1004h")  # other screen, no cursor, report focus
             self._enable_mouse_support()
             self._enable_bracketed_paste()
             self._disable_line_wrap()
@@ -178,12 +178,12 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
 
 
 def suspends(driver: type[Driver]) -> bool:
-    """Return whether a driver is told of its suspension: those of Unix terminals are."""
+    """Return whether a driver reports a suspension: those of Unix terminals do."""
     return hasattr(driver, "_sigcont_application")
 
 
 def mode_of(terminal: int) -> Any:
-    """Return how a terminal treats what is typed; None of what is none."""
+    """Return a terminal's input mode; None if it is no terminal."""
     if sys.platform == "win32":
         return None
     try:
@@ -193,7 +193,7 @@ def mode_of(terminal: int) -> Any:
 
 
 def set_mode(terminal: int, mode: Any) -> None:
-    """Have a terminal treat what is typed like that."""
+    """Set a terminal's input mode."""
     if sys.platform != "win32" and mode is not None:
         with contextlib.suppress(termios.error):
             termios.tcsetattr(terminal, termios.TCSANOW, mode)

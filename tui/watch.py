@@ -1,4 +1,4 @@
-"""Watching an arm that another program drives: its status, a stop, a pause, a slower tempo.
+"""Watching an arm that another program drives: its status, a stop, a pause, a lower speed.
 
 Leaving stops nothing: another program drives the arm. A thread receives and keeps the latest view;
 the screen looks at that, so that neither waits for the other.
@@ -40,6 +40,7 @@ from tui.conduct import (
     View,
     at_work,
     number_text,
+    stopping_text,
 )
 from tui.frame import KeyLine, SafetyPanel
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
@@ -63,12 +64,11 @@ def conduct(name: str, view: View, ended: str) -> Conduct:
         badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
         return Conduct(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
     kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
-    told = view.get("program")
-    program = at_work(told) if isinstance(told, Mapping) else ""
+    running = view.get("program")
+    program = at_work(running) if isinstance(running, Mapping) else ""
     arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"
     paused = view.get("paused")
     badge = PAUSED if paused else BADGES.get(str(view.get("state")), (UNKNOWN, QUIET))
-    time_s = number_text(view.get("stop_time_s"), 2)
     return Conduct(
         arm="  ".join(filter(None, (arm, program))),
         real=not view.get("simulated"),
@@ -77,12 +77,12 @@ def conduct(name: str, view: View, ended: str) -> Conduct:
         forbids=f"NOT WATCHED ANY MORE: {ended}" if ended else "",
         dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
         position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
-        stopping=f"stops within {number_text(view.get('stop_distance_mm'))} mm, {time_s} s",
+        stopping=stopping_text(view.get("stop_distance_mm"), view.get("stop_time_s")),
     )
 
 
 def lines(view: View) -> str:
-    """Say how the arm is, in words and numbers: first what a small terminal must not cut off."""
+    """Describe the arm; what a small terminal must not cut off comes first."""
     if not view:
         return "nothing is known of it yet"
     joints, pose = view.get("joints"), view.get("pose")
@@ -111,7 +111,7 @@ def _remark(sentence: object) -> str:
 
 
 def program_words(view: View) -> str | None:
-    """Say which program the arm is at work on, and how far it has come; None of none."""
+    """Say which program the arm runs, and how far it has come; None if it runs none."""
     program = view.get("program")
     if not isinstance(program, dict) or not program:
         return None
@@ -213,7 +213,7 @@ class WatchScreen(Screen[None]):
         yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
-        """Show what had arrived before there was room for it."""
+        """Show what arrived before the screen was laid out."""
         self._laid_out = True
         self.call_after_refresh(self.watching.poll)
 
@@ -231,11 +231,11 @@ class WatchScreen(Screen[None]):
 
 
 def moment(view: View, model: ArmModel) -> Moment:
-    """Return what is to be drawn of what another program says of its arm."""
-    names, told = model.arm.joint_names, view.get("joints")
-    if not isinstance(told, dict) or set(told) != {f"{name}_deg" for name in names}:
+    """Return the posture to draw, from the status that another program reports."""
+    names, angles = model.arm.joint_names, view.get("joints")
+    if not isinstance(angles, dict) or set(angles) != {f"{name}_deg" for name in names}:
         return Moment()
-    values = [told[f"{name}_deg"] for name in names]
+    values = [angles[f"{name}_deg"] for name in names]
     if not all(isinstance(value, int | float) for value in values):
         return Moment()
     opening = view.get("gripper_mm")
@@ -289,11 +289,11 @@ class Watching(KeyApp):
         """Begin to receive views, and to show them."""
         self.looks.put_on(self.looks.name)
         self.set_keymap(self.keys.keymap())
-        threading.Thread(target=self._hear, name="armdrive-watch", daemon=True).start()
+        threading.Thread(target=self._receive, name="armdrive-watch", daemon=True).start()
         self.set_interval(POLL_S, self.poll)
         self.call_after_refresh(self.poll)
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         try:
             for view in self._holder.views():
                 if "state" not in view:
@@ -325,14 +325,14 @@ class Watching(KeyApp):
     def action_stop_arm(self) -> None:
         """Ask for a stop, which is legal at any time."""
         self.say("asking for a STOP ...")
-        self._ask("stop", "the arm was told to stop")
+        self._ask("stop", "the arm was asked to stop")
 
     def action_ask(self, request: str) -> None:
         """Ask for a pause, or its end."""
         self._ask(request, f"asked to {request}")
 
     def action_tempo(self, steps: int) -> None:
-        """Ask for a slower tempo, or a less slow one."""
+        """Ask for a lower or higher speed."""
         wanted = tempo(percent(self.view), steps)
         self._ask("slow", f"asked to go at {wanted} % of the speed", percent=wanted)
 
@@ -347,10 +347,10 @@ class Watching(KeyApp):
     def _asked(self, request: str, done: str, words: Mapping[str, object]) -> None:
         try:
             answer = self._holder.ask(request, **words)
-            said = str(answer["error"]) if "error" in answer else done
+            message = str(answer["error"]) if "error" in answer else done
         except ArmError as error:
-            said = f"{request.upper()} WAS NOT HEARD: {error}. Use the arm's own switch"
-        self.call_from_thread(self.say, said)
+            message = f"{request.upper()} WAS NOT RECEIVED: {error}. Use the arm's own switch"
+        self.call_from_thread(self.say, message)
 
 
 def run_watch(

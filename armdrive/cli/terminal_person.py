@@ -83,11 +83,13 @@ MOST_DEG = MOST_MM = 20.0
 SPEED = 0.25
 TIP_AXES = ("x", "y", "z")
 
-HELP = (
-    "NAME AMOUNT jogs a joint in degrees or the gripper in mm: shoulder -2 gripper 3; x, y, z "
-    "AMOUNT jogs the tip in mm, once the position is known; show draws the posture again; desk "
-    "opens the desk; done confirms; quit leaves without confirming"
-)
+HELP = """\
+  shoulder -2 gripper 3   turn a joint by degrees, open the fingers by mm
+  z -5                    move the tip by mm, once the position is known (x, y, z)
+  show                    draw the posture again
+  desk                    open the desk, to use keys
+  done                    confirm: the arm stands in the posture
+  quit                    leave without confirming"""
 CLEAR, MOTORS_ON = "ok", "on"
 
 
@@ -117,7 +119,7 @@ class TerminalOperator:
         """Have the arm jogged to the posture until the person says that it is there."""
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
-        say(f"{HELP}.")
+        say(HELP)
         while (line := typed("> ")) is not None:
             words = line.lower().split()
             if words == ["done"]:
@@ -140,7 +142,11 @@ class TerminalOperator:
             for name, amount in parse_jogs(words, axes_of(request.arm)):
                 say(jogged(request.arm, name, amount))
         except (ArmError, KinematicsError) as error:
-            say(f"{error}. {HELP}" if isinstance(error, BadRequest) else str(error))
+            say(
+                f"{error}. Type one of these lines:\n{HELP}"
+                if isinstance(error, BadRequest)
+                else str(error)
+            )
         self._say_rest(request)
 
     def _show(self, request: PostureRequest) -> None:

@@ -47,7 +47,7 @@ from kinematics.chains.tables import chain_of_rows
 from kinematics.chains.urdf_reading import MOST_CHARACTERS, read_urdf
 from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY
-from kinematics.frames.transforms import Transform, compose, transform
+from kinematics.frames.transforms import Transform, compose, transform, translation
 from kinematics.guards.guards import Guards
 from kinematics.presets import ArmModel, Reference
 from kinematics.transmission import MotorSpec, Transmission
@@ -108,6 +108,7 @@ class UrdfSettings(Placement):
 
     base_link: str = setting("", "the link on the table; by default the one that no joint moves")
     tip_link: str = setting("", "the link that the hand's frame is in; by default the arm's end")
+    height_mm: float = setting(0.0, "of the base link's origin above the table")
 
 
 def read_model(path: str | Path) -> Model:
@@ -129,7 +130,11 @@ def _urdf_model(place: Path, settings: UrdfSettings) -> Model:
         found = read_urdf(document, base=settings.base_link, tip=settings.tip_link)
     except KinematicsError as error:
         raise ArmFileError(f"{place}: {error}") from None
-    chain = replace(found.chain, tool=compose(found.chain.tool, settings.frame()))
+    chain = replace(
+        found.chain,
+        base=compose(translation(0.0, 0.0, settings.height_mm), found.chain.base),
+        tool=compose(found.chain.tool, settings.frame()),
+    )
     source = f"{place.name}, from link {found.base} to link {found.tip}"
     return Model(found.name, found.name, source, chain, unused=found.unused)
 

@@ -14,8 +14,11 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission
 
-MODEL_ENDINGS = (".toml", ".urdf")
-"""How the path of a model file ends: a link table, or the URDF of an arm."""
+URDF_ENDINGS = (".urdf", ".xacro")
+"""How the path of an arm's URDF ends; one that is still to be made is refused as it is read."""
+
+MODEL_ENDINGS = (".toml", *URDF_ENDINGS)
+"""How the path of a model file ends: a link table, or a URDF."""
 
 
 def is_model_file(word: str) -> bool:
@@ -25,7 +28,7 @@ def is_model_file(word: str) -> bool:
 
 def is_urdf(word: str) -> bool:
     """Return whether a word names a URDF."""
-    return word.lower().endswith(MODEL_ENDINGS[1])
+    return word.lower().endswith(URDF_ENDINGS)
 
 
 RESERVED_FRAMES = ("base", "tool")

@@ -390,8 +390,8 @@ POSITIONS = (
     ),
     CatalogueEntry(
         "E721", "OFF_ITS_MARK", "the position was wrong at the mark",
-        "`verify` found a difference between the counts and the mark, and nobody accepted the "
-        "posture as the new reference. Steps were lost, cables are slack, or the arm file has "
+        "`verify` found a difference between the counts and the mark, and the posture was "
+        "not accepted as the new reference. Steps were lost, cables are slack, or the arm file has "
         "wrong numbers.",
         "The arm stands at its mark, and its position is suspect. " + NO_PLANNING,
         "Call `home()` where the arm stands. If the drift comes back, look for what slips.",

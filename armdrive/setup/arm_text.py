@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from armdrive.config.write import MEANINGS
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
@@ -40,7 +41,9 @@ class ArmFiles:
 
 def files_of(draft: Draft) -> ArmFiles:
     """Return the texts of the files."""
-    path = f"{MODELS}/{draft.name}.toml"
+    given = draft.answers.get("links.file")
+    ending = ".toml" if given is None else Path(given.path).suffix.lower()
+    path = f"{MODELS}/{draft.name}{ending}"
     return ArmFiles(document(_sections(draft, path), _heading(draft)), _links(draft), path)
 
 

@@ -18,14 +18,20 @@ from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task
 from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, middle, solve_goal
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.near import chain_line, near_posture
-from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
+from kinematics.errors import (
+    Constraint,
+    KinematicsError,
+    Unreachable,
+    limit_sentence,
+    require,
+)
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, norm, subtract
 from kinematics.geometry import Point, Tool
-from kinematics.limits import JointRange, LimitViolation, refuse_worst
+from kinematics.limits import JointRange, LimitViolation, few_turns_each, refuse_worst
 from kinematics.paths.curves import Line, largest_turn, leap_sentence
-from kinematics.spaces import Joints, Pose
+from kinematics.spaces import JOINTS_EXAMPLE, Joints, Pose
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -62,6 +68,7 @@ class ChainArm:
     closed: ClosedForm | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        require("a chain", self.chain, Chain, "Chain((DHLink(a_mm=200.0),))")
         object.__setattr__(self, "task", task_of(self.chain))
         object.__setattr__(self, "limits", _limits(self.chain))
         names, shown = _moving(self.chain)
@@ -97,7 +104,7 @@ class ChainArm:
 
     def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture."""
-        return pose_of(self._made.fk(self._values(joints)), self.task, self.centre)
+        return pose_of(self._made.fk(self._directions(joints)), self.task, self.centre)
 
     def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return a posture within the limits, the one near the seed where there is one.
@@ -140,7 +147,7 @@ class ChainArm:
             goal = self.goal(pose)
         except KinematicsError:
             return None
-        if self.closed is not None and self.closed.solves(goal):
+        if self.closed is not None and self.closed.structure.exact and self.closed.solves(goal):
             found = self.closed.nearest(goal, seed.angles_rad)
         else:
             found = near_posture(self.chain, goal, seed.angles_rad)
@@ -161,11 +168,11 @@ class ChainArm:
 
     def points(self, joints: Joints) -> tuple[Point, ...]:
         """Return the foot on the table, the origins of the frames that differ, and the tip."""
-        frames = self.chain.frames(self._values(joints))
+        frames = self.chain.frames(self._directions(joints))
         base = position_of(frames[0])
         foot = () if abs(base[2]) <= LENGTH_MM else ((base[0], base[1], 0.0),)
         origins = tuple(position_of(frames[index]) for index in self._shown)
-        return (*foot, base, *origins, position_of(self._made.fk(self._values(joints))))
+        return (*foot, base, *origins, position_of(self._made.fk(self._directions(joints))))
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
@@ -180,7 +187,7 @@ class ChainArm:
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the axes of the hand's frame as the columns of a matrix in the base frame."""
-        return rotation_of(self._made.fk(self._values(joints)))
+        return rotation_of(self._made.fk(self._directions(joints)))
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose."""
@@ -199,7 +206,7 @@ class ChainArm:
         longest = _longest_levers(self.chain)
         if joints is None:
             return longest
-        values = self._values(joints)
+        values = self._directions(joints)
         tip = position_of(self._made.fk(values))
         return tuple(
             max(norm(cross(axis, subtract(tip, point))), LEAST_LEVER_MM) if most > 0.0 else 0.0
@@ -220,9 +227,14 @@ class ChainArm:
         return solve_goal(self.chain, self.goal(pose), near, first=HAND_FIRST, effort=EFFORT)
 
     def _values(self, joints: Joints) -> tuple[float, ...]:
+        require("joints", joints, Joints, JOINTS_EXAMPLE)
         if len(joints.angles_rad) != len(self.chain):
             raise KinematicsError(f"this arm has {len(self.chain)} joints, not {len(joints)}")
         return joints.angles_rad
+
+    def _directions(self, joints: Joints) -> tuple[float, ...]:
+        """Return the angles, those of many turns as the same direction: formulas add them."""
+        return few_turns_each(self._values(joints))
 
 
 def _limits(chain: Chain) -> tuple[JointRange, ...]:

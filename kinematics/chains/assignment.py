@@ -68,6 +68,9 @@ EXACTLY_PARALLEL = 1e-12
 TOUCHING_MM = 1e-6
 """Axes nearer to each other than this intersect, or are the same."""
 
+FARTHEST_MM = 1e8
+"""No point of an arm is further away: a double still tells 1e-8 mm apart there."""
+
 
 class Relation(Enum):
     """How two axes lie to each other."""
@@ -304,6 +307,12 @@ def assign_frames(
         require("an axis", axis, JointAxis, "JointAxis((0, 0, 0), (0, 0, 1))")
     require("convention", convention, Convention, "Convention.STANDARD")
     work = _Work(given, check_transform(tool), [], [])
+    places = [axis.line.point for axis in given] + [position_of(work.tool)]
+    for place in places:
+        if max(map(abs, place)) > FARTHEST_MM:
+            raise KinematicsError(
+                f"the point {place} is no point of an arm: it is more than {FARTHEST_MM:g} mm away"
+            )
     if convention is Convention.STANDARD:
         frames, tip = _standard(work)
     else:

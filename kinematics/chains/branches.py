@@ -15,8 +15,9 @@ from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3
+from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, X, Z
 from kinematics.chains.layout import Layout
+from kinematics.chains.placing import PLACING, Placed, carried, first_by_height, height_of, triangle
 from kinematics.chains.structure import Family, FirstThree, Structure
 from kinematics.chains.subproblems import (
     Turn,
@@ -58,9 +59,6 @@ CALLED = {
 }
 """What generated code calls."""
 
-X: Vector3 = (ONE, ZERO, ZERO)
-Z: Vector3 = (ZERO, ZERO, ONE)
-
 
 @dataclass(frozen=True, slots=True)
 class BranchCode:
@@ -97,203 +95,12 @@ def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = Fals
     return BranchCode(made["branches"], source)  # type: ignore[arg-type]
 
 
-# Three joints that place a point, the one in which the wrist's axes meet, in five ways. Joint 1's
-# frame sees the point at p; joint 3 carries it at w. Between them h = Rz(-q1) p is what joint 1's
-# frame carries, g = Rz(q2) k what joint 2's frame sees, and k what it carries.
-
-
-class _Placed(NamedTuple):
-    """The first three turns, and the last two as one where their axes are parallel."""
-
-    turns: tuple[Turn, Turn, Turn]
-    last_two: Turn | None = None
-
-
-def _carried(arm: Layout, index: int, turn: Turn, v: Vector3) -> Vector3:
-    """Return a point carried by joint `index` + 1, in the frame that joint `index` carries."""
-    code = arm.code
-    return code.plus(arm.place(index), code.times(arm.rows(index), turned(code, turn, v)))
-
-
-def _height_of(code: CodeLines, row: Vector3, v: Vector3) -> tuple[Term, Term, Term]:
-    """Return the factors of cos q, sin q and nothing of row . Rz(q) v."""
-    return along(code, row, v), across(code, v, row), code.total((row[2], v[2]))
-
-
-def _level(v: Vector3) -> Vector3:
-    return v[0], v[1], ZERO
-
-
-def _second_and_third_parallel(arm: Layout) -> _Placed:
-    """The point's height along axis 2 gives joint 1, then the triangle of joints 2 and 3 is level.
-
-    McKerrow, chapter 4, section 16, for any offsets.
-    """
-    code = arm.code
-    height = code.total((arm.tilt(2), arm.place(3)[2]), (arm.place(2)[2],))
-    first = _first_by_height(arm, arm.origin, height)
-    seen = code.minus(unturned(code, first, arm.origin), arm.place(1))
-    second, third = _triangle(arm, arm.into(1, seen))
-    both = code.total((second,), (arm.tilt(2), third.angle))
-    return _Placed((first, Turn(second, ZERO, ZERO), third), turn_of(code, both))
-
-
-def _first_by_height(arm: Layout, point: Vector3, height: Term) -> Turn:
-    """Begin a loop over the turns of joint 1 that bring a point to a height along axis 2 (SP4)."""
-    code = arm.code
-    axis = code.times(arm.rows(1), Z)
-    a, minus_b, c = _height_of(code, axis, point)
-    wanted = code.total((height,), (-c,), *zip(axis, arm.place(1), strict=True))
-    return each_linear(code, a, -minus_b, wanted, arm.free[0], arm.size)
-
-
-def _triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
-    """Begin a loop over joint 3's turns (SP3); return joint 2's angle and joint 3's turn.
-
-    Axes 2 and 3 are parallel, and g is where the point is seen by joint 2's frame.
-    """
-    code, w = arm.code, _level(arm.place(3))
-    hinge = _level(arm.into(2, arm.place(2)))  # less the place of axis 2, seen by joint 3's frame
-    square = along(code, g, g)
-    a, b, _ = _height_of(code, hinge, w)
-    two = Term(2.0)
-    wanted = code.total((square,), (-along(code, w, w),), (-along(code, hinge, hinge),))
-    third = each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[2], arm.size**2
-    )
-    k = _carried(arm, 2, third, w)
-    return angle_or_free(code, k, g, square, arm.free[1], arm.size), third
-
-
-def _first_and_second_meet(arm: Layout) -> _Placed:
-    """The distance from where axes 1 and 2 meet gives joint 3, the height joint 2 (Pieper)."""
-    code, w = arm.code, arm.place(3)
-    hinge = arm.into(2, arm.place(2))
-    a, b, c = _height_of(code, hinge, w)
-    two = Term(2.0)
-    wanted = code.total(
-        (code.dot(arm.origin, arm.origin),),
-        (-code.dot(w, w),),
-        (-code.dot(hinge, hinge),),
-        (-two, c),
-    )
-    third = each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[2], arm.size**2
-    )
-    k = _carried(arm, 2, third, w)
-    return _second_by_height(arm, third, k)
-
-
-def _second_by_height(arm: Layout, third: Turn, k: Vector3) -> _Placed:
-    """Begin a loop over joint 2's turns by the point's height along axis 1, which gives joint 1."""
-    code = arm.code
-    a, b, c = _height_of(code, arm.rows(1)[2], k)
-    wanted = code.total((arm.origin[2],), (-c,), (-arm.place(1)[2],))
-    second = each_linear(code, a, b, wanted, arm.free[1], arm.size)
-    return _first_at_last(arm, second, third, k)
-
-
-def _first_at_last(arm: Layout, second: Turn, third: Turn, k: Vector3) -> _Placed:
-    """Return the turns, joint 1's from where the others bring the point (SP1)."""
-    code, p = arm.code, arm.origin
-    h = _carried(arm, 1, second, k)
-    first = angle_or_free(code, h, p, along(code, p, p), arm.free[0], arm.size)
-    return _Placed((turn_of(code, first), second, third))
-
-
-def _first_and_second_parallel(arm: Layout) -> _Placed:
-    """The height along axes 1 and 2 gives joint 3, the distance from axis 1 joint 2."""
-    code, w = arm.code, arm.place(3)
-    a, b, c = _height_of(code, arm.rows(2)[2], w)
-    level = code.total((arm.tilt(1), arm.origin[2]), (-arm.tilt(1), arm.place(1)[2]))
-    third = each_linear(
-        code, a, b, code.total((level,), (-c,), (-arm.place(2)[2],)), arm.free[2], arm.size
-    )
-    k = _carried(arm, 2, third, w)
-    hinge = _level(arm.into(1, arm.place(1)))
-    a, b, _ = _height_of(code, hinge, _level(k))
-    two = Term(2.0)
-    wanted = code.total(
-        (along(code, arm.origin, arm.origin),),
-        (-along(code, k, k),),
-        (-along(code, hinge, hinge),),
-    )
-    second = each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[1], arm.size**2
-    )
-    return _first_at_last(arm, second, third, k)
-
-
-def _second_and_third_meet(arm: Layout) -> _Placed:
-    """The distance from where axes 2 and 3 meet gives joint 1, then two axes meet (SP2)."""
-    code, p, w, meet = arm.code, arm.origin, arm.place(3), arm.place(1)
-    two = Term(2.0)
-    wanted = code.total(
-        (code.dot(p, p),), (code.dot(meet, meet),), (-code.dot(w, w),), (-two, meet[2], p[2])
-    )
-    a, minus_b, _ = _height_of(code, meet, p)
-    first = each_linear(
-        code, code.total((two, a)), code.total((-two, minus_b)), wanted, arm.free[0], arm.size**2
-    )
-    g = arm.into(1, code.minus(unturned(code, first, p), meet))
-    a, b, c = _height_of(code, arm.rows(2)[2], w)
-    third = each_linear(code, a, b, code.total((g[2],), (-c,)), arm.free[2], arm.size)
-    k = _carried(arm, 2, third, w)
-    second = angle_or_free(code, k, g, along(code, g, g), arm.free[1], arm.size)
-    return _Placed((first, turn_of(code, second), third))
-
-
-def _three_of_any_kind(arm: Layout) -> _Placed:
-    """Height along axis 1 and distance from it give g by k, and a conic for joint 3 (Pieper).
-
-    Both are linear in g, whose level part has the length of k's.
-    """
-    code, w, meet = arm.code, arm.place(3), arm.place(1)
-    total = code.total
-    k = [
-        (*_height_of(code, row, w)[:2], total((code.total((row[2], w[2])),), (start,)))
-        for row, start in zip(arm.rows(2), arm.place(2), strict=True)
-    ]
-    n, m = arm.rows(1)[2], arm.into(1, meet)
-    hinge = arm.into(2, arm.place(2))
-    a, b, c = _height_of(code, hinge, w)
-    half = Term(0.5)
-    square = (code.dot(w, w), code.dot(hinge, hinge), code.dot(meet, meet))
-    distance = total((half, code.dot(arm.origin, arm.origin)), *((-half, one) for one in square))
-    raised = total((arm.origin[2],), (-meet[2],))
-    # n . g = raised and m . g = distance - hinge . Rz(q3) w, where g is as high as k
-    right_n = [total((-n[2], k[2][i]), *((raised,),) * (i == 2)) for i in range(3)]
-    less = (a, b, total((c,), (-distance,)))
-    right_m = [total((-m[2], k[2][i]), (-less[i],)) for i in range(3)]
-    share = code.reciprocal(total((n[0], m[1]), (-n[1], m[0])))
-    pairs = list(zip(right_n, right_m, strict=True))
-    x = [total((share, m[1], p), (-share, n[1], q)) for p, q in pairs]
-    y = [total((share, n[0], q), (-share, m[0], p)) for p, q in pairs]
-    g_x, g_y = (x[0], x[1], x[2]), (y[0], y[1], y[2])
-    third = each_on_conic(code, (g_x, g_y), (k[0], k[1]))
-    seen = [at(code, third, one) for one in k]
-    g = (at(code, third, g_x), at(code, third, g_y), seen[2])
-    kept: Vector3 = (seen[0], seen[1], seen[2])
-    square_g = along(code, g, g)
-    second = turn_of(code, angle_or_free(code, kept, g, square_g, arm.free[1], arm.size))
-    return _first_at_last(arm, second, third, kept)
-
-
-_PLACING: dict[FirstThree, Callable[[Layout], _Placed]] = {
-    FirstThree.SECOND_AND_THIRD_PARALLEL: _second_and_third_parallel,
-    FirstThree.FIRST_AND_SECOND_PARALLEL: _first_and_second_parallel,
-    FirstThree.FIRST_AND_SECOND_MEET: _first_and_second_meet,
-    FirstThree.SECOND_AND_THIRD_MEET: _second_and_third_meet,
-    FirstThree.GENERAL: _three_of_any_kind,
-}
-
-
 # The joints beyond the third, whose axes meet: they turn the hand.
 
 
 def _write_meeting(arm: Layout) -> None:
     """Write the postures of an arm whose last axes meet."""
-    placed = _PLACING[arm.structure.first_three or FirstThree.GENERAL](arm)
+    placed = PLACING[arm.structure.first_three or FirstThree.GENERAL](arm)
     if len(arm) == 5:
         _write_two(arm, placed)
     elif _square(arm):
@@ -302,7 +109,7 @@ def _write_meeting(arm: Layout) -> None:
         _write_wrist(arm, placed)
 
 
-def _seen(arm: Layout, placed: _Placed, v: Vector3) -> Vector3:
+def _seen(arm: Layout, placed: Placed, v: Vector3) -> Vector3:
     """Return a direction as joint 4's frame sees it."""
     code = arm.code
     first, second, third = placed.turns
@@ -313,11 +120,11 @@ def _seen(arm: Layout, placed: _Placed, v: Vector3) -> Vector3:
     return arm.into(3, unturned(code, third, v))
 
 
-def _angles(placed: _Placed) -> list[Term]:
+def _angles(placed: Placed) -> list[Term]:
     return [turn.angle for turn in placed.turns]
 
 
-def _write_two(arm: Layout, placed: _Placed) -> None:
+def _write_two(arm: Layout, placed: Placed) -> None:
     """Two joints turn axis 5 and then the hand about it; what five joints cannot do is off."""
     code = arm.code
     x, y, z = (_seen(arm, placed, column) for column in (arm.x, arm.y, arm.z))
@@ -333,7 +140,7 @@ def _square(arm: Layout) -> bool:
     return abs(straight.factor) == 1.0 and not straight.variable and across_4[2] == ZERO
 
 
-def _write_square_wrist(arm: Layout, placed: _Placed) -> None:
+def _write_square_wrist(arm: Layout, placed: Placed) -> None:
     """A wrist at right angles has two postures: joint 5 bent either way, the others half a turn."""
     code = arm.code
     x, y, z = (_seen(arm, placed, column) for column in (arm.x, arm.y, arm.z))
@@ -370,12 +177,12 @@ def _write_square_wrist(arm: Layout, placed: _Placed) -> None:
     arm.found(plain_posture, (*_angles(placed), flipped[0], -fifth, flipped[1]))
 
 
-def _write_wrist(arm: Layout, placed: _Placed) -> None:
+def _write_wrist(arm: Layout, placed: Placed) -> None:
     """A wrist of any angles: axis 6's lean to axis 4 gives joint 5 (SP4), then SP1 twice."""
     code = arm.code
     x, z = (_seen(arm, placed, column) for column in (arm.x, arm.z))
     u = code.times(arm.rows(5), Z)
-    a, b, c = _height_of(code, arm.rows(4)[2], u)
+    a, b, c = height_of(code, arm.rows(4)[2], u)
     fifth = each_linear(code, a, b, code.total((z[2],), (-c,)), arm.free[4], 1.0)
     axis = code.times(arm.rows(4), turned(code, fifth, u))
     fourth = angle_or_free(code, axis, z, along(code, z, z), arm.free[3], 1.0)
@@ -410,7 +217,7 @@ def _write_parallel(arm: Layout, *, heading_free: bool) -> None:
     cosine, sine = along(code, start, outer.level), across(code, start, outer.level)
     three = Turn(code.call("atan2", sine, cosine), cosine, sine)
     hinge = code.minus(outer.g, turned(code, three, _through_three(arm, outer.beyond)))
-    second, third = _triangle(arm, hinge)
+    second, third = triangle(arm, hinge)
     tilt = code.total((arm.tilt(2), arm.tilt(3)))
     left = code.total((tilt, three.angle), (-tilt, second), (-arm.tilt(3), third.angle))
     fourth = code.call("remainder", left, Term(math.tau))
@@ -434,11 +241,11 @@ def _outer_of_six(arm: Layout) -> _Outer:
     both = total((arm.tilt(2), arm.tilt(3)))
     u, v = code.times(arm.rows(5), Z), arm.place(5)
     row = arm.rows(4)[2]
-    lean = [total((both, one)) for one in _height_of(code, row, u)]
-    rise = [total((both, one)) for one in _height_of(code, row, v)]
+    lean = [total((both, one)) for one in height_of(code, row, u)]
+    rise = [total((both, one)) for one in height_of(code, row, v)]
     rise[2] = total((rise[2],), (_height_beyond(arm),))
     if v[0] == v[1] == ZERO:  # axes 5 and 6 meet
-        first = _first_by_height(arm, arm.origin, rise[2])
+        first = first_by_height(arm, arm.origin, rise[2])
         z = arm.into(1, unturned(code, first, arm.z))
         fifth = each_linear(code, lean[0], lean[1], total((z[2],), (-lean[2],)), arm.free[4], 1.0)
     elif u[0] == u[1] == ZERO:  # axes 5 and 6 are parallel
@@ -458,14 +265,14 @@ def _outer_of_six(arm: Layout) -> _Outer:
     w = unturned(code, fifth, arm.into(4, X))
     w = unturned(code, turn_of(code, sixth), arm.into(5, w))
     level = _combined(code, (x, y, z), w)
-    beyond = _carried(arm, 4, fifth, v)
+    beyond = carried(arm, 4, fifth, v)
     return _Outer(first.angle, (fifth.angle, sixth), level, g, beyond)
 
 
 def _first_by_lean(arm: Layout, lean: Term) -> Turn:
     """Begin a loop over the turns of joint 1 that lean the last axis to axis 2 as it must (SP4)."""
     code = arm.code
-    a, minus_b, c = _height_of(code, code.times(arm.rows(1), Z), arm.z)
+    a, minus_b, c = height_of(code, code.times(arm.rows(1), Z), arm.z)
     return each_linear(code, a, -minus_b, code.total((lean,), (-c,)), arm.free[0], 1.0)
 
 
@@ -476,9 +283,9 @@ def _first_and_fifth(arm: Layout, lean: Sequence[Term], rise: Sequence[Term]) ->
     """
     code, total = arm.code, arm.code.total
     axis = code.times(arm.rows(1), Z)
-    a, minus_b, c = _height_of(code, axis, arm.z)
+    a, minus_b, c = height_of(code, axis, arm.z)
     seen_lean = (a, -minus_b, total((c,), (-lean[2],)))
-    a, minus_b, c = _height_of(code, axis, arm.origin)
+    a, minus_b, c = height_of(code, axis, arm.origin)
     start = code.dot(axis, arm.place(1))
     seen_rise = (a, -minus_b, total((c,), (-start,), (-rise[2],)))
     share = code.reciprocal(total((lean[0], rise[1]), (-lean[1], rise[0])))
@@ -502,7 +309,7 @@ def _outer_of_five(arm: Layout, *, heading_free: bool) -> _Outer:
         hand = [unturned(code, heading, column) for column in (arm.x, arm.y, arm.z)]
         way = _combined(code, hand, arm.last_origin)
         ahead = code.dot(code.times(arm.rows(1), Z), way)
-        first = _first_by_height(arm, arm.tip, total((height,), (ahead,)))
+        first = first_by_height(arm, arm.tip, total((height,), (ahead,)))
         origin = code.minus(unturned(code, first, arm.tip), way)
     else:
         first = _first_by_either(arm, lean, height)
@@ -524,9 +331,9 @@ def _first_by_either(arm: Layout, lean: Term, height: Term) -> Turn:
     code = arm.code
     axis = code.times(arm.rows(1), Z)
     size = Term(arm.size)
-    a, minus_b, c = _height_of(code, axis, arm.origin)
+    a, minus_b, c = height_of(code, axis, arm.origin)
     by_height = a, -minus_b, code.total((height,), (code.dot(axis, arm.place(1)),), (-c,))
-    a, minus_b, c = _height_of(code, axis, arm.z)
+    a, minus_b, c = height_of(code, axis, arm.z)
     right = code.total((size, lean), (-size, c))
     by_lean = code.total((size, a)), code.total((-size, minus_b)), right
     says = [code.total((one[0], one[0]), (one[1], one[1])) for one in (by_height, by_lean)]

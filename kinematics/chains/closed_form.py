@@ -15,8 +15,9 @@ from functools import lru_cache
 
 from kinematics.chains.branches import BranchFinder, Posture, branch_code
 from kinematics.chains.chain import Chain
+from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
-from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, turned_to
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
 from kinematics.chains.structure import Family, Structure, structures
 from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
@@ -28,8 +29,21 @@ NEAR_MM = 1e-5
 NEAR_RAD = 1e-7
 """How far the entries of the tool's rotation may be from the goal's."""
 
+ROUGH = (0.1, 1e-3)
+"""How far a posture may be off, in mm and rad, and still be improved until it meets the goal."""
+
+ROUGHER = (100.0, 0.3)
+"""The same for an arm that is only nearly of its class."""
+
+SAME_RAD = 1e-4
+"""Postures with no joint farther apart than this are one."""
+
 PROOFS = 6
-"""Random postures that a structure's code has to find again before it is used."""
+"""Random postures that a structure's code has to find again before it is used; of an arm that is
+nearly of a class, more than half, since it is not relied on to find all."""
+
+ELSEWHERE_RAD = 0.123
+"""A joint that a structure's code leaves free stands here while postures are found again."""
 
 SWEEP_RAD = math.radians(7.5)
 """By how much the fixed joint of seven is moved on where no posture of the others serves."""
@@ -66,25 +80,33 @@ def fit_code(limits: Sequence[tuple[float, float]]) -> Fit:
     return made["fit"]  # type: ignore[return-value]
 
 
-Check = Callable[[Transform, Transform], bool]
-
-
-@dataclass(frozen=True, slots=True)
-class Finder:
-    """A function that finds postures for a frame, and how a posture's frame is compared with it."""
-
-    find: BranchFinder
-    meets: Check
-
-
 @dataclass(frozen=True, slots=True)
 class Solver:
-    """What is made once for a link table, whatever its limits."""
+    """What is made once for a link table, whatever its limits.
 
+    `chain` is without limits. `headings` finds postures for goals of any heading.
+    """
+
+    chain: Chain
     structure: Structure
     fk: Callable[[Sequence[float]], Transform]
-    frames: Finder
-    headings: Finder | None
+    frames: BranchFinder
+    headings: BranchFinder | None
+
+    def checked(self, goal: Goal, angles: Posture) -> Posture | None:
+        """Return a posture that was found for a goal if it meets it, perhaps after improving it.
+
+        Rounding next to a singular posture makes one miss, and so does an arm that is only nearly
+        of its class.
+        """
+        frame, target = self.fk(angles), goal.frame
+        if goal.parts != ALL_PARTS:
+            target = turned_to(target, frame)
+        if _near(frame, target, NEAR_MM, NEAR_RAD):
+            return angles
+        if not _near(frame, target, *(ROUGH if self.structure.exact else ROUGHER)):
+            return None
+        return Descent(self.chain, goal, limited=False).met(angles, QUICK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +128,7 @@ class ClosedForm:
     @property
     def complete(self) -> bool:
         """Whether no posture is left out: seven joints have infinitely many."""
-        return self.structure.fixed is None
+        return self.structure.fixed is None and self.structure.exact
 
     def solves(self, goal: Goal) -> bool:
         """Whether a goal asks what the closed form gives: a whole frame, or all but the heading."""
@@ -120,35 +142,40 @@ class ClosedForm:
         Joints may be beyond their limits. A goal that is met by infinitely many postures, in a
         singular one, has those with the free joints as in `near`.
         """
-        finder = self._finder(goal)
-        return [self._turned(angles, near) for angles in self._checked(finder, goal.frame, near)]
+        return [self._turned(angles, near) for angles in self.postures(goal, near)]
 
-    def postures(self, frame: Transform, near: Sequence[float]) -> list[Posture]:
-        """Return what `branches` does for a frame, with every angle from -pi to pi."""
-        return self._checked(self.solver.frames, frame, near)
-
-    def _checked(self, finder: Finder, frame: Transform, near: Sequence[float]) -> list[Posture]:
-        found, fk = finder.find(frame, near), self.solver.fk
-        return [angles for angles in found if finder.meets(fk(angles), frame)]
+    def postures(self, goal: Goal, near: Sequence[float]) -> list[Posture]:
+        """Return what `branches` does, with every angle from -pi to pi."""
+        raw = self._find(goal)(goal.frame, near)
+        checked = [self.solver.checked(goal, one) for one in raw]
+        sound = [one for one in checked if one is not None]
+        return sound if self.structure.exact else _different(sound)
 
     def nearest(self, goal: Goal, near: Sequence[float]) -> Posture | None:
         """Return the posture within the limits that is nearest to another one, None without any.
 
         A seven-joint arm's fixed joint stays if it can, and moves as little as it must.
         """
-        finder, fk, fit = self._finder(goal), self.solver.fk, self._fit
+        find, fit, exact = self._find(goal), self._fit, self.structure.exact
         for values in self._sweep(near):
-            inside = []
-            for angles in finder.find(goal.frame, values):
-                fitting = fit(angles, near)
-                if fitting is not None:
-                    inside.append((math.dist(fitting, near), fitting, angles))
-            for _, fitting, angles in sorted(inside):
-                if finder.meets(fk(angles), goal.frame):
-                    return fitting
+            if not exact:
+                fitting = [fit(angles, near) for angles in self.postures(goal, values)]
+                inside = [one for one in fitting if one is not None]
+                return min(inside, key=lambda one: math.dist(one, near), default=None)
+            ranked = []
+            for angles in find(goal.frame, values):
+                kept = fit(angles, near)
+                if kept is not None:
+                    ranked.append((math.dist(kept, near), kept, angles))
+            for _, kept, angles in sorted(ranked):
+                sound = self.solver.checked(goal, angles)
+                if sound is angles:
+                    return kept
+                if sound is not None and (kept := fit(sound, near)) is not None:
+                    return kept
         return None
 
-    def _finder(self, goal: Goal) -> Finder:
+    def _find(self, goal: Goal) -> BranchFinder:
         if goal.parts == ALL_PARTS or self.solver.headings is None:
             return self.solver.frames
         return self.solver.headings
@@ -191,16 +218,16 @@ def closed_form(chain: Chain) -> ClosedForm | None:
 
 @lru_cache(maxsize=64)
 def _solver(chain: Chain) -> Solver | None:
-    """Return what solves a chain without limits; its code has found some postures again."""
+    """Return what solves a chain without limits; it has found some postures again."""
     fk = generated(chain).fk
     draw = random.Random(1)  # noqa: S311 - any postures will do
     samples = [tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(PROOFS)]
     for structure in structures(chain):
-        find = branch_code(chain, structure).find
-        if all(_found_again(find(fk(one), one), one) for one in samples):
-            headings = _headings(chain, structure)
-            turned = None if headings is None else Finder(headings, _meets_turned)
-            return Solver(structure, fk, Finder(find, _meets), turned)
+        frames = branch_code(chain, structure).find
+        solver = Solver(chain, structure, fk, frames, _headings(chain, structure))
+        again = sum(_found_again(solver, one) for one in samples)
+        if again == PROOFS or (again > PROOFS // 2 and not structure.exact):
+            return solver
     return None
 
 
@@ -216,26 +243,38 @@ def _first_axis(chain: Chain) -> Sequence[float]:
     return chain.axes(chain.zero)[0][1]
 
 
-def _found_again(found: Sequence[Posture], values: Posture) -> bool:
-    return any(
-        max(abs(math.remainder(a - b, math.tau)) for a, b in zip(one, values, strict=True)) < 1e-4
-        for one in found
+def _found_again(solver: Solver, values: Posture) -> bool:
+    """Whether a posture is found for its frame, with other values for joints that may be free."""
+    goal, fixed = frame_goal(solver.fk(values)), solver.structure.fixed
+    near = [value if index == fixed else ELSEWHERE_RAD for index, value in enumerate(values)]
+    checked = (solver.checked(goal, angles) for angles in solver.frames(goal.frame, near))
+    return any(one is not None and _same(one, values) for one in checked)
+
+
+def _same(one: Posture, other: Posture) -> bool:
+    """Whether two postures are one, but for whole turns."""
+    return all(
+        abs(math.remainder(a - b, math.tau)) < SAME_RAD for a, b in zip(one, other, strict=True)
     )
 
 
-def _meets(frame: Transform, goal: Transform) -> bool:
-    """Whether a frame is a goal's, but for rounding."""
+def _different(postures: Sequence[Posture]) -> list[Posture]:
+    """Return postures without those that improving has brought to the same one."""
+    return [
+        one
+        for index, one in enumerate(postures)
+        if not any(_same(one, other) for other in postures[:index])
+    ]
+
+
+def _near(frame: Transform, goal: Transform, mm: float, rad: float) -> bool:
+    """Whether two frames are this near to each other, entry by entry."""
     for (a, b, c, x), (d, e, f, y) in zip(frame, goal, strict=True):
         if not (
-            -NEAR_MM <= x - y <= NEAR_MM
-            and -NEAR_RAD <= a - d <= NEAR_RAD
-            and -NEAR_RAD <= b - e <= NEAR_RAD
-            and -NEAR_RAD <= c - f <= NEAR_RAD
+            -mm <= x - y <= mm
+            and -rad <= a - d <= rad
+            and -rad <= b - e <= rad
+            and -rad <= c - f <= rad
         ):
             return False
     return True
-
-
-def _meets_turned(frame: Transform, goal: Transform) -> bool:
-    """Whether a frame is a goal's, turned about z through its origin."""
-    return _meets(frame, turned_to(goal, frame))

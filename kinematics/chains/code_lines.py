@@ -31,6 +31,9 @@ Vector3 = tuple[Term, Term, Term]
 Rows3 = tuple[Vector3, Vector3, Vector3]
 """A matrix as its rows."""
 
+X: Vector3 = (ONE, ZERO, ZERO)
+Z: Vector3 = (ZERO, ZERO, ONE)
+
 Monomial = tuple[str, ...]
 
 INDENT = "    "
@@ -92,11 +95,13 @@ class CodeLines:
     def _before_loop(self, monomials: dict[Monomial, float]) -> dict[Monomial, float]:
         """Return monomials with what the innermost loop does not change multiplied before it."""
         inside = self._blocks[-1].defined
+        if all(inside.isdisjoint(variables) for variables in monomials):
+            return monomials  # the whole sum is made before the loop
         found: dict[Monomial, float] = {}
         for variables, factor in monomials.items():
             still = [name for name in variables if name not in inside]
             moving = [name for name in variables if name in inside]
-            if moving and still and (len(still) > 1 or abs(factor) != 1.0):
+            if len(still) > 1 or (moving and still and abs(factor) != 1.0):
                 known = self.total((Term(abs(factor)), *(Term(1.0, name) for name in still)))
                 if abs(known.factor) != 1.0:
                     known = self.named(known)
@@ -132,7 +137,8 @@ class CodeLines:
         """Return 1 / a term; 0 for 0, of which nothing follows."""
         if not term.variable:
             return Term(1.0 / term.factor) if term.factor else ZERO
-        return Term(1.0 / term.factor, self.assign(f"1.0/{term.variable}", (term.variable,)))
+        source = f"1.0/{term.variable} if {term.variable} else 0.0"
+        return Term(1.0 / term.factor, self.assign(source, (term.variable,)))
 
     def named(self, term: Term) -> Term:
         """Return a term of several uses without its factor, which would be multiplied each time."""

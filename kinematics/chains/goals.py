@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from kinematics.chains.chain import Chain
-from kinematics.errors import KinematicsError
+from kinematics.errors import KinematicsError, require
 from kinematics.frames.orientations import rotation_vector
 from kinematics.frames.rotations import Matrix3, columns, from_columns, multiply, transpose
 from kinematics.frames.transforms import (
@@ -38,7 +38,7 @@ from kinematics.frames.vectors import (
     unit,
 )
 from kinematics.geometry import AXIS_MM
-from kinematics.spaces import Pose, RollFrame
+from kinematics.spaces import POSE_EXAMPLE, Pose, RollFrame
 
 VERTICAL = 1e-9
 """A horizontal part smaller than this gives no heading."""
@@ -177,6 +177,7 @@ def pose_goal(
     the heading; its pitch and roll then count in the plane the hand lies in. `roll_frame` TABLE
     counts the roll from the table: the heading is added.
     """
+    require("a pose", pose, Pose, POSE_EXAMPLE)
     level = (pose.x_mm - centre[0], pose.y_mm - centre[1], 0.0)
     on_axis = norm(level) <= AXIS_MM
     outwards = X_AXIS if on_axis else unit(level)
@@ -321,6 +322,7 @@ def pose_of(frame: Transform, task: HandTask, centre: Vector) -> Pose:
 
 def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
     """Return what a pose asks of the hand. Raises `KinematicsError` for a missing or extra yaw."""
+    require("a pose", pose, Pose, POSE_EXAMPLE)
     if (pose.yaw_rad is not None) != (task is HandTask.WHOLE):
         raise KinematicsError(
             "this arm has six joints, so its poses need a yaw: give yaw_deg"

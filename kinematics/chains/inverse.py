@@ -22,6 +22,7 @@ from kinematics.chains.descent import SEARCHING, Descent
 from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal, pose_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
+from kinematics.errors import require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
@@ -294,6 +295,8 @@ def solve_goal(
     The seed (by default the middle of the ranges) is tried first, so that a posture near it is
     found where there is one. Raises `KinematicsError` for a seed that does not fit the chain.
     """
+    require("a chain", chain, Chain, "Chain((DHLink(a_mm=200.0),))")
+    require("a goal", goal, Goal, "frame_goal(frame)")
     start = middle(chain) if seed is None else chain.clamp(seed)
     closed = closed_form(chain)
     if closed is None or not closed.solves(goal):
@@ -321,23 +324,25 @@ def _search(
     certain = closed is not None and closed.complete and not branches
     tried = 0
     hopeless = certain or beyond_reach(chain, goal)
-    if closed is None and goal.parts >= HEADING_FREE and not hopeless:
-        tried, branches = _postures_of_hand(chain, goal, start, effort)
+    incomplete = closed is None or not closed.complete
+    if incomplete and goal.parts >= HEADING_FREE and not hopeless:
+        tried, found = _postures_of_hand(chain, goal, start, effort)
+        branches = [*branches, *found]
         if branches and not chain.violations(branches[-1]):
             return _account(chain, goal, chain.clamp(branches[-1]), effort, tried)
     descent = Descent(chain, goal, first)
     looks = replace(effort, starts=min(effort.starts, 12)) if hopeless else effort
-    found = []
+    ends = []
     for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
         tried += 1
-        found.append(_turned(chain, descent.meet(values), start))
-        if _met(chain, goal, found[-1], effort):
-            return _account(chain, goal, found[-1], effort, tried)
-    best = descent.best([_turned(chain, values, start) for values in descent.settle(found)])
+        ends.append(_turned(chain, descent.meet(values), start))
+        if _met(chain, goal, ends[-1], effort):
+            return _account(chain, goal, ends[-1], effort, tried)
+    best = descent.best([_turned(chain, values, start) for values in descent.settle(ends)])
     if branches:
         unlimited = _least_broken(chain, branches)
     else:
-        near = [best, *found[:3]]
+        near = [best, *ends[:3]]
         unlimited = None if hopeless else _without_limits(chain, goal, near, effort)
     if unlimited is not None and not chain.violations(unlimited):
         return _account(chain, goal, chain.clamp(unlimited), effort, tried)

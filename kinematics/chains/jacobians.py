@@ -215,7 +215,7 @@ def condition(
     """
     chosen = default_rows(chain) if rows is None else tuple(rows)
     return condition_of(
-        chain, scaled_rows(chain, generated(chain), chain.checked(values), chosen), chosen
+        chain, scaled_rows(chain, generated(chain), chain.directions(values), chosen), chosen
     )
 
 

@@ -51,7 +51,8 @@ class Layout:
         self.code = CodeLines()
         self.structure = structure
         count, fixed = len(chain), structure.fixed
-        axes = axes_of(chain, [FIXED_RAD if index == fixed else 0.0 for index in range(count)])
+        still = [FIXED_RAD if index == fixed else 0.0 for index in range(count)]
+        axes = axes_of(chain, still)
         self.size = axes.size_mm
         self.order = [index for index in range(count) if index != fixed]
         self.sign = -1.0 if structure.from_hand else 1.0
@@ -136,7 +137,7 @@ def _let_meet(
 ) -> None:
     """Move frames along their axes into the points in which the axes meet."""
     kept = [index for index in range(len(frames)) if index != left_out]
-    axes = Axes(tuple(frames[index] for index in kept), IN_PLACE, size)
+    axes = Axes(tuple(frames[index] for index in kept), IN_PLACE, size, structure.tolerance)
     last = len(kept) - 1
     pairs = [(last - 1, last)]
     if structure.family is Family.SPHERICAL_WRIST:

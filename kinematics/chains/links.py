@@ -149,6 +149,8 @@ def link_parameters(
     else:
         theta, alpha = math.atan2(-xy, xx), math.atan2(-yz, zz)
         length, along = px, pz * math.cos(alpha) - py * math.sin(alpha)
+    if not all(map(math.isfinite, (theta, along, length, alpha))):
+        return None
     found = _angle(theta), _length(along), _length(length), _angle(alpha)
     again = a_matrix(*found, convention)
     off = max(abs(again[i][j] - frame[i][j]) for i in range(3) for j in range(3))

@@ -80,7 +80,7 @@ class ChainFollower:
 
     def _closed_posture(self, goal: Goal, before: Joints) -> tuple[float, ...] | None:
         closed = closed_form(self.chain)
-        if closed is None or not closed.solves(goal):
+        if closed is None or not closed.structure.exact or not closed.solves(goal):
             return None
         return closed.nearest(goal, before.angles_rad)
 

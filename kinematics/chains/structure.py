@@ -10,7 +10,7 @@ of frames give the same class. Lengths in mm, angles in rad.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from kinematics.chains.chain import Chain
@@ -18,11 +18,12 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract
 
-PARALLEL_SINE = 1e-8
-"""Axes that lean less than this towards each other are parallel: on a metre it is 1e-5 mm."""
+EXACT = 1e-8
+"""Axes that lean less than this towards each other are parallel, and those that pass each other
+nearer than this share of the arm's length meet: on a metre it is 1e-5 mm."""
 
-MEETING_SHARE = 1e-8
-"""Axes that pass each other nearer than this share of the arm's length meet."""
+NEARLY = 0.01
+"""The same for an arm that is nearly of a class, as a calibrated one is: half a degree."""
 
 FIXED_RAD = 0.7
 """Where a seven-joint arm's fixed joint stands while the arm is classified: any angle does at which
@@ -53,16 +54,23 @@ class Structure:
 
     `from_hand` says that the axes are counted from the hand: the arm is solved backwards. `fixed`
     is the index of the joint of a seven-joint arm that keeps its angle while the others are
-    solved.
+    solved. `tolerance` is how far axes may lean or pass each other and still count as of the class:
+    beyond `EXACT` the class is only nearly the arm's, and its postures have to be improved.
     """
 
     family: Family
     first_three: FirstThree | None = None
     from_hand: bool = False
     fixed: int | None = None
+    tolerance: float = EXACT
+
+    @property
+    def exact(self) -> bool:
+        """Whether the arm is of this class, but for rounding."""
+        return self.tolerance == EXACT
 
     def __str__(self) -> str:
-        said = self.family.value
+        said = self.family.value if self.exact else f"nearly so: {self.family.value}"
         if self.first_three is not None:
             said += f", {self.first_three.value}"
         if self.from_hand:
@@ -76,17 +84,18 @@ class Structure:
 class Axes:
     """Frames whose z axes are the joint axes of a posture, and the tool's frame in it.
 
-    `size_mm` is the arm's length, which says what is near.
+    `size_mm` is the arm's length, and `tolerance` says what is near to zero.
     """
 
     frames: tuple[Transform, ...]
     hand: Transform
     size_mm: float
+    tolerance: float = EXACT
 
     def parallel(self, first: int, second: int) -> bool:
         """Whether two axes have the same direction or opposite ones."""
         u, v = _direction(self.frames[first]), _direction(self.frames[second])
-        return norm(cross(u, v)) < PARALLEL_SINE
+        return norm(cross(u, v)) < self.tolerance
 
     def meeting(self, first: int, second: int) -> Vector | None:
         """Return the point in which two axes meet; None if they are parallel or pass each other."""
@@ -96,12 +105,12 @@ class Axes:
         )
         normal = cross(u, v)
         square = dot(normal, normal)
-        if square < PARALLEL_SINE * PARALLEL_SINE:
+        if square < self.tolerance * self.tolerance:
             return None
         apart = subtract(q, p)
         on_first = add(p, scale(dot(cross(apart, v), normal) / square, u))
         on_second = add(q, scale(dot(cross(apart, u), normal) / square, v))
-        if distance(on_first, on_second) > MEETING_SHARE * self.size_mm:
+        if distance(on_first, on_second) > self.tolerance * self.size_mm:
             return None
         return scale(0.5, add(on_first, on_second))
 
@@ -110,33 +119,37 @@ class Axes:
         points = self.meeting(first, second), self.meeting(second, third)
         if points[0] is None or points[1] is None:
             return None
-        near = distance(points[0], points[1]) <= MEETING_SHARE * self.size_mm
+        near = distance(points[0], points[1]) <= self.tolerance * self.size_mm
         return points[0] if near else None
 
     def without(self, index: int) -> Axes:
         """Return the axes but one, whose joint keeps its angle."""
         kept = (*self.frames[:index], *self.frames[index + 1 :])
-        return Axes(kept, self.hand, self.size_mm)
+        return replace(self, frames=kept)
 
     def backwards(self) -> Axes:
         """Return the axes counted from the hand."""
-        return Axes(self.frames[::-1], self.hand, self.size_mm)
+        return replace(self, frames=self.frames[::-1])
 
 
-def axes_of(chain: Chain, values: Sequence[float]) -> Axes:
+def axes_of(chain: Chain, values: Sequence[float], tolerance: float = EXACT) -> Axes:
     """Return the axes of a chain in a posture."""
     frames = chain.frames(values)
     kept = frames[:-1] if chain.convention is Convention.STANDARD else frames[1:]
-    return Axes(kept, chain.fk(values), max(chain.longest_reach_mm, 1.0))
+    return Axes(kept, chain.fk(values), max(chain.longest_reach_mm, 1.0), tolerance)
 
 
 def structures(chain: Chain) -> Iterator[Structure]:
-    """Yield the classes that a chain belongs to, those that are solved best first."""
+    """Yield the classes that a chain belongs to, those that are solved best first.
+
+    Those that it nearly belongs to come last, of five and six joints.
+    """
     count = len(chain)
     if any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
         return
     if count in (5, 6):
-        yield from _structures(axes_of(chain, chain.zero), None)
+        for tolerance in (EXACT, NEARLY):
+            yield from _structures(axes_of(chain, chain.zero, tolerance), None)
     elif count == 7:
         for fixed in (2, 3, 4, 1, 5, 0, 6):  # the upper arm's turn first, as in a human arm
             posture = tuple(FIXED_RAD if index == fixed else 0.0 for index in range(count))
@@ -144,14 +157,15 @@ def structures(chain: Chain) -> Iterator[Structure]:
 
 
 def _structures(axes: Axes, fixed: int | None) -> Iterator[Structure]:
-    for from_hand, seen in ((False, axes), (True, axes.backwards())):
+    ends = ((False, axes), (True, axes.backwards()))
+    for from_hand, seen in ends:
         if seen.parallel(1, 2) and seen.parallel(2, 3) and not seen.parallel(0, 1):
-            yield Structure(Family.THREE_PARALLEL, None, from_hand, fixed)
-    for from_hand, seen in ((False, axes), (True, axes.backwards())):
+            yield Structure(Family.THREE_PARALLEL, None, from_hand, fixed, axes.tolerance)
+    for from_hand, seen in ends:
         wrist = seen.all_meeting(3, 4, 5) if len(seen.frames) == 6 else seen.meeting(3, 4)
         if wrist is not None and (first_three := _first_three(seen)) is not None:
             family = Family.SPHERICAL_WRIST if len(seen.frames) == 6 else Family.LAST_TWO_MEET
-            yield Structure(family, first_three, from_hand, fixed)
+            yield Structure(family, first_three, from_hand, fixed, axes.tolerance)
 
 
 def _first_three(axes: Axes) -> FirstThree | None:

@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 from cmath import sqrt as complex_sqrt
 from collections.abc import Sequence
-from math import atan2, cos, hypot, pi, sin, sqrt
+from math import cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
-from kinematics.chains.code_lines import CodeLines, Term, Vector3
+from kinematics.chains.code_lines import ONE, CodeLines, Term, Vector3
 
 EDGE = 1e-10
 """Share of its usual size below which the sine that tells two angles apart is looked at closely."""
@@ -30,7 +30,7 @@ NO_MATTER = 1e-10
 TOUCHING = 1e-6
 """How far (squared, as a share) a goal may lie beyond an edge and still be solved at the edge.
 
-Rounding needs far less. Whoever solves checks what comes out by forward kinematics.
+Rounding needs far less. The solver compares every posture with the goal afterwards.
 """
 
 
@@ -88,29 +88,34 @@ def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: fl
 
     `size` is what a and b usually are; where both are nothing any angle serves, and `free` is it.
     """
-    length = hypot(a.factor, b.factor)
+    length = hypot(a.factor, b.factor)  # a and b that are numbers are made a unit vector
     if not a.variable and not b.variable and length > 0.0:
         a, b, size = Term(a.factor / length), Term(b.factor / length), 1.0
         c = code.named(code.total((Term(1.0 / length), c)))
     square = code.total((a, a), (b, b))
     gap = code.total((square,), (-c, c))
-    turns = code.variable()
+    roots, root = code.variable(), code.variable()
+    factors = [code.variable() if one is c or one.variable else None for one in (a, b, c, square)]
+    kept = [one for one in factors if one is not None]
     code.open("if {} > {}:", gap, Term(EDGE * size * size))
-    root = code.call("sqrt", gap)
-    share = code.reciprocal(square)
-    parts = []
-    for side in (root, -root):
-        sine, cosine = code.total((b, c), (a, side)), code.total((a, c), (-b, side))
-        angle = code.call("atan2", sine, cosine)
-        parts += [angle, code.total((share, cosine)), code.total((share, sine))]
-    code.set(turns, "(({}, {}, {}), ({}, {}, {}))", *parts)
+    positive = code.call("sqrt", gap)
+    code.set(roots, "({}, {})", positive, -positive)
+    for name, one in zip(factors, (a, b, c, code.reciprocal(square)), strict=True):
+        if name is not None:
+            code.set(name, "{}", one)
     code.close()
     code.open("else:")
-    code.set(turns, "edge({}, {}, {}, {}, {})", a, b, c, free, Term(size))
+    left = ", ".join("_" if one is None else "{}" for one in factors)
+    call = "edge({}, {}, {}, {}, {})"
+    code.write(f"{left}, {{}} = {call}", *kept, roots, a, b, c, free, Term(size))
     code.close()
-    turn = Turn(code.variable(), code.variable(), code.variable())
-    code.loop(turns, *turn)
-    return turn
+    a, b, c, share = (
+        one if name is None else name for name, one in zip(factors, (a, b, c, ONE), strict=True)
+    )
+    code.loop(roots, root)
+    sine, cosine = code.total((b, c), (a, root)), code.total((a, c), (-b, root))
+    angle = code.call("atan2", sine, cosine)
+    return Turn(angle, code.total((share, cosine)), code.total((share, sine)))
 
 
 def each_of(code: CodeLines, angles: Term) -> Turn:
@@ -146,22 +151,26 @@ def at(code: CodeLines, turn: Turn, linear: Vector3) -> Term:
 
 # What the code calls.
 
+Edge = tuple[float, float, float, float, tuple[float, ...]]
+"""The factors of an equation, the share that makes them a unit vector, and the sines' roots."""
 
-def edge(
-    a: float, b: float, c: float, free: float, size: float
-) -> list[tuple[float, float, float]]:
-    """Return the turns with a cos q + b sin q = c where the sine that tells two apart is small."""
+
+def edge(a: float, b: float, c: float, free: float, size: float) -> Edge:
+    """Return what solves a cos q + b sin q = c where the sine that tells two angles apart is small.
+
+    That is a, b and c of an equation that rounding has not spoiled, 1 / (a² + b²), and the sines:
+    none where the goal is beyond the edge. The free angle solves an equation of zeros.
+    """
     square = a * a + b * b
     gap = square - c * c
-    angles: list[float] = []
     if square <= (NO_MATTER * size) ** 2:
-        angles = [free] if abs(c) <= 10.0 * NO_MATTER * size else []
-    elif gap > 0.0:
+        met = abs(c) <= 10.0 * NO_MATTER * size
+        return cos(free), sin(free), 1.0, 1.0, (0.0,) if met else ()
+    if gap > 0.0:
         root = sqrt(gap)
-        angles = [atan2(b * c + a * side, a * c - b * side) for side in (root, -root)]
-    elif gap >= -TOUCHING * square:
-        angles = [atan2(b * c, a * c)]
-    return [(angle, cos(angle), sin(angle)) for angle in angles]
+        return a, b, c, 1.0 / square, (root, -root)
+    roots = (0.0,) if gap >= -TOUCHING * square else ()
+    return a, b, math.copysign(sqrt(square), c), 1.0 / square, roots
 
 
 NEARLY_REAL = 1e-3

@@ -1,14 +1,14 @@
 """An arm from its URDF text: the chain from base to tip with its limits, and mesh names.
 
 URDF gives each joint a frame in the link before it, and an axis in that frame. Frame assignment
-needs no more than the axes in the zero position, so the chain has a link table and still takes the
-URDF's own joint values. What a chain of links cannot hold is refused, what is only not used is
-listed in `unused`.
+turns the axes of the zero position into a link table, whose joint values are the URDF's own. What a
+chain of links cannot represent is refused; what is read but not used is listed in `unused`.
 
-The reader is our own, on the standard library's parser. yourdfpy (0.0.60) is maintained, but needs
-trimesh, scipy, networkx and shapely; urchin and urdfpy need pycollada and a renderer, and
-urdf_parser_py (0.0.4, of 2021) has no wheel. All of them read far more than a chain, expand
-entities, and drop what they do not know without a word. Tests compare this reader with yourdfpy.
+This reader is our own, built on the standard library's XML parser. The alternatives: yourdfpy
+(0.0.60) is maintained, but requires trimesh, scipy, networkx and shapely; urchin and urdfpy require
+pycollada and a renderer; urdf_parser_py (0.0.4, from 2021) has no wheel. All of them read far more
+than a chain and silently ignore what they do not know. Tests compare this reader with yourdfpy and
+pinocchio.
 
 Lengths in mm and angles in rad here, m and rad in the text.
 """
@@ -49,23 +49,22 @@ DEEPEST = 20
 """Elements within elements: URDF itself has six levels."""
 
 STRAIGHT_RAD = 2e-3
-"""Axes this near to parallel (0.1 degrees) are meant to be parallel.
+"""Axes within 0.1 degrees of parallel are taken as parallel.
 
-No printed arm is built more exactly, and taken as they stand their common normal, on which the link
-table puts a frame, is tens of metres away.
+No printed arm is built more exactly. Taken literally, such axes have their common normal, where the
+link table puts a frame, tens of metres away.
 """
 
 TIP_NAMES = ("tool0", "tcp", "tool")
-"""Links that are the hand by their names: that of ROS-Industrial (REP 199), then others' ones."""
+"""Names of the hand's link: first the one of ROS-Industrial (REP 199)."""
 
 
 @dataclass(frozen=True, slots=True)
 class UrdfArm:
     """An arm as its URDF describes it.
 
-    `chain` leads from the link `base` to the link `tip`. `meshes` are the file names of the links'
-    looks, and `unused` says in sentences what the URDF holds and the chain does not, or holds
-    otherwise.
+    `chain` leads from the link `base` to the link `tip`. `meshes` are the mesh files of the links.
+    `unused` lists, one sentence each, what the chain leaves out of the URDF or reads differently.
     """
 
     name: str
@@ -79,9 +78,9 @@ class UrdfArm:
 def read_urdf(text: str, *, base: str = "", tip: str = "") -> UrdfArm:
     """Return the arm of a URDF document.
 
-    `base` and `tip` name links. Without a base it is the link that no joint moves. Without a tip
-    it is one of `TIP_NAMES`, or the link where moving joints branch, as at a gripper, or the last
-    one. Raises
+    `base` and `tip` name links. The default base is the link that no joint moves. The default tip
+    is a link named as in `TIP_NAMES`, else the link where moving joints branch, as at a gripper,
+    else the last link. Raises
     `KinematicsError` for a document that describes no such chain, and for one that is too large or
     nested too deeply, or declares entities.
     """
@@ -245,17 +244,19 @@ class _KinematicTree:
         )
 
     def path(self, base: str, tip: str, unused: list[str]) -> _Path:
-        """Return the way from the base to the tip; what it leaves out is noted."""
+        """Return the joints from the base to the tip, and note those that are not among them."""
         for key, link in (("base_link", base), ("tip_link", tip)):
             if link and link not in self.links:
                 raise KinematicsError(
                     f"the URDF has no link {link!r} for {key}{suggestion(link, self.links)}"
                 )
-        named = [name for name in TIP_NAMES if name in self.links]
-        end = tip or (named[0] if named else "")
-        joints = self._up(end, base) if end else self._down(base, unused)
+        joints = self._up(tip, base) if tip else self._to_named_tip(base)
+        if joints is None and tip:
+            raise KinematicsError(f"no joints lead from link {base!r} to link {tip!r}")
+        if joints is None:
+            joints = self._down(base, unused)
         if not any(joint.moves for joint in joints):
-            where = f"between {base!r} and {end!r}" if end else f"from {base!r} on"
+            where = f"between {base!r} and {tip!r}" if tip else f"from {base!r} on"
             raise KinematicsError(f"the URDF has no joint {where} that moves: it is no arm")
         end = joints[-1].child
         on_path = {base, *(joint.child for joint in joints)}
@@ -271,18 +272,24 @@ class _KinematicTree:
             )
         return _Path(base, end, joints)
 
-    def _up(self, tip: str, base: str) -> tuple[_JointElement, ...]:
+    def _up(self, tip: str, base: str) -> tuple[_JointElement, ...] | None:
+        """Return the joints from the base to a link, None if none lead there."""
         found: list[_JointElement] = []
         link = tip
         while link != base:
             if link not in self.above or len(found) > MOST_JOINTS:
-                raise KinematicsError(f"no joints lead from link {base!r} to link {tip!r}")
+                return None
             found.append(self.above[link])
             link = found[-1].parent
         return tuple(reversed(found))
 
+    def _to_named_tip(self, base: str) -> tuple[_JointElement, ...] | None:
+        """Return the joints to the first of `TIP_NAMES` that moves against the base, if any."""
+        ways = (self._up(name, base) for name in TIP_NAMES if name in self.links)
+        return next((way for way in ways if way and any(one.moves for one in way)), None)
+
     def _down(self, base: str, unused: list[str]) -> tuple[_JointElement, ...]:
-        """Follow the only way on that moves, then the fixed joints to the tip."""
+        """Return the joints along the only branch that moves, then the fixed ones behind it."""
         found: list[_JointElement] = []
         link = base
         while len(found) <= MOST_JOINTS:
@@ -310,6 +317,7 @@ class _KinematicTree:
         raise KinematicsError("the joints of the URDF form a loop")
 
     def _leads_to_motion(self, joint: _JointElement) -> bool:
+        """Return whether this joint or any joint after it moves."""
         waiting, seen = [joint], 0
         while waiting and seen <= MOST_JOINTS:
             one = waiting.pop()
@@ -406,7 +414,7 @@ def _limits(joint: _JointElement, where: str, unused: list[str]) -> tuple[float,
     high = _number(limit, "upper", 0.0, f"{where}: limit")
     if joint.kind == "continuous":
         if low != high:
-            unused.append(f"{where} is continuous, so the limits beside it do not count in URDF")
+            unused.append(f"{where} is continuous: URDF ignores its limits")
         return -math.inf, math.inf
     if low > high:
         raise KinematicsError(f"{where}: its lower limit {low:g} is above its upper one {high:g}")
@@ -453,8 +461,8 @@ _LEAST_DECIMALS_OF_A_QUARTER = 2
 def _meant(word: str, angle: float) -> float:
     """Return the multiple of 15 degrees that a number rounds or cuts off; any other as it is.
 
-    1.5708 is a quarter turn, and 4e-6 rad beside it parallel axes would meet 20 km away. So short
-    a number as 1.57 is taken for quarter turns only.
+    1.5708 means a quarter turn: taken literally, axes 100 mm apart that should be parallel would
+    meet 27 km away. Short numbers such as 1.57 are only read as quarter turns.
     """
     decimals = len(word.partition(".")[2]) if "e" not in word.lower() else 0
     twelfths = round(angle / _TWELFTH)

@@ -40,15 +40,21 @@ from kinematics.frames.transforms import Transform, check_transform
 from kinematics.geometry import AXIS_MM, ArmGeometry
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
-    MANY_TURNS_RAD,
     JointRange,
     LimitViolation,
-    few_turns,
+    few_turns_each,
     refuse_worst,
     wrap,
 )
 from kinematics.paths.curves import Line
-from kinematics.spaces import JOINT_NAMES, Joints, Pose, RollFrame
+from kinematics.spaces import (
+    JOINT_NAMES,
+    JOINTS_EXAMPLE,
+    POSE_EXAMPLE,
+    Joints,
+    Pose,
+    RollFrame,
+)
 
 
 class Base(Enum):
@@ -63,11 +69,6 @@ class Elbow(Enum):
 
     UP = "up"
     DOWN = "down"
-
-
-POSE_EXAMPLE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
-JOINTS_EXAMPLE = "Joints.of(0, 40, -60, -70, 0)"
-"""What an error shows where something else is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -343,10 +344,7 @@ def _angles(joints: Joints) -> Angles:
 
 def _directions(joints: Joints) -> Angles:
     """Return the five angles, those of many turns as the same direction: formulas add them."""
-    angles = _angles(joints)
-    if max(angles) < MANY_TURNS_RAD and min(angles) > -MANY_TURNS_RAD:
-        return angles
-    return tuple(map(few_turns, angles))  # type: ignore[return-value]
+    return few_turns_each(_angles(joints))  # type: ignore[return-value]
 
 
 def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:

@@ -433,7 +433,7 @@ def _shared_inverse(system: System, goal: tuple[float, ...], frame: Transform) -
     elif system.name == "puma":
         closed = closed_form_of(system.chain())
         if closed is not None:
-            on_any_numbers(closed.solver.frames.find)(ledger.numbers(frame), (0.0,) * 6)
+            on_any_numbers(closed.solver.frames)(ledger.numbers(frame), (0.0,) * 6)
     return ledger.tally()
 
 

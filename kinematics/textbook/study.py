@@ -17,7 +17,9 @@ from types import MappingProxyType
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.assignment import ZeroPosition, zero_position
 from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.closed_form import closed_form
 from kinematics.chains.generated import generated
+from kinematics.chains.goals import frame_goal
 from kinematics.chains.inverse import Solution
 from kinematics.chains.jacobians import (
     ALL_ROWS,
@@ -88,7 +90,7 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
 
     Pitch and roll of the five-axis build are those of `task_jacobian`, with the roll in the hand.
     """
-    checked = system.chain().checked(values)
+    checked = system.chain().directions(values)
     if system.arm is not None:
         return five_axis_jacobian(system, checked)
     whole = generated(system.chain()).jacobian(checked)
@@ -140,7 +142,7 @@ def chain_jacobian(
     chain: Chain, values: Sequence[float], rows: Sequence[int] = ALL_ROWS
 ) -> Jacobian:
     """Return some rows of the geometric Jacobian. Raises as `Chain.fk` does."""
-    whole = generated(chain).jacobian(chain.checked(values))
+    whole = generated(chain).jacobian(chain.directions(values))
     return tuple(whole[row] for row in rows)
 
 
@@ -158,7 +160,7 @@ def named_singularities(system: System, values: Sequence[float]) -> tuple[NamedS
     determinants are products of these measures. Sources: McKerrow, chapter 4, section 12; Craig,
     chapter 5. Empty for a system that has none (all slides). Raises as `System.fk` does.
     """
-    return tuple(system.singularities(system, system.chain().checked(values)))
+    return tuple(system.singularities(system, system.chain().directions(values)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,8 +234,8 @@ class Study:
     `matrices` are the A matrices, `frame` the tool's frame. `jacobian` has the subject's rows.
     `singularities` are the named ones. `goal` is what was asked, in `coordinates`: by
     default the system's own coordinates of the hand. `branches` is every posture that meets it;
-    `refusal` says why there are none. Of a link table that was asked for a goal there is the
-    `solution` of the numerical solver instead.
+    `refusal` says why there are none, as of a link table without a closed form. A link table that
+    was asked for a goal has the `solution` of the numerical solver too.
     """
 
     subject: Subject
@@ -290,7 +292,7 @@ def study(subject: Subject, values: tuple[float, ...]) -> Study:
     checked = chain.checked(values)
     frame = chain.fk(checked)
     jacobian = jacobian_of(subject, checked)
-    goal, branches, refusal = _solved(system, frame, checked)
+    goal, branches, refusal = _solved(subject, frame, checked)
     return Study(
         subject,
         checked,
@@ -326,12 +328,32 @@ def searched(subject: Subject, values: tuple[float, ...]) -> tuple[NamedSingular
     )
 
 
+NO_CLOSED_FORM = "this link table has no closed form: it is solved by numbers, one at a time"
+
+
+def table_branches(
+    chain: Chain, frame: Transform, near: Sequence[float]
+) -> tuple[NamedBranch, ...]:
+    """Return every posture of a link table that has this frame, none without a closed form.
+
+    They have numbers for names; each angle is of the allowed turn nearest to `near`.
+    """
+    form = closed_form(chain)
+    found = [] if form is None else form.branches(frame_goal(frame), near)
+    return tuple(
+        NamedBranch(f"solution {number}", joints, violations=chain.violations(joints))
+        for number, joints in enumerate(found, 1)
+    )
+
+
 def _solved(
-    system: System | None, frame: Transform, values: tuple[float, ...]
+    subject: Subject, frame: Transform, values: tuple[float, ...]
 ) -> tuple[tuple[float, ...], tuple[NamedBranch, ...], str]:
     """Return the goal of a posture and every branch that meets it, or why there is none."""
+    system = subject.system
     if system is None:
-        return (), (), "a link table has no closed form: it is solved by numbers, one at a time"
+        refusal = NO_CLOSED_FORM if closed_form(subject.chain) is None else ""
+        return (), table_branches(subject.chain, frame, values), refusal
     goal = system.goal_of(frame)
     try:
         return goal, system.ik(goal, values), ""

@@ -110,7 +110,7 @@ def axes_lines(found: Assignment) -> Iterator[str]:
     for number, (axis, name) in enumerate(named, 1):
         yield f"joint {number}, {name}: {axis.kind.value}"
         line = axis.line
-        yield f"  through {place_text(line.point)} along {vector_text(line.direction)}"
+        yield f"  at {place_text(line.point)} along {vector_text(line.direction)}"
     normal, sliding, approach = map(vector_text, columns(rotation_of(found.zero.tool)))
     yield f"tip at {place_text(position_of(found.zero.tool))}"
     yield f"  approach {approach}, sliding {sliding}, normal {normal}"

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.closed_form import closed_form
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import solve_frame_ik
 from kinematics.chains.links import JointKind
@@ -27,6 +28,7 @@ from kinematics.textbook.study import (
     study,
     subject_of_chain,
     subject_of_system,
+    table_branches,
 )
 from kinematics.textbook.systems.named import NamedBranch, Quantity, System
 
@@ -79,6 +81,7 @@ def _work_numerically(
         target = chain.fk(posture)
         solution = solve_frame_ik(chain, target)
         asked = frame_coordinates(target)
+        found = table_branches(chain, target, posture)
     else:
         if len(as_list(goal) or ()) not in (3, 6):
             raise KinematicsError(
@@ -88,7 +91,9 @@ def _work_numerically(
         parts = ALL_PARTS if len(asked) > 3 else frozenset({Part.POSITION})
         solution = solve_frame_ik(chain, target, joints, parts=parts)
         posture = solution.joints if joints is None else chain.checked(joints)
-    return replace(study(subject, posture), goal=asked, refusal="", solution=solution)
+        found = table_branches(chain, target, posture) if len(asked) > 3 else ()
+    made = study(subject, posture)
+    return replace(made, goal=asked, branches=found, refusal="", solution=solution)
 
 
 def _posture(chain: Chain, joints: Sequence[float] | None) -> tuple[float, ...]:
@@ -142,6 +147,8 @@ def sections(example: Study) -> Iterator[ExampleSection]:
         yield ExampleSection("Inverse kinematics", tuple(_inverse(example)))
     else:
         yield ExampleSection("Inverse kinematics, by numbers", tuple(_solved(example)))
+        if example.branches:
+            yield ExampleSection("All solutions, in closed form", tuple(_all_solutions(example)))
 
 
 def joints_text(chain: Chain, joints: Sequence[float]) -> str:
@@ -267,6 +274,19 @@ def _branch(example: Study, branch: NamedBranch) -> Iterator[str]:
         yield f"  degenerate: {branch.degenerate}"
     if branch.violations:
         yield f"  not within the limits: {'; '.join(map(violation_text, branch.violations))}"
+
+
+def _all_solutions(example: Study) -> Iterator[str]:
+    """List the solutions of a link table, and what makes its closed form possible."""
+    form = closed_form(example.subject.chain)
+    if form is not None:
+        yield f"{form.structure}"
+    for branch in example.branches:
+        yield ""
+        yield branch.name
+        yield f"  {joints_text(example.subject.chain, branch.joints)}"
+        if branch.violations:
+            yield f"  not within the limits: {'; '.join(map(violation_text, branch.violations))}"
 
 
 def _quantity(quantity: Quantity) -> str:

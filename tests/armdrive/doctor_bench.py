@@ -63,6 +63,9 @@ class SimPort(Link):
     def next_s(self) -> float:
         return self.line.next_s()
 
+    def run(self, until_s: float) -> float:
+        return min(self.next_s(), until_s)
+
     def wait(self, timeout_s: float) -> None:
         raise AssertionError("simulated time needs no sleep")
 

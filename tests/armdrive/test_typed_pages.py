@@ -1,6 +1,5 @@
 """Every command, session, file and program on the pages works as it is shown."""
 
-import io
 import re
 import sys
 
@@ -22,14 +21,12 @@ def test_everything_on_a_page_is_as_it_says(path, call, monkeypatch, tmp_path):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # the reader may have other plugins
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")  # an arm of the page's is its simulated device
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    typist = Typist(
-        call, lambda text: monkeypatch.setattr(sys, "stdin", io.StringIO(text)), tmp_path
-    )
     page = path.read_text(encoding="utf-8")
-    for kind, text in (*parts(page), ("end", "")):
-        unshown = typist.printed if path.parent.name == "textbook" and kind != "text" else None
-        assert not unshown, f"the page lacks what a program prints: {unshown}"
-        typist.do(kind, text)
+    with Typist(call, lambda text: monkeypatch.setattr(sys, "stdin", text), tmp_path) as typist:
+        for kind, text in (*parts(page), ("end", "")):
+            unshown = typist.printed if path.parent.name == "textbook" and kind != "text" else None
+            assert not unshown, f"the page lacks what a program prints: {unshown}"
+            typist.do(kind, text)
     for old, new in typist.renewed:
         page = page.replace(old, new, 1)
     if typist.renewed:

@@ -8,7 +8,13 @@ A page is worked through from its top to its end, in one world of simulated arms
 - A block that begins with `# NAME.arm`, `# NAME.py`, `# NAME.toml` or `<!-- NAME.urdf -->` is
   written to that file; one in TOML or URDF also into the folder of arm files. Other `python` blocks
   are run, one after another in one namespace; a `text` block right below is what they print.
+- `armdrive sim` with a port serves in a process of its own to the end of the page. Files in /tmp
+  are in the page's folder instead.
 - `<!-- setup: COMMAND -->` types a command that the reader is not shown.
+- `<!-- port: PORT is DIALECT -->` puts a simulated controller behind a port of the reader's. From
+  there on the page's arms are real ones: they are driven in real time through their ports. With
+  `none` for both they are simulated twins again, which takes less time.
+- `<!-- answers: LINE / LINE -->` types these lines at the questions of the next block.
 - `<!-- not typed: REASON -->` above a block leaves it out, for one of the `REASONS`.
 
 A failing page names the command and its answer. With `WRITE_PAGES=1` in the environment the tests
@@ -27,25 +33,25 @@ import sys
 from collections.abc import Callable, Iterator
 from difflib import SequenceMatcher
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+import pytest
 from cli_calls import TRACEBACK, Called
+from pages import ROOT
+from waiting import LONG_S
 
 from armdrive.config.sections import is_model_file
+from armdrive.programs.scripts import FORCE_SIM
+from armdrive.registry import DIALECTS
 from armdrive.storage import files as places
 
 REASONS = frozenset(
     (
         "needs hardware",
-        "needs a terminal",
-        "needs a second terminal",
-        "runs until it is stopped",
-        "takes long",
         "changes the computer",
-        "is an outline",
     )
 )
-COMMENT = r"<!-- (?P<word>setup|not typed): (?P<value>.*?) -->"
+COMMENT = r"<!-- (?P<word>setup|port|answers|not typed): (?P<value>.*?) -->"
 FENCE = r"^```(?P<kind>\w*)\n(?P<text>.*?)^```$"
 PART = re.compile(rf"{COMMENT}|{FENCE}", re.DOTALL | re.MULTILINE)
 NAMED = re.compile(r"(?:#|<!--) ([\w-]+\.(?:arm|py|toml|urdf))\b")
@@ -105,27 +111,78 @@ def _nearest(shown: list[str], row: str) -> str:
     return f"{head}{sign}..."
 
 
+class Terminal(io.StringIO):
+    """What a person types at a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+    def readline(self, size: int | None = -1, /) -> str:
+        line = super().readline(size)
+        sys.stdout.write(line)  # a terminal shows what is typed
+        return line
+
+
+class Served:
+    """A simulated arm that `armdrive sim` serves in a process of its own."""
+
+    def __init__(self, *words: str) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "armdrive", *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        )
+        assert self._process.stdout is not None
+        self.first_line = self._process.stdout.readline()
+        """It says where the arm is: from then on the port can be opened."""
+
+    def end(self) -> None:
+        try:
+            self._process.communicate("quit\n", timeout=LONG_S)
+        finally:
+            self._process.kill()
+
+
 class Typist:
     """Types the blocks of one page, in a folder of its own."""
 
     def __init__(
-        self, call: Callable[..., Called], set_input: Callable[[str], None], folder: Path
+        self, call: Callable[..., Called], set_input: Callable[[io.StringIO], None], folder: Path
     ) -> None:
         self._call = call
         self._set_input = set_input
         self._folder = folder
+        self._places = {"/tmp/": f"{folder}/"}
         self._names: dict[str, Any] = {"__name__": "page"}
+        self._serving: list[Served] = []
         self.printed: str | None = None
         """What the last program printed, None where the last block was none."""
         self.typed = 0
         self.renewed: list[tuple[str, str]] = []
         """Pieces of the page whose answers differ, and what they should be."""
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for process in self._serving:
+            process.end()
+
     def do(self, kind: str, text: str) -> None:
         """Carry out one comment or block of a page."""
         printed, self.printed = self.printed, None
         if kind == "setup":
-            assert self._type(text).code == 0, text
+            called = self._type(text)
+            assert called.code == 0, (text, called)
+        elif kind == "port" and text == "none":
+            os.environ[FORCE_SIM] = "1"
+        elif kind == "port":
+            self._put_behind(*text.split(" is "))
+        elif kind == "answers":
+            typed = "".join(f"{line}\n" for line in _lines(text))
+            self._set_input(Terminal(self._here(typed)))
         elif named := NAMED.match(text):
             self._write(named[1], text)
         elif kind == "console":
@@ -138,14 +195,39 @@ class Typist:
         elif kind == "text" and printed is not None:
             assert printed == text
 
+    def _put_behind(self, port: str, dialect: str) -> None:
+        """Serve a simulated controller at a path, and use that path for the port of the page."""
+        path = str(self._folder / Path(port).name)
+        door = "--slcan" if DIALECTS[dialect].can else "--pty"
+        self._serve("sim", dialect, door, path)
+        self._places[port] = path
+        os.environ.pop(FORCE_SIM, None)
+
+    def _serve(self, *words: str) -> Called:
+        process = Served(*words)
+        self._serving.append(process)
+        return Called(0, process.first_line, "")
+
+    def _here(self, text: str) -> str:
+        """Return a text of the page with the paths that the test has in place of the reader's."""
+        for theirs, ours in self._places.items():
+            text = text.replace(theirs, ours)
+        return text
+
+    def _there(self, text: str) -> str:
+        for theirs, ours in reversed(self._places.items()):
+            text = text.replace(ours, theirs)
+        return text
+
     def _write(self, name: str, text: str) -> None:
         for folder in (self._folder, places.arm_files())[: 1 + is_model_file(name)]:
             folder.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text(text, encoding="utf-8")
+            (folder / name).write_text(self._here(text), encoding="utf-8")
 
     def _compare(self, command: str, wanted: list[str]) -> None:
         called = self._type(command)
         shown = [*called.out.splitlines(), *called.err.splitlines()]
+        shown = [self._there(row) for row in shown]
         if WRITE and shown and not fits(shown, wanted):
             old, new = (
                 "\n".join((f"$ {command}", *rows)) for rows in (wanted, renewed(shown, wanted))
@@ -161,19 +243,25 @@ class Typist:
         ((command, rows),) = commands(text)
         typed = [row for row in rows if row.startswith(("> ", "... "))]
         answers = [row for row in rows if row not in typed]
-        self._set_input("\n".join(row.partition(" ")[2] for row in typed))
+        self._set_input(io.StringIO("\n".join(row.partition(" ")[2] for row in typed)))
         assert self._type(command).out.splitlines()[1:] == answers, text
         self.typed += len(typed)
 
     def _type(self, command: str) -> Called:
-        program, *words = shlex.split(command, comments=True)
-        if program == "ARMDRIVE_FORCE_SIM=1":  # holds for every page
-            program, *words = words
+        program, *words = shlex.split(self._here(command), comments=True)
+        if program == f"{FORCE_SIM}=1":
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setenv(FORCE_SIM, "1")
+                return self._call(*words[1:])
         if program == "armdrive":
+            if words[0] == "sim" and "--list" not in words:
+                return self._serve(*words)
             return self._call(*words)
+        module, cwd = (words[1], ROOT) if program == "python" else (program, self._folder)
+        options = words[2:] if program == "python" else [*words, *AS_INSTALLED]
         ran = subprocess.run(
-            [sys.executable, "-m", program, *words, *AS_INSTALLED],
-            cwd=self._folder,
+            [sys.executable, "-m", module, *options],
+            cwd=cwd,
             capture_output=True,
             text=True,
             check=False,
@@ -186,3 +274,8 @@ class Typist:
             exec(compile(code, "page", "exec"), self._names)
         self.typed += 1
         return printed.getvalue()
+
+
+def _lines(text: str) -> list[str]:
+    """Split the lines that are typed at questions."""
+    return [line.strip() for line in text.split(" / ")]

@@ -45,7 +45,7 @@ def _alone(stage: Stage) -> str:
 
 def _mute_drive(stage: Stage) -> str:
     number, for_s = motor(stage), stage.draw.choice((0.1, 0.6, 4.0))
-    stage.mute_until_s[number - 1] = stage.now_s + for_s
+    stage.untold_until_s[number - 1] = stage.now_s + for_s
     return ask(stage, f"drive-mute {number} --for {for_s}")
 
 
@@ -73,6 +73,7 @@ def _begins_anew(stage: Stage, number: int) -> None:
 def _other_mode(stage: Stage) -> str:
     number, for_s = motor(stage), stage.draw.choice((0.5, 3.0))
     stage.watch.unled = unled(stage, number - 1, for_s)
+    stage.untold_until_s[number - 1] = stage.now_s + for_s  # it takes no order, nor that one
     return ask(stage, f"drive-mode {number} 2 --for {for_s}")
 
 

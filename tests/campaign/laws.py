@@ -25,7 +25,7 @@ from .stage import Stage
 LONGEST_S = CALL_LIMIT_S + 0.1
 """No call that moves nothing lasts longer, whatever is wrong with the wire: the driver's own limit,
 and the turn in which it is kept."""
-FLAWS = ("looped without waiting", "simulated time does not pass")
+FLAWS = ("looped without waiting", "simulated time is stuck")
 """Words of errors by which the driver ends what hangs; no program should ever meet them."""
 
 FRESH_S = 0.4

@@ -236,7 +236,7 @@ class Mission:
         stage.watch.untold(stage.now_s)
         stage.agenda.clear()
         stage.twin.faults.end()
-        stage.mute_until_s.clear()
+        stage.untold_until_s.clear()
         stage.disk.full = False
         stage.disk.ends_in = stage.link.ends_in = None
         stage.link.line.faults.lose_late()

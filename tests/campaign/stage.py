@@ -133,8 +133,8 @@ class Stage:
         self.unheard_until_s = -math.inf
         self._finishes = False
         """Whether the last promise was that of a pause."""
-        self.mute_until_s: dict[int, float] = {}
-        """Until when drives say nothing, by their motors, counted from 0."""
+        self.untold_until_s: dict[int, float] = {}
+        """Until when drives cannot be told to hold where their shafts are, by motors from 0."""
         speeds = self.config.model.joint_speeds_rad_s
         slowest_hz = self._controller.usable_rate_hz(0.0)
         self.watch = Watch(self.world, guarded, self._step_mm() * near, speeds, near, slowest_hz)
@@ -253,7 +253,7 @@ class Stage:
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
         there = there and self.arm.core.diagnostics.error_code not in CUT_OFF
-        return there and time_s >= self.mute_until_s.get(motor, -math.inf)
+        return there and time_s >= self.untold_until_s.get(motor, -math.inf)
 
     @property
     def looks(self) -> bool:

@@ -6,7 +6,7 @@ import sys
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER
+from kinematics_cases import MINI, TEACHMOVER
 
 from kinematics import (
     SYSTEMS,
@@ -35,6 +35,8 @@ from kinematics import (
     work_chain,
     work_system,
 )
+from kinematics.chains.arm import ChainArm
+from kinematics.chains.inverse import solve_goal, solve_pose_ik
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.urdf_reading import read_urdf
 from kinematics.frames.orientations import RPY
@@ -205,6 +207,13 @@ def test_what_is_not_as_many_numbers_as_needed_is_refused(take):
         (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: TEACHMOVER.ik(None), "a pose must be of the class Pose"),
         (lambda: TEACHMOVER.branches((1.0,) * 5), "a pose must be of the class Pose"),
+        (lambda: ChainArm(None), "a chain must be of the class Chain"),
+        (lambda: MINI.fk((0.0,) * 5), "joints must be of the class Joints"),
+        (lambda: MINI.ik(None), "a pose must be of the class Pose"),
+        (lambda: MINI.ik("x=1", Joints((0.0,) * 5)), "a pose must be of the class Pose"),
+        (lambda: solve_pose_ik(Chain(LINKS), None), "a pose must be of the class Pose"),
+        (lambda: solve_goal(Chain(LINKS), IN_PLACE), "a goal must be of the class Goal"),
+        (lambda: solve_goal(LINKS, frame_goal(IN_PLACE)), "a chain must be of the class Chain"),
         (lambda: RPY("1", 0.0, 0.0), "phi_rad must be a finite number"),
         (lambda: EulerZYZ(0.0, math.nan, 0.0), "theta_rad must be a finite number"),
         (lambda: Quaternion.of(1.0, 0.0, 0.0, None), "z of a quaternion must be a finite number"),
@@ -375,11 +384,14 @@ def test_every_system_reaches_over_its_base_whatever_rounding_leaves_beside_it(n
 def test_an_arm_s_joints_of_many_turns_lose_no_digits(turns):
     joints = Joints(tuple(value + turns * math.tau for value in (0.3, 0.5, -0.7, 0.2, 0.4)))
     exact = Joints(tuple(map(exactly_wrapped, joints)))
-    for ours, theirs in zip(TEACHMOVER.points(joints), TEACHMOVER.points(exact), strict=True):
-        assert ours == pytest.approx(theirs, abs=1e-9)
     for ours, theirs in zip(TEACHMOVER.transform(joints), TEACHMOVER.transform(exact), strict=True):
         assert ours == pytest.approx(theirs, abs=1e-9)
-    assert TEACHMOVER.fk(joints).pitch_rad == pytest.approx(TEACHMOVER.fk(exact).pitch_rad)
+    for arm in (TEACHMOVER, MINI):
+        assert arm.fk(joints).pitch_rad == pytest.approx(arm.fk(exact).pitch_rad, abs=1e-12)
+        for ours, theirs in zip(arm.points(joints), arm.points(exact), strict=True):
+            assert ours == pytest.approx(theirs, abs=1e-9)
+        for ours, theirs in zip(arm.hand_axes(joints), arm.hand_axes(exact), strict=True):
+            assert ours == pytest.approx(theirs, abs=1e-12)
 
 
 # Axes that are nearly parallel.

@@ -337,6 +337,36 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a resumed drive is taken to be where it was read a while ago",
+        promise="a late computer calls no healthy drive blocked",
+        path="armdrive/dialects/bus/observer.py",
+        old="speed if math.isfinite(speed) else 0.0, self.asked_s)\n",
+        new="speed if math.isfinite(speed) else 0.0, now_s)\n",
+        tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
+    ),
+    Mutant(
+        name="an MKS drive whose orders were lost is taken to be where they had it",
+        promise="a dead host leaves no motion beyond the announced bound",
+        path="armdrive/dialects/mks/steering.py",
+        old="        if self._is_unconfirmed(drive):\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_expiring.py",
+            "test_nor_do_those_of_a_drive_whose_readings_are_lost_as_well",
+        ),
+    ),
+    Mutant(
+        name="an MKS drive that rejects its relief is said to push no more",
+        promise="what is reported of a blocked shaft is true",
+        path="armdrive/dialects/mks/stops.py",
+        old="    if drive.rejections.pending:\n",
+        new="    if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_pressing.py",
+            "test_a_drive_that_pushes_and_takes_no_order_is_said_to_push_still",
+        ),
+    ),
+    Mutant(
         name="an MKS drive that falls silent is not noticed",
         promise="a drive that falls silent ends the motion of all",
         path="armdrive/dialects/bus/observer.py",

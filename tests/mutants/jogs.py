@@ -139,7 +139,7 @@ MUTANTS = (
         new="return math.inf",
         tests=tests_of(
             "tests/armdrive/motion/jog/test_jog_course.py",
-            "test_an_arm_that_has_stood_begins_its_ramp_anew",
+            "test_after_standing_still_the_ramp_starts_from_zero",
         ),
     ),
     Mutant(

@@ -86,8 +86,8 @@ MUTANTS = (
         name="a link table's posture is used without comparing it with the goal",
         promise="what a closed form returns meets the goal",
         path="kinematics/chains/closed_form.py",
-        old="[angles for angles in found if finder.meets(fk(angles), frame)]",
-        new="[angles for angles in found if fk(angles)]",
+        old="        if _near(frame, target, NEAR_MM, NEAR_RAD):",
+        new="        if frame:",
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",
@@ -97,8 +97,8 @@ MUTANTS = (
         name="a link table's joint may stand beyond its limit",
         promise="what a closed form chooses keeps all limits",
         path="kinematics/chains/closed_form.py",
-        old="                if fitting is not None:",
-        new="                fitting = fitting or angles\n                if fitting is not None:",
+        old="                kept = fit(angles, near)",
+        new="                kept = fit(angles, near) or angles",
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_the_nearest_posture_is_within_the_limits_and_the_nearest",
@@ -108,8 +108,8 @@ MUTANTS = (
         name="a link table's second solution of an angle is left out",
         promise="a closed form finds every branch",
         path="kinematics/chains/subproblems.py",
-        old="    for side in (root, -root):",
-        new="    for side in (root, root):",
+        old='    code.set(roots, "({}, {})", positive, -positive)',
+        new='    code.set(roots, "({}, {})", positive, positive)',
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",

@@ -139,7 +139,7 @@ MUTANTS = (
         new="            near = True\n",
         tests=tests_of(
             "tests/armdrive/motion/test_guards_driven.py",
-            "test_a_way_through_a_box_to_a_goal_behind_it_is_refused",
+            "test_a_path_through_a_box_to_a_goal_beyond_it_is_refused",
         ),
     ),
     Mutant(
@@ -194,7 +194,7 @@ MUTANTS = (
         new="    if not",
         tests=tests_of(
             "tests/armdrive/motion/test_straying.py",
-            "test_the_tip_stays_as_near_to_the_straight_way_as_it_is_told",
+            "test_the_tip_stays_within_the_announced_distance_of_the_line",
         ),
     ),
     Mutant(
@@ -207,7 +207,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/motion/test_straying.py",
-            "test_no_joint_passes_the_limit_that_it_moves_beside",
+            "test_no_joint_passes_a_limit_that_it_moves_along",
         ),
     ),
     Mutant(

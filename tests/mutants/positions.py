@@ -81,7 +81,7 @@ MUTANTS = (
         new="            self.fell |= False",
         tests=tests_of(
             "tests/armdrive/motion/test_zeroed_in_motion.py",
-            ("test_counts_that_go_back_to_where_they_began_are_those_of_a_device_that_began_anew"),
+            ("test_counts_that_return_to_their_start_are_those_of_a_restarted_device"),
         ),
     ),
     Mutant(
@@ -92,7 +92,7 @@ MUTANTS = (
         new="if False:",
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",
-            ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
+            ("test_counts_of_zero_after_a_silence_may_mean_a_restart"),
         ),
     ),
     Mutant(
@@ -125,7 +125,7 @@ MUTANTS = (
         new="        if False:",
         tests=tests_of(
             "tests/armdrive/storage/test_power_cuts.py",
-            "test_an_arm_that_was_let_go_is_never_restored",
+            "test_an_arm_whose_motors_were_off_is_never_restored",
         ),
     ),
     Mutant(
@@ -147,7 +147,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/connect/test_reconnecting.py",
-            "test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later",
+            "test_a_call_waiting_for_a_motion_raises_the_loss_and_the_motion_does_not_continue",
         ),
     ),
     Mutant(
@@ -274,7 +274,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/motion/test_verifying.py",
-            ("test_a_drift_that_nobody_accepts_makes_the_position_suspect_and_says_by_how_much"),
+            ("test_an_unaccepted_drift_makes_the_position_suspect_and_gives_its_size"),
         ),
     ),
     Mutant(
@@ -287,7 +287,7 @@ MUTANTS = (
         new="if belief.trust is Trust.RESTORED:",
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",
-            "test_a_refusal_says_why_and_how_to_mend_it",
+            "test_a_refusal_gives_the_reason_and_the_remedy",
         ),
     ),
     Mutant(
@@ -320,7 +320,7 @@ MUTANTS = (
         new="return now_s + every_s, None",
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",
-            ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
+            ("test_counts_of_zero_after_a_silence_may_mean_a_restart"),
         ),
     ),
     Mutant(
@@ -421,7 +421,7 @@ MUTANTS = (
         new=("    if belief.trust is not Trust.RESTORED:\n        return\n"),
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",
-            "test_a_refusal_says_why_and_how_to_mend_it",
+            "test_a_refusal_gives_the_reason_and_the_remedy",
         ),
     ),
 )

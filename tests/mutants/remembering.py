@@ -43,7 +43,7 @@ MUTANTS = (
         new="            in_motion=False,\n",
         tests=tests_of(
             "tests/armdrive/storage/test_record.py",
-            "test_a_restored_position_moves_for_who_allowed_it",
+            "test_a_restored_position_allows_motion_if_the_caller_said_so",
         ),
     ),
     Mutant(

@@ -244,7 +244,7 @@ MUTANTS = (
         new="return False",
         tests=tests_of(
             "tests/armdrive/runtime/test_stale_orders.py",
-            "test_what_was_thought_out_before_the_drives_stopped_is_not_said",
+            "test_bytes_prepared_before_the_drives_stopped_are_not_sent",
         ),
     ),
     Mutant(

@@ -6,7 +6,6 @@ from desk_fake import Clock, FakeArm
 
 from tui.desk import Desk
 from tui.frame import SafetyPanel
-from tui.painting import PlainText
 
 
 class Session:
@@ -65,11 +64,11 @@ class Session:
         if name == "banner":
             forbidden = self.desk.place.query_one(SafetyPanel).has_class("-forbidden")
             return self.text("conduct") if forbidden else ""
-        return self.desk.place.query_one(f"#{name}", PlainText).shown
+        return self.desk.place.query_one(f"#{name}").shown
 
     def title(self, name):
-        """Return the title of a panel."""
-        return self.desk.place.query_one(f"#{name}").border_title
+        """Return the title of a panel, without what a small terminal shows beside it."""
+        return str(self.desk.place.query_one(f"#{name}").border_title).partition("  ")[0]
 
     def tick(self):
         """Let the time of what is held pass, as the desk's own alarm does."""

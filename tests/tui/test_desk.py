@@ -132,10 +132,36 @@ async def test_mode_increment_and_speed_follow_their_keys():
     async with Session() as session:
         await session.press("m", "right_square_bracket", "right_square_bracket", "minus")
         assert session.title("tip") == "Tip, Cartesian"
-        assert "speed 10%   step 10 mm 2°" in session.text("stopping")
+        assert "speed 10%   step 2° [10 mm]" in session.text("stopping")
         await session.press("m", "left_square_bracket", "plus", "equals_sign")
         assert session.title("tip") == "Tip"
-        assert "speed 50%   step 10 mm 1°" in session.text("stopping")
+        assert "speed 50%   step [1°] 10 mm" in session.text("stopping")
+
+
+async def test_a_small_terminal_shows_presets_what_is_near_and_the_next_keys():
+    async with Session() as session:
+        rows = [strip.text for strip in session.desk.screen._compositor.render_strips()]
+        shown = "\n".join(rows)
+        for words in (
+            "1 open  2 half  3 closed  G grasp",
+            "m: keys move the tip",
+            "arrows: base, shoulder",
+            "from its limit",
+            "below the tip",
+        ):
+            assert words in shown
+        assert " ".join(rows[-1].split()) == (
+            "space STOP enter arm m mode [ ] step - + speed K park ? help ^q quit"
+        )
+
+
+async def test_a_click_on_a_pair_of_keys_does_what_the_key_under_it_does():
+    async with Session() as session:
+        line = session.text("footer")
+        for key, step_deg in (("]", 5.0), ("[", 2.0)):
+            await session.pilot.click("#footer", offset=(line.index(key) + 1, 0))
+            await session.poll()
+            assert session.desk.settings.step_deg == step_deg
 
 
 async def test_one_step_is_in_mm_along_an_axis_and_in_degrees_about_it():

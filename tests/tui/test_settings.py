@@ -259,12 +259,12 @@ async def test_a_new_real_arm_starts_slowly_whatever_was_set_on_the_simulated_on
         await session.press("m", "plus", "plus", "right_square_bracket", "ctrl+q")
     for _ in range(2):
         async with Session(FakeArm(simulated=False), memory=memory) as session:
-            assert "speed 10%   step 2 mm 2°" in session.text("stopping")
+            assert "speed 10%   step [2°] 2 mm" in session.text("stopping")
             assert session.title("joints") == "Joints"
             assert session.desk.manner.speed == 0.25
             await session.press("ctrl+q")
     async with Session(memory=memory) as session:
-        assert "speed 100%   step 5 mm 2°" in session.text("stopping")
+        assert "speed 100%   step 2° [5 mm]" in session.text("stopping")
 
 
 async def test_each_arm_has_settings_of_its_own(memory):

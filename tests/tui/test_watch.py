@@ -194,7 +194,7 @@ async def test_a_stop_that_nobody_heard_is_said_loudly_with_what_to_do():
     async with Session(FakeHolder()) as session:
         session.holder.answer = ArmError("the program does not answer")
         await session.press("space")
-        assert "STOP WAS NOT HEARD: the program does not answer" in session.text("remarks")
+        assert "STOP WAS NOT RECEIVED: the program does not answer" in session.text("remarks")
         assert "switch" in session.text("remarks")
 
 

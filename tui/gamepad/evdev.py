@@ -17,7 +17,7 @@ SYN_DROPPED = 3
 """Numbers of Linux's input-event-codes.h."""
 
 WAKE_S = 0.5
-"""A read that hears nothing comes back after this."""
+"""Timeout of a read."""
 
 
 def check_gamepads() -> Any:
@@ -68,7 +68,7 @@ class EvdevPad:
                     yield PadEvent(event.code, self._share(event.code, event.value))
 
     def _ready(self) -> Iterator[Any]:
-        """Yield what is there; none of it may have been meant for this reader after all."""
+        """Yield the events that are there; there may be none."""
         with contextlib.suppress(BlockingIOError):
             yield from self._device.read()
 
@@ -94,7 +94,7 @@ def open_gamepad(wanted: str, evdev: Any) -> EvdevPad | None:
         try:
             device = evdev.InputDevice(path)
         except OSError:
-            continue  # unplugged meanwhile, or somebody else's alone
+            continue  # unplugged meanwhile, or readable by another user only
         if is_gamepad(device) and wanted.lower() in str(device.name).lower():
             found.append(device)
         else:

@@ -1,7 +1,7 @@
 """A hand on a gamepad: it jogs by sticks while it holds one button, and the keys are armed.
 
-A stick that stands still tells nothing, nor does a gamepad whose battery is empty. So what is held
-goes on for some time after it was last heard of, and no longer, as with the mouse (jog/jogging.py).
+A stick that is held still sends no events, and neither does a gamepad with an empty battery. So a
+held jog ends some time after the last event, as with the mouse (jog/jogging.py).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from armdrive.moves import Jog
 from tui.app import InputFilter, action_call
 from tui.control import ArmLink
 from tui.gamepad.map import GRIPPER_ROWS, HOLD, STOP, PadMap
-from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadReader, Told
+from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadNews, PadReader
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import AXIS_KEYS
@@ -23,11 +23,11 @@ from tui.screens import Screens
 from tui.settings import JogSettings
 
 PAD = "gamepad"
-"""What is held, where it is this."""
+"""The name of a jog that the gamepad holds."""
 
 
 class PadHand:
-    """Sticks and buttons as they were last told of. Knows no screen and no device."""
+    """The sticks and buttons, by their latest events. Knows no screen and no device."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class PadHand:
         say: Callable[[str], None],
         do: Callable[[str], None],
     ) -> None:
-        """`hand` is the one on the jog keys, where they are shown; `do` does a row's deed."""
+        """`hand` returns the hand on the jog keys, if they are shown; `do` acts as a row's key."""
         self._pad = pad
         self._settings = settings
         self._hand = hand
@@ -52,7 +52,7 @@ class PadHand:
         hand = self._hand()
         return hand is not None and hand.held_button == PAD
 
-    def heard(self, event: PadEvent) -> None:
+    def take_event(self, event: PadEvent) -> None:
         """Take an event."""
         if event.button:
             self._button(event)
@@ -63,13 +63,13 @@ class PadHand:
                 hand.steer()
 
     def came(self, sticks: Mapping[int, float]) -> None:
-        """Take a gamepad whose sticks stand so; nothing moves before its button is pressed."""
+        """Take a new gamepad, with its sticks where they are; only its button begins a motion."""
         self.gone()
         for code, value in sticks.items():
-            self.heard(PadEvent(code, value))
+            self.take_event(PadEvent(code, value))
 
     def gone(self) -> None:
-        """Let go: it was unplugged, or has lost count of what it told."""
+        """Let go: the gamepad was unplugged, or events were lost."""
         self._sticks = {}
         self._let_go()
 
@@ -80,11 +80,11 @@ class PadHand:
         return pushed if value > 0.0 else -pushed
 
     def _button(self, event: PadEvent) -> None:
-        deed = self._pad.deed(event.code)
-        if deed == HOLD:
+        action = self._pad.action(event.code)
+        if action == HOLD:
             (self._take_hold if event.value else self._let_go)()
-        elif deed and event.value:
-            self._do(deed)
+        elif action and event.value:
+            self._do(action)
 
     def _take_hold(self) -> None:
         """Begin to move with the sticks: from rest, and only where the keys are armed."""
@@ -151,7 +151,7 @@ class PadHost(Protocol):
 
 
 class PadDesk:
-    """Takes what a reader tells into the desk's own thread."""
+    """Brings the events of a gamepad into the desk's own thread."""
 
     def __init__(self, desk: PadHost, find: Callable[[], Pad | None]) -> None:
         """`find` opens a gamepad, or returns None."""
@@ -170,28 +170,28 @@ class PadDesk:
         self._reader.start()
 
     def close(self) -> None:
-        """Hear of it no more."""
+        """Stop reading the gamepad."""
         self._reader.close()
 
-    def _tell(self, told: Told) -> None:
-        """Hand it to the desk, and wait until it was taken: no more than one is on its way."""
+    def _tell(self, event: PadNews) -> None:
+        """Hand an event to the desk, and wait until it was taken: one at a time."""
         try:
-            self._desk.call_from_thread(self.heard, told)
+            self._desk.call_from_thread(self.take_event, event)
         except (RuntimeError, CancelledError):  # the desk has just ended
             self._reader.close()
 
-    def heard(self, told: Told) -> None:
-        """Take what was told; a desk that was suspended is disarmed before."""
+    def take_event(self, event: PadNews) -> None:
+        """Take an event; a desk that was suspended is disarmed first."""
         self._desk.input.alive()
-        if isinstance(told, PadEvent):
-            self.hand.heard(told)
-        elif isinstance(told, Came):
-            self.hand.came(told.sticks)
+        if isinstance(event, PadEvent):
+            self.hand.take_event(event)
+        elif isinstance(event, Came):
+            self.hand.came(event.sticks)
             button = self._desk.keys.pad.buttons[HOLD]
-            self._desk.say(f"{told.name}: once armed, hold its {button} and push a stick")
-        elif isinstance(told, Gone):
+            self._desk.say(f"{event.name}: once armed, hold its {button} and push a stick")
+        elif isinstance(event, Gone):
             self.hand.gone()
-            self._desk.say(f"no gamepad: {told.reason}")
+            self._desk.say(f"no gamepad: {event.reason}")
 
     def _do(self, row: str) -> None:
         """Do what a row of the table of keys does: the stop anywhere, others where keys jog."""

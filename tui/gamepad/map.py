@@ -32,7 +32,7 @@ BUTTONS: Mapping[str, int] = MappingProxyType(
 """Buttons by the numbers of the same file, named by where they are."""
 
 HOLD, STOP = "hold", "stop"
-DEEDS = (HOLD, STOP, "mode", "slower", "faster")
+ACTIONS = (HOLD, STOP, "mode", "slower", "faster")
 """What a button may do: hold is the dead-man's, the others are rows of the table of keys."""
 
 GRIPPER_ROWS = ("gripper-plus", "gripper-minus")
@@ -71,9 +71,9 @@ class PadMap:
     )
     dead_zone: float = 0.15
 
-    def deed(self, code: int) -> str:
-        """Return what the button of this number does; nothing of one that is not used."""
-        return next((deed for deed, name in self.buttons.items() if BUTTONS[name] == code), "")
+    def action(self, code: int) -> str:
+        """Return what the button of this number does; "" if it is not used."""
+        return next((action for action, name in self.buttons.items() if BUTTONS[name] == code), "")
 
     def rows(self, code: int) -> tuple[str, str] | None:
         """Return the rows of the stick of this number, None where it has none."""
@@ -90,52 +90,55 @@ def read_pad(table: object, where: str) -> PadMap:
         raise KeyFileError(f'{where}: gamepad is a table: `[gamepad]`, and below it `hold = "..."`')
     pad = DEFAULT_PAD
     for word, value in table.items():
-        said = f"{where}: gamepad: {word}"
-        if word in DEEDS:
-            pad = replace(pad, buttons=_with_button(pad.buttons, word, value, said))
+        setting = f"{where}: gamepad: {word}"
+        if word in ACTIONS:
+            pad = replace(pad, buttons=_with_button(pad.buttons, word, value, setting))
         elif word in STICKS:
-            pad = replace(pad, sticks={**pad.sticks, word: _rows(value, said)})
+            pad = replace(pad, sticks={**pad.sticks, word: _rows(value, setting)})
         elif word == DEAD_ZONE:
-            pad = replace(pad, dead_zone=_dead_zone(value, said))
+            pad = replace(pad, dead_zone=_dead_zone(value, setting))
         else:
-            known = (*DEEDS, *STICKS, DEAD_ZONE)
+            known = (*ACTIONS, *STICKS, DEAD_ZONE)
             near = suggestion(word, known)
-            raise KeyFileError(f"{said} is not known{near}; known are {', '.join(known)}")
-    for deed, name in pad.buttons.items():
-        others = [each for each, button in pad.buttons.items() if button == name and each != deed]
+            raise KeyFileError(f"{setting} is not known{near}; known are {', '.join(known)}")
+    for action, name in pad.buttons.items():
+        others = [each for each, button in pad.buttons.items() if button == name and each != action]
         if others:
-            raise KeyFileError(f"{where}: gamepad: {name} would be both {deed} and {others[0]}")
+            raise KeyFileError(f"{where}: gamepad: {name} would be both {action} and {others[0]}")
     return pad
 
 
-def _with_button(buttons: Mapping[str, str], deed: str, value: object, said: str) -> dict[str, str]:
-    """Return the buttons with this one; an empty word takes one away that can be done without."""
-    others = {each: name for each, name in buttons.items() if each != deed}
-    if value == "" and deed not in (HOLD, STOP):
+def _with_button(
+    buttons: Mapping[str, str], action: str, value: object, setting: str
+) -> dict[str, str]:
+    """Return the buttons with this one; an empty word removes one that is not required."""
+    others = {each: name for each, name in buttons.items() if each != action}
+    if value == "" and action not in (HOLD, STOP):
         return others
     if value not in BUTTONS:
         near = suggestion(str(value), BUTTONS)
-        raise KeyFileError(f"{said} is one of {', '.join(BUTTONS)}, not {value!r}{near}")
-    return {**others, deed: str(value)}
+        raise KeyFileError(f"{setting} is one of {', '.join(BUTTONS)}, not {value!r}{near}")
+    return {**others, action: str(value)}
 
 
-def _rows(value: object, said: str) -> tuple[str, str]:
+def _rows(value: object, setting: str) -> tuple[str, str]:
     given = value if isinstance(value, list) else [value, value]
     if len(given) != 2:
-        raise KeyFileError(f"{said} is a row, or two: in joint mode, and in Cartesian mode")
+        raise KeyFileError(f"{setting} is a row, or two: in joint mode, and in Cartesian mode")
     for row in given:
         if row not in JOG_ROWS:
             near = suggestion(str(row), JOG_ROWS)
             raise KeyFileError(
-                f"{said} is a row of jog keys, like axis-1-plus or gripper-plus, not {row!r}{near}"
+                f"{setting} is a row of jog keys, like axis-1-plus or gripper-plus, "
+                f"not {row!r}{near}"
             )
     return str(given[0]), str(given[1])
 
 
-def _dead_zone(value: object, said: str) -> float:
+def _dead_zone(value: object, setting: str) -> float:
     good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and LEAST_DEAD <= float(str(value)) <= MOST_DEAD):
-        raise KeyFileError(f"{said} is a share from {LEAST_DEAD} to {MOST_DEAD}, not {value!r}")
+        raise KeyFileError(f"{setting} is a share from {LEAST_DEAD} to {MOST_DEAD}, not {value!r}")
     return float(str(value))
 
 
@@ -144,4 +147,4 @@ def as_markdown(pad: PadMap = DEFAULT_PAD) -> list[str]:
     lines = ["| stick | to the right or down, in joint mode | in Cartesian mode |", "|---|---|---|"]
     lines += [f"| `{name}` | `{a}` | `{b}` |" for name, (a, b) in pad.sticks.items()]
     lines += ["", "| does | button |", "|---|---|"]
-    return [*lines, *(f"| `{deed}` | `{name}` |" for deed, name in pad.buttons.items())]
+    return [*lines, *(f"| `{action}` | `{name}` |" for action, name in pad.buttons.items())]

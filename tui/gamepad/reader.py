@@ -1,6 +1,6 @@
 """Reads a gamepad in a thread of its own, and looks for one while there is none.
 
-The thread only tells what it reads: whether anything moves is decided where the keys are.
+The thread only forwards events: whether anything moves is decided where the keys are.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ NONE_THERE = "plug one in; it is looked for (your user has to be in the group `i
 
 @dataclass(frozen=True, slots=True)
 class PadEvent:
-    """Something that a gamepad tells: of a button, 1 pressed; or of a stick, from -1 to 1."""
+    """An event of a button (1: pressed), or of a stick (from -1 to 1)."""
 
     code: int
     value: float
@@ -33,13 +33,13 @@ class Pad(Protocol):
 
     @property
     def name(self) -> str:
-        """What it calls itself."""
+        """The name that the device reports."""
 
     def sticks(self) -> Mapping[int, float]:
         """Return where its sticks stand, from -1 to 1."""
 
     def events(self) -> Iterator[PadEvent | None]:
-        """Yield what it tells, and None every now and then while that is nothing.
+        """Yield events, and None from time to time while there are none.
 
         Raises `OSError` when it was unplugged, and `Uncounted` when events were lost.
         """
@@ -62,18 +62,19 @@ class Came:
 
 @dataclass(frozen=True, slots=True)
 class Gone:
-    """There is none any more, or none can be opened, for this reason."""
+    """The gamepad was unplugged, or none can be opened, for this reason."""
 
     reason: str
 
 
-Told = PadEvent | Came | Gone
+PadNews = PadEvent | Came | Gone
+"""An event of a gamepad, or that it was plugged in or unplugged."""
 
 
 class PadReader:
-    """Tells all that a gamepad tells, until it is closed."""
+    """Forwards the events of a gamepad until it is closed."""
 
-    def __init__(self, find: Callable[[], Pad | None], tell: Callable[[Told], None]) -> None:
+    def __init__(self, find: Callable[[], Pad | None], tell: Callable[[PadNews], None]) -> None:
         """`find` opens a gamepad, or returns None; `tell` is called in the reader's own thread."""
         self._find = find
         self._tell = tell
@@ -85,7 +86,7 @@ class PadReader:
         threading.Thread(target=self._run, name="armdrive-gamepad", daemon=True).start()
 
     def close(self) -> None:
-        """Tell nothing any more."""
+        """Forward no more events."""
         self._closed.set()
 
     def _run(self) -> None:

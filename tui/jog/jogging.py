@@ -37,7 +37,7 @@ Aim = Callable[[], "Jog | None"]
 
 
 class Rings(Protocol):
-    """Something that calls `tick` once, so much later; a new time replaces the last."""
+    """Something that calls `tick` once after a delay; a new delay replaces the last."""
 
     def after(self, delay_s: float) -> None:
         """Ring once after this delay; infinite means never."""
@@ -83,7 +83,7 @@ class DeskJogging:
 
     @property
     def held_button(self) -> str:
-        """The jog key whose on-screen button is held, or the name of what else is; or nothing."""
+        """The jog key whose on-screen button is held, or `PAD`; "" if nothing is held."""
         return self._button
 
     def press(self, key: str) -> None:
@@ -105,9 +105,9 @@ class DeskJogging:
         self._apply(self._deadman.key_up(key, self._clock()))
 
     def doubt(self, time_s: float) -> None:
-        """Note that keys were kept waiting for this long: those that come now disarm.
+        """Note that keys waited for this long: the next ones disarm.
 
-        Whatever was held has ended by itself meanwhile.
+        Held jogs have ended by themselves meanwhile.
         """
         self.release()
         self._kept_s = time_s
@@ -131,7 +131,7 @@ class DeskJogging:
         self.take(key, lambda: self._settings().direction_of(key))
 
     def take(self, held: str, aim: Aim) -> None:
-        """Hold what has this name, and goes where `aim` says; whatever else is held ends."""
+        """Hold a jog under this name, towards `aim`; any other one ends."""
         self.release()
         self._button, self._aim = held, aim
         self.moved()
@@ -139,7 +139,7 @@ class DeskJogging:
         self._apply(())
 
     def steer(self) -> None:
-        """Go where what is held points by now: at rest at once, elsewhere not too often."""
+        """Follow a stick: stop at once when it rests, change direction not too often."""
         self.moved()
         if self._aim() is None or self._clock() - self._renewed_s >= STEER_S:
             self._renew()
@@ -162,7 +162,7 @@ class DeskJogging:
         if left_s <= 0.0:
             source = "mouse" if self._settings().pair_of(self._button) else self._button
             self.lift()
-            self._say(f"let go: nothing was heard of the {source} for {MOUSE_HOLDS_S:.0f} s")
+            self._say(f"let go: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
             return
         jog, moving = self._aim(), self._renew_s != math.inf
         if jog is None:
@@ -177,7 +177,7 @@ class DeskJogging:
     # -- arming -------------------------------------------------------------------------------
 
     def arm_keys(self) -> bool:
-        """Let the jog keys have effect; refused while keys are still pouring in."""
+        """Arm the jog keys; refused while keys are still arriving."""
         self._active_s = self._clock()
         may = self.armed or not self._stale.is_stale(self._active_s - self._age_s())
         return may and self._deadman.arm(self._active_s)
@@ -188,7 +188,7 @@ class DeskJogging:
         self._apply(self._deadman.disarm(reason))
 
     def release(self) -> None:
-        """End what is held: it was meant with other settings."""
+        """End a held jog: it was begun with other settings."""
         self.lift()
         self._apply(self._deadman.release_all(self._clock()))
 

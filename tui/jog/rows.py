@@ -134,17 +134,22 @@ def _turns(low_rad: float, high_rad: float, offset_rad: float) -> Iterator[float
 def near_lines(
     status: Status, model: ArmModel, joints: Sequence[AxisRow], quick_stop: str
 ) -> Iterator[Span]:
-    """Say what a person would want to know before the next key: limits, the table, the rim."""
+    """Say what a person would want to know before the next key, warnings first."""
+    found = [*_near_limit(joints)]
+    if status.pose is not None:
+        found += _near_guards(status.pose, model)
+    yield from sorted(found, key=lambda line: not line[1])
+    if quick_stop:
+        yield quick_stop, "dim"
+
+
+def _near_limit(joints: Sequence[AxisRow]) -> Iterator[Span]:
     nearest = min(joints, key=_margin_share, default=None)
     if nearest is not None and nearest.value is not None and nearest.limits is not None:
         low, high = nearest.limits
         margin = min(nearest.value - low, high - nearest.value)
         style = {"": "", "!": "$warning", "!!": "$error"}[nearest.sign]
         yield f"{words(nearest.name)} {margin:.1f}{DEGREE} from its limit", style
-    if status.pose is not None:
-        yield from _near_guards(status.pose, model)
-    if quick_stop:
-        yield quick_stop, "dim"
 
 
 def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import ClassVar, cast
 
@@ -10,36 +9,18 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
-from armdrive.errors import ArmError
-from armdrive.motion.frames import BASE, TOOL
 from armdrive.moves import GripperMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
-from kinematics.spaces import Pose
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
-from tui.axes import DEGREE, AxisTable
+from tui.axes import DEGREE
 from tui.frame import FACT_GAP
-from tui.gamepad.jogging import PAD
 from tui.jog.jogging import DeskJogging
-from tui.jog.rows import (
-    Limits,
-    Lit,
-    Load,
-    detail_lines,
-    grasped,
-    grip_line,
-    gripper_row,
-    joint_rows,
-    near_lines,
-    quicker,
-    tip_limits,
-    tip_rows,
-)
+from tui.jog.panels import AxisPanels
+from tui.jog.rows import Load, detail_lines, grasped, near_lines, quicker
 from tui.keys.keyboard import bindings
-from tui.keys.table import JogPair, words
-from tui.painting import PlainText
-from tui.screens import DeskScreen, ScreenHost
+from tui.screens import DeskScreen, ScreenHost, panels
 from tui.settings import JogSettings
 
 TALL = 34
@@ -144,9 +125,8 @@ class JogScreen(DeskScreen):
         self.hand.alarm = HoldAlarm(app, self.hand.tick)
         self.adjustments = Adjustments(desk, self.hand)
         self.fingers = Fingers(desk, self.hand)
+        self.axes = AxisPanels(desk, self.hand)
         self._load = Load()
-        self._lit = Lit(desk.clock)
-        self._tip_limits = tip_limits(desk.arm.model)
 
     @property
     def armed(self) -> bool:
@@ -169,8 +149,10 @@ class JogScreen(DeskScreen):
     def settings_text(self) -> str:
         """The speed and the steps of the jog keys."""
         settings = self.desk.settings
-        step = f"step {settings.step_mm:g} mm {settings.step_deg:g}{DEGREE}"
-        return f"speed {settings.speed * 100:.0f}%{FACT_GAP}{step}"
+        steps = [f"{settings.step_deg:g}{DEGREE}", f"{settings.step_mm:g} mm"]
+        driven = int(settings.cartesian)
+        steps[driven] = f"[{steps[driven]}]"  # the one that the keys use and change now
+        return f"speed {settings.speed * 100:.0f}%{FACT_GAP}step {' '.join(steps)}"
 
     @property
     def idle(self) -> tuple[str, ...]:
@@ -195,87 +177,24 @@ class JogScreen(DeskScreen):
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: the arm on the left, panels of numbers on the right."""
-        keys = self.desk.keys
         with Horizontal():
             yield from self.arm_panel()
             with VerticalScroll(id="panels", can_focus=False):
-                for name in ("tip", "joints", "gripper"):
-                    yield AxisTable(
-                        self._push, self.hand.moved, self.hand.lift, cap=keys.jog, id=name
-                    )
-                yield PlainText(id="near", classes="panel")
-                yield PlainText(id="details", classes="panel")
-
-    def on_mount(self) -> None:
-        """Name the panels."""
-        keys = self.desk.keys
-        details = keys.label("details")
-        presets = [keys.label(f"grip-{word}") for word in ("open", "half", "closed")]
-        self.query_one("#gripper").border_title = "Gripper"
-        self.query_one("#gripper").border_subtitle = (
-            f"{presets[0]} open  {presets[1]} half  {presets[2]} closed  "
-            f"{keys.label('grasp')} grasp"
-        )
-        self.query_one("#near").border_title = "Near"
-        self.query_one("#near").border_subtitle = f"{details} details"
-        self.query_one("#details").border_title = "Details"
+                yield from self.axes.compose()
+                near, details = panels(near="Near", details="Details")
+                near.border_subtitle = f"{self.desk.keys.label('details')} details"
+                yield from (near, details)
 
     def show_body(self, status: Status) -> None:
         """Show this status; keys that have not been used for a while are disarmed."""
         self.hand.disarm_idle()
-        desk, settings, model = self.desk, self.desk.settings, self.desk.arm.model
-        held = self.hand.held_button not in ("", PAD)
-        pose, limits = self._pose(status)
-        joints = joint_rows(status, model, settings, self._lit)
-        force_n = desk.arm.gripper.force_n
-        self._table("tip").show_axes(tip_rows(pose, limits, settings, self._lit), held=held)
-        self._table("joints").show_axes(joints, held=held)
-        self._table("gripper").show_axes(
-            (gripper_row(status, model, settings, self._lit),),
-            grip_line(status.gripping, force_n),
-            held=held,
-        )
-        self._name_tables(settings)
-        self.text("near").show_lines(near_lines(status, model, joints, quicker(status.dialect)))
-        load = self._load.of(status.link_stats, desk.clock())
+        joints = self.axes.show(status)
+        near = near_lines(status, self.desk.arm.model, joints, quicker(status.dialect))
+        self.text("near").show_lines(near)
+        load = self._load.of(status.link_stats, self.desk.clock())
         if self.text("details").display:
             self.text("details").show(detail_lines(status, load))
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
-
-    def _table(self, name: str) -> AxisTable:
-        return self.query_one(f"#{name}", AxisTable)
-
-    def _name_tables(self, settings: JogSettings) -> None:
-        """Say in the panels' titles which of them the keys move, and in which frame."""
-        mode = self.desk.keys.label("mode")
-        frame = "" if settings.frame == BASE else f" of {settings.frame}"
-        driven, other = ("tip", "joints") if settings.cartesian else ("joints", "tip")
-        titles = {"tip": f"Tip, Cartesian{frame}", "joints": "Joints"}
-        for name, by_keys in ((driven, True), (other, False)):
-            table = self._table(name)
-            title = titles[name] if by_keys else name.capitalize()
-            subtitle = _arrows(settings) if by_keys else f"{mode}: keys move the {name}"
-            if table.border_title != title or table.border_subtitle != subtitle:
-                table.border_title, table.border_subtitle = title, subtitle
-                table.set_class(by_keys, "-driven")
-
-    def _pose(self, status: Status) -> tuple[Pose | None, Sequence[Limits | None]]:
-        """Return the pose in the frame that is jogged in, and its limits where that is the base.
-
-        A jog in the tool's frame is shown in the base's, since the tool is always at its own zero.
-        """
-        settings, limits = self.desk.settings, self._tip_limits
-        if status.pose is None or not settings.cartesian or settings.frame in (BASE, TOOL):
-            return status.pose, limits
-        try:
-            return self.desk.arm.pose_in(settings.frame), (None,) * len(limits)
-        except ArmError:
-            return None, limits  # it has become unknown since the status was taken
-
-    def _push(self, pair: JogPair, plus: bool) -> None:
-        """Hold the key cap of an axis."""
-        if not self.desk.link.says_lost():
-            self.hand.push(pair.plus if plus else pair.minus)
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -309,13 +228,3 @@ class JogScreen(DeskScreen):
 def opened(opening_mm: float | None) -> str:
     """Say how far the fingers are open now."""
     return "the fingers are there" if opening_mm is None else f"fingers {opening_mm:.1f} mm open"
-
-
-def _arrows(settings: JogSettings) -> str:
-    """Say what the arrow keys move."""
-    axes = {
-        pair.plus: words(pair.axis(cartesian=settings.cartesian))
-        for pair in settings.pairs
-        if len(pair.plus) > 1
-    }
-    return f"arrows: {axes['left']}, {axes['up']}"

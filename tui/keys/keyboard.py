@@ -23,6 +23,18 @@ KEYS_OFFERED = 12
 KEYS_LAST = ("help", "palette", "quit")
 """Rows that the line of keys offers on every screen."""
 
+OWN_KEPT = 5
+"""In a narrow line, the key of the commands goes before the last of these keys of a screen."""
+
+PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        f"{place}{first}": (f"{place}{second}", name)
+        for first, second, name in (("finer", "coarser", "step"), ("slower", "faster", "speed"))
+        for place in ("", "move-", "points-")
+    }
+)
+"""Rows that the line of keys shows with another one, under one name: `[ ] step`."""
+
 KEYS_WIDTH = 18
 """So wide is the column of keys in the help."""
 

@@ -72,7 +72,7 @@ class SuspensionDetector:
 
 
 class StaleInput:
-    """Tells input that may have been waiting from input that was just made."""
+    """Distinguishes input that may have waited from fresh input."""
 
     def __init__(self) -> None:
         self._stale_s = -math.inf
@@ -82,9 +82,9 @@ class StaleInput:
         self._stale_s = now_s
 
     def is_stale(self, came_s: float, *, of_keyboard: bool = True) -> bool:
-        """Return whether what came then may have waited; if a key did, so may the next one.
+        """Return whether input of this time may have waited; then the next key may have, too.
 
-        A mouse reports so often that it would never be silent: it is stale as long as keys are.
+        A mouse that moves is never silent for long: its events are stale as long as keys are.
         """
         if came_s - self._stale_s >= SILENCE_S:
             return False
@@ -120,7 +120,7 @@ class SinglePress:
 
 @dataclass(slots=True)
 class DoublePress:
-    """Two presses of one key, with a pause after them; a held key is none.
+    """Two presses of one key, with a pause after them; a held key does not count.
 
     A key that was refused may be held still: until it pauses, none of its presses counts.
     """

@@ -208,11 +208,12 @@ POINT_KEYS = (
     DeskKey("points-step-change", ("E",), "steps.change", "",
             "Change the marked step: type another point, opening or time.", "points"),
     DeskKey("points-grip", ("g",), "steps.add_grip", "fingers",
-            "Of a sequence: have the fingers do something behind the marked step, or at the end. "
+            "Of a sequence: add a gripper step after the marked step, or at the end. "
             "Type open, close, grasp, here, point (the point's opening) or mm, then enter.",
             "points"),
     DeskKey("points-wait", ("W",), "steps.add_wait", "wait",
-            "Of a sequence: wait behind the marked step, or at the end. Type seconds, then enter.",
+            "Of a sequence: add a wait after the marked step, or at the end. Type seconds, "
+            "then enter.",
             "points"),
     DeskKey("points-stepping", ("s",), "sequence.switch_stepping", "stepping",
             "Let right and left carry out single steps of the sequence, until it is pressed again.",
@@ -225,7 +226,7 @@ POINT_KEYS = (
     DeskKey("points-rewind", ("home",), "sequence.rewind", "rewind",
             "Start the sequence over. Moves nothing.", "points"),
     DeskKey("points-pause", ("p",), "pause", "pause",
-            "Hold the arm up behind its next burst, and let it go on.", "points"),
+            "Pause the arm after its next burst, or let it go on.", "points"),
 )  # fmt: skip
 """Names are typed once they are asked for; their letters are no rows of the table."""
 
@@ -305,29 +306,35 @@ LOG_DIALOG_KEYS = (
 # The set-up screen. Only `t` moves anything.
 
 SETUP_KEYS = (
-    DeskKey("setup-enter", ("enter",), "enter", "go on",
+    DeskKey("setup-enter", ("enter",), "stages.enter", "go on",
             "Do what is marked. What opens a port or writes a file asks for a second press.",
             "setup"),
-    DeskKey("setup-next", ("down", "tab"), "mark(1)", "next", "Mark the next line.", "setup"),
-    DeskKey("setup-previous", ("up", "shift+tab"), "mark(-1)", "", "Mark the line before.",
+    DeskKey("setup-next", ("down", "tab"), "stages.mark(1)", "next",
+            "Mark the next line.", "setup"),
+    DeskKey("setup-previous", ("up", "shift+tab"), "stages.mark(-1)", "", "Mark the line before.",
             "setup"),
-    DeskKey("setup-on", ("right",), "on", "skip",
+    DeskKey("setup-on", ("right",), "stages.skip", "skip",
             "Of a port: go on to describe the arm without opening it.", "setup"),
-    DeskKey("setup-back", ("left",), "back", "back",
+    DeskKey("setup-back", ("left",), "stages.back", "back",
             "Go back to the question or the list before. Nothing is written.", "setup"),
-    DeskKey("setup-erase", ("backspace",), "erase", "", "Take the last character away.", "setup"),
-    DeskKey("setup-turn", ("t",), "turn", "TURN",
+    DeskKey("setup-erase", ("backspace",), "stages.erase", "",
+            "Take the last character away.", "setup"),
+    DeskKey("setup-turn", ("t",), "stages.turn", "TURN",
             "While motors are checked: turn the motor a little; once more: bring it back.",
             "setup"),
-    DeskKey("setup-yes", ("y",), "saw('AS_SHOWN')", "as shown", "It moved as shown.", "setup"),
-    DeskKey("setup-reversed", ("r",), "saw('OTHER_WAY')", "reversed", "It moved the other way.",
+    DeskKey("setup-yes", ("y",), "stages.saw('AS_SHOWN')", "as shown",
+            "It moved as shown.", "setup"),
+    DeskKey("setup-reversed", ("r",), "stages.saw('OTHER_WAY')", "reversed",
+            "It moved the other way.",
             "setup"),
-    DeskKey("setup-nothing", ("n",), "saw('NOT_AT_ALL')", "nothing", "Nothing moved.", "setup"),
-    DeskKey("setup-another", ("a",), "another", "another",
+    DeskKey("setup-nothing", ("n",), "stages.saw('NOT_AT_ALL')", "nothing",
+            "Nothing moved.", "setup"),
+    DeskKey("setup-another", ("a",), "stages.another", "another",
             "Another motor's part moved: which one is chosen next.", "setup"),
-    DeskKey("setup-double", ("d",), "saw('TWICE')", "double", "It moved about twice as far.",
+    DeskKey("setup-double", ("d",), "stages.saw('TWICE')", "double", "It moved about twice as far.",
             "setup"),
-    DeskKey("setup-half", ("h",), "saw('HALF')", "half", "It moved about half as far.", "setup"),
+    DeskKey("setup-half", ("h",), "stages.saw('HALF')", "half",
+            "It moved about half as far.", "setup"),
 )  # fmt: skip
 """While text is typed, printable keys are typed and do nothing else; space is never typed."""
 
@@ -382,12 +389,12 @@ VIEW_KEYS = (
 
 WATCH_KEYS = (
     DeskKey("watch-pause", ("p",), "ask('pause')", "pause",
-            "Have the arm wait behind what is under way; it goes on when it is resumed.", "watch"),
+            "Pause the arm after what it was sent; it goes on when it is resumed.", "watch"),
     DeskKey("watch-resume", ("r",), "ask('resume')", "resume",
             "Let a paused arm go on: it moves again.", "watch"),
     DeskKey("watch-slower", ("minus",), "tempo(-1)", "slower",
-            "Have the arm go slower than it is asked to.", "watch"),
+            "Slow the arm down.", "watch"),
     DeskKey("watch-faster", ("plus", "equals_sign"), "tempo(1)", "faster",
-            "Have the arm go less slow, at most as fast as it is asked to.", "watch"),
+            "Let the arm go faster, at most at the speed that its program asks for.", "watch"),
 )  # fmt: skip
 """Besides the stop, all that a watcher may do to the arm."""

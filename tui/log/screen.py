@@ -116,8 +116,8 @@ class FindScreen(Typing):
         """Show the text, and have the log follow it."""
         super().typed(text)
         done = f"{self._keys.label('find-done')}: done"
-        said = log_text.asked_text("only lines with", text)
-        self.query_one("#find-text", PlainText).show(f"{said}\n{done}")
+        prompt = log_text.asked_text("only lines with", text)
+        self.query_one("#find-text", PlainText).show(f"{prompt}\n{done}")
         self._use(text)
 
 
@@ -161,9 +161,9 @@ class CatalogueScreen(Typing):
     def _fill(self) -> None:
         width, height = self.query_one("#catalogue").content_size
         close = self._keys.label("catalogue-close")
-        said = f"{log_text.asked_text('errors with', self.text)}\n{close}: close"
-        self.query_one("#catalogue-find", PlainText).show(said)
-        room = height - 1 - said.count("\n") - 1
+        prompt = f"{log_text.asked_text('errors with', self.text)}\n{close}: close"
+        self.query_one("#catalogue-find", PlainText).show(prompt)
+        room = height - 1 - prompt.count("\n") - 1
         listed = log_text.catalogue(self._rows, self._at, width, room, self._keys)
         self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
 

@@ -131,19 +131,19 @@ class PlannedMove:
         self._desk.in_thread(partial(self._work_out, asked, asked[0]))
 
     def _work_out(self, asked: Seen, ask: Motion) -> None:
-        said = ""
+        message = ""
         preview: Preview | None = None
         try:
             preview = self._desk.arm.preview(ask)
         except (ArmError, KinematicsError) as error:
-            said = str(error)
+            message = str(error)
         finally:
-            self._desk.call_from_thread(self._keep, asked, preview, said)
+            self._desk.call_from_thread(self._keep, asked, preview, message)
 
-    def _keep(self, asked: Seen, preview: Preview | None, said: str) -> None:
+    def _keep(self, asked: Seen, preview: Preview | None, message: str) -> None:
         self._working, self._seen, self.preview = False, asked, preview
-        if said:
-            self._desk.message = said
+        if message:
+            self._desk.message = message
         self._desk.show()
 
     # -- going --------------------------------------------------------------------------------

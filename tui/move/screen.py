@@ -7,7 +7,7 @@ from typing import ClassVar
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import ArmError
 from armdrive.motion.frames import BASE, TOOL
@@ -18,8 +18,10 @@ from kinematics.spaces import Joints, Pose
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import bindings
 from tui.move import text as move_text
+from tui.move.fields import GoalFields
 from tui.move.form import DIGITS, GoalForm, present_of
 from tui.move.planned import PlannedMove
+from tui.painting import PlainText
 from tui.screens import DeskScreen, ScreenHost, panels
 from tui.settings import Manner
 
@@ -82,6 +84,10 @@ class GoalEntry:
     def move_to_field(self, by: int) -> None:
         """Go to another field."""
         self._change(self.form.moved(by))
+
+    def choose_field(self, at: int) -> None:
+        """Go to the field that was clicked."""
+        self._change(self.form.moved(at - self.form.at))
 
     def step(self, sign: int) -> None:
         """Change the field by a step."""
@@ -158,14 +164,19 @@ class MoveScreen(DeskScreen):
         with Horizontal():
             yield from self.arm_panel()
             with VerticalScroll(id="panels", can_focus=False):
-                yield from panels(goal="Goal", going="Go", foreseen="What the motion would be")
+                with Vertical(id="goal-panel", classes="panel") as goal:
+                    goal.border_title = "Goal"
+                    yield PlainText(id="goal")
+                    yield GoalFields(self.entry.choose_field, id="fields")
+                yield from panels(going="Go", foreseen="What the motion would be")
 
     def show_body(self, status: Status) -> None:
         """Show the goal, and what its motion would be as soon as that is worked out."""
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         form, present = self.entry.form, self.entry.present(status)
-        self.show_panel("goal", move_text.form_text(form, present, self.desk.keys))
+        self.text("goal").show(move_text.way_text(form, self.desk.keys))
+        self.query_one(GoalFields).show_form(form, present)
         self.show_panel("foreseen", self.desk.spoken(self._foreseen_text(fresh)))
         self.show_panel("going", self.planned.text(status, fresh))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from armdrive.motion.frames import TOOL
 from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
@@ -12,7 +12,6 @@ from armdrive.status import Status
 from kinematics.guards.path import Clearance
 from kinematics.spaces import Pose
 from tui.keys.keyboard import Keyboard
-from tui.keys.table import words
 from tui.move.form import GoalForm
 
 NOTHING_ASKED = "type into a field, or step it with the arrows"
@@ -23,12 +22,12 @@ _BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
 """What narrow lines say in fewer words."""
 
 
-def form_text(form: GoalForm, present: Mapping[str, float], keys: Keyboard) -> str:
-    """Lay the form out: how it goes, then a row for each field; the chosen one has a mark."""
-    return "\n".join(_form_lines(form, present, keys))
+def way_text(form: GoalForm, keys: Keyboard) -> str:
+    """Say how the goal is meant and gone to: mode, frame, line or joints, speed, step."""
+    return "\n".join(_manner_lines(form, keys))
 
 
-def _form_lines(form: GoalForm, present: Mapping[str, float], keys: Keyboard) -> Iterator[str]:
+def _manner_lines(form: GoalForm, keys: Keyboard) -> Iterator[str]:
     mode, line = keys.label("move-mode"), keys.label("move-line")
     if form.cartesian:
         way = "straight line" if form.line else "joint motion"
@@ -40,12 +39,6 @@ def _form_lines(form: GoalForm, present: Mapping[str, float], keys: Keyboard) ->
     slower, faster = keys.label("move-slower"), keys.label("move-faster")
     finer, coarser = keys.label("move-finer"), keys.label("move-coarser")
     yield f"speed {form.speed:.0%} [{slower} {faster}]  step {form.step:g} [{finer} {coarser}]"
-    for name in form.names:
-        mark = ">" if name == form.name else " "
-        typed = form.entry(name).shown
-        now = f"now {present[name]:.1f}" if name in present else "now ?"
-        caret = "_" if name == form.name else ""
-        yield f"{mark} {words(name):<12}{typed + caret:>11} {form.unit(name):<3} {now}"
 
 
 def preview_text(preview: Preview, keys: Keyboard) -> str:
@@ -55,11 +48,11 @@ def preview_text(preview: Preview, keys: Keyboard) -> str:
 
 def short_text(preview: Preview) -> str:
     """Say in few words what the motion would be, or why it is refused."""
-    said = [f"REFUSED: {_reason(each)}" for each in (preview.hindrance, preview.problem) if each]
+    lines = [f"REFUSED: {_reason(each)}" for each in (preview.hindrance, preview.problem) if each]
     if preview.plan is None:
-        return "\n".join(said)
+        return "\n".join(lines)
     near = [f"{each.guard} {round(each.clearance_mm)} mm" for each in preview.clearances[:2]]
-    return "\n".join([*said, _duration(preview), "  ".join(near), _stop(preview)])
+    return "\n".join([*lines, _duration(preview), "  ".join(near), _stop(preview)])
 
 
 def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
@@ -71,15 +64,15 @@ def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
         part = "" if share >= 1.0 else f" ({share:.0%} of this way)"
         yield f"[{keys.label('move-nearest')}] possible instead{part}:"
         yield f"  {_pose(preview.nearest.pose)}"
-    yield from _way_lines(preview, keys)
     if preview.plan is not None:
         yield _duration(preview)
+        yield _stop(preview)
         if preview.margin is not None:
             yield margin_words(preview.margin)
         yield from (clearance_words(preview, each) for each in _clearances(preview))
-        yield _stop(preview)
         if preview.plan.note:
             yield preview.plan.note
+    yield from _way_lines(preview, keys)
 
 
 def _way_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:

@@ -21,14 +21,14 @@ Change = Callable[[list[Step], int], str]
 """Changes the steps at a marked one, and says in words what was done."""
 
 
-def write(desk: ScreenHost, change: Callable[[], object], said: str) -> None:
+def write(desk: ScreenHost, change: Callable[[], object], message: str) -> None:
     """Change the file, and say so, or why not."""
     try:
         change()
     except (ArmError, KinematicsError) as error:
         desk.say(str(error))
     else:
-        desk.say(said)
+        desk.say(message)
 
 
 class StepEdits:
@@ -98,8 +98,8 @@ class StepEdits:
         else:
             shorter = StepList(steps.steps[:-1], steps.note)
             put = self._desk.arm.points.put_sequence
-            said = f"{name} ends a step sooner: {steps.steps[-1]} is gone"
-            write(self._desk, partial(put, name, shorter, instead_of=steps), said)
+            message = f"{name} ends a step sooner: {steps.steps[-1]} is gone"
+            write(self._desk, partial(put, name, shorter, instead_of=steps), message)
 
     def add_grip(self) -> None:
         """Ask what the fingers shall do in a further step."""
@@ -179,11 +179,11 @@ class StepEdits:
         if steps is None or self._says_busy():
             return False
         changed = list(steps.steps)
-        said = change(changed, at)
+        message = change(changed, at)
         new = StepList(tuple(changed), steps.note)
         self._selection.written = new
         put = self._desk.arm.points.put_sequence
-        write(self._desk, partial(put, name, new, instead_of=steps), f"{name}: {said}")
+        write(self._desk, partial(put, name, new, instead_of=steps), f"{name}: {message}")
         return True
 
 
@@ -252,8 +252,8 @@ class PointEdits:
         change = partial(self._desk.arm.points.teach, name, again=True)
         self._confirm(f"moves {name} to where the arm stands", change, f"{name} is here now")
 
-    def _confirm(self, effect: str, change: Callable[[], object], said: str) -> None:
-        self._confirmation.press(effect, partial(write, self._desk, change, said))
+    def _confirm(self, effect: str, change: Callable[[], object], message: str) -> None:
+        self._confirmation.press(effect, partial(write, self._desk, change, message))
         self._desk.show()
 
     def teach(self) -> None:
@@ -336,8 +336,8 @@ def _changing(step: Step) -> PointNaming:
         return PointNaming("to", step.point, changes=True)
     if step.wait_s is not None:
         return PointNaming("wait", f"{step.wait_s:g}", offered=True, changes=True)
-    said = step.gripper if isinstance(step.gripper, str) else f"{step.gripper:g}"
-    return PointNaming("gripper", said, offered=True, changes=True)
+    typed = step.gripper if isinstance(step.gripper, str) else f"{step.gripper:g}"
+    return PointNaming("gripper", typed, offered=True, changes=True)
 
 
 def _other_way(step: Step) -> Step:

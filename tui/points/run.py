@@ -55,7 +55,7 @@ class SequenceRun:
             self.stepper.halt()
 
     def says_busy(self) -> bool:
-        """Return whether the arm is under way, and if so say how it is stopped."""
+        """Return whether the arm is moving, and if so say how to stop it."""
         if self.busy:
             self._desk.say("the arm is under way: space stops it")
         return self.busy

@@ -14,6 +14,7 @@ from armdrive.moves import JointMove, LineMove, Motion
 from armdrive.status import Status
 from armdrive.storage.points import Point, StepList
 from tui.arm_view import SpaceView
+from tui.choices import ChoiceList
 from tui.keys.keyboard import bindings
 from tui.keys.presses import Confirmation
 from tui.move import text as move_text
@@ -70,8 +71,10 @@ class PointsScreen(DeskScreen):
         with Horizontal():
             yield from self.arm_panel()
             with VerticalScroll(id="panels", can_focus=False):
+                points = ChoiceList(self._choose, id="list")
+                points.border_title = "Points and sequences"
+                yield points
                 yield from panels(
-                    list="Points and sequences",
                     begin="Go",
                     chosen="Chosen",
                     how="How it is reached",
@@ -97,8 +100,11 @@ class PointsScreen(DeskScreen):
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, arm = self.desk.keys, self.desk.arm.model.arm
-        height = max(self.size.height // 4, 4)
-        self.show_panel("list", point_text.list_text(self.selection.listed, arm, height, keys))
+        listed = self.selection.listed
+        rows = point_text.list_rows(listed, arm)
+        self.query_one(ChoiceList).show_rows(
+            rows or [point_text.none_yet(keys)], listed.at if rows else None
+        )
         self.text("chosen").show_lines(self._chosen_lines())
         self.text("chosen").display = bool(self.text("chosen").shown)
         self.show_panel("how", self._how_text())
@@ -159,6 +165,10 @@ class PointsScreen(DeskScreen):
         if not self.sequence.says_busy():
             self.selection.show(self.selection.listed.moved(by))
             self.desk.show()
+
+    def _choose(self, row: int) -> None:
+        """Go to the row that was clicked."""
+        self.action_choose(row - self.selection.listed.at)
 
     def action_press_go(self) -> None:
         """Take the name, or one press of the two that move the arm."""

@@ -33,21 +33,22 @@ _WRONG = {
 _WRONG_NAME = "a letter first, then letters, digits, - _"
 
 
-def list_text(listed: PointList, arm: ArmGeometry, height: int, keys: Keyboard) -> str:
-    """Lay the list out, as many rows as there is room for about the chosen one."""
-    rows = listed.rows
-    if not rows:
-        return f"no points yet: {keys.label('points-teach')} names the place where the arm stands"
-    first = max(min(listed.at - height // 2, len(rows) - height), 0)
-    lines = []
-    for index, (is_sequence, name) in enumerate(rows[first : first + height], first):
-        mark = ">" if index == listed.at else " "
-        if is_sequence:
-            said = f"sequence, {len(listed.taught.sequences[name].steps)} steps"
-        else:
-            said = _tip(listed.taught.points[name], arm)
-        lines.append(f"{mark} {name[:NAME_WIDTH]:<{NAME_WIDTH}} {said}")
-    return "\n".join(lines)
+def list_rows(listed: PointList, arm: ArmGeometry) -> list[str]:
+    """Return a row for each point and sequence."""
+    return [
+        f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} "
+        + (
+            f"sequence, {len(listed.taught.sequences[name].steps)} steps"
+            if is_sequence
+            else _tip(listed.taught.points[name], arm)
+        )
+        for is_sequence, name in listed.rows
+    ]
+
+
+def none_yet(keys: Keyboard) -> str:
+    """Say how the first point is made."""
+    return f"no points yet: {keys.label('points-teach')} names the place where the arm stands"
 
 
 def _tip(point: Point, arm: ArmGeometry) -> str:
@@ -111,5 +112,5 @@ def naming_text(naming: PointNaming, keys: Keyboard) -> str:
     enter, stop = keys.label("points-go"), keys.label("stop")
     reason = _WRONG.get(naming.purpose, _WRONG_NAME)
     wrong = "" if naming.good or not naming.text else f"  ({reason})"
-    said = "  (or type another)" if naming.offered else wrong
-    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{said}\n{enter} takes it, {stop} drops it"
+    hint = "  (or type another)" if naming.offered else wrong
+    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"

@@ -89,8 +89,8 @@ class WatchedProgram:
         self._read(program)
         if 1 <= current <= len(self._lines):
             return LinesToShow(self._lines, current)
-        said = str(program.get("text") or program.get("act") or "")
-        return LinesToShow((said,), current, first=current)
+        line = str(program.get("text") or program.get("act") or "")
+        return LinesToShow((line,), current, first=current)
 
     def _read(self, program: View) -> None:
         file = str(program.get("file", ""))

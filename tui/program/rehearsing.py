@@ -66,15 +66,15 @@ class ProgramRehearsal:
         self._desk.in_thread(partial(self._rehearse, program, seen, self._number))
 
     def _rehearse(self, program: Program, seen: object, number: int) -> None:
-        found, said = None, ""
+        found, message = None, ""
         patience = Patience(CHECK_S, partial(self._note, number), partial(self._now_s, number))
         try:
             plan = plan_of(program, self._desk)
             found = rehearse(SeenArm.of(arm_of(self._desk)), plan, patience)
         except ArmError as error:
-            said = str(error)
+            message = str(error)
         finally:
-            self._desk.call_from_thread(self._keep, number, seen, found, said)
+            self._desk.call_from_thread(self._keep, number, seen, found, message)
 
     def _now_s(self, number: int) -> float:
         """Return the time; a rehearsal that does not count any more has run out of it."""
@@ -84,13 +84,13 @@ class ProgramRehearsal:
         if number == self._number:
             self.far = far
 
-    def _keep(self, number: int, seen: object, found: Rehearsal | None, said: str) -> None:
+    def _keep(self, number: int, seen: object, found: Rehearsal | None, message: str) -> None:
         if number != self._number:
             return
         self._working, self.far = False, None
         self._found, self._of = found, seen
-        if said:
-            self._desk.message = said
+        if message:
+            self._desk.message = message
         self._desk.show()
 
 

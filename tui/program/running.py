@@ -30,7 +30,7 @@ from tui.screens import ScreenHost
 STEP_QUIET_S = 0.7
 """A step key counts after this long without one: a key that is held repeats sooner."""
 
-SAID_KEPT = 50
+PRINTS_KEPT = 50
 """Lines that a program has printed and that are kept for the screen."""
 
 PLACE = "program"
@@ -47,7 +47,7 @@ class DeskRun:
         """Whether the program waits for the person before each motion."""
         self.asks = ""
         """What the program waits for the person with; empty if it does not."""
-        self.said: deque[str] = deque(maxlen=SAID_KEPT)
+        self.printed: deque[str] = deque(maxlen=PRINTS_KEPT)
         """What the program has printed."""
         self.outcome = ""
         """How the last run ended; empty before the first one."""
@@ -73,7 +73,7 @@ class DeskRun:
     def forget(self) -> None:
         """Forget how the last run ended."""
         self.outcome, self.failed, self.failed_in = "", False, None
-        self.said.clear()
+        self.printed.clear()
 
     def begin(self, checked: CheckedProgram, rehearsal: Rehearsal) -> None:
         """Run a program as it was rehearsed."""
@@ -84,7 +84,7 @@ class DeskRun:
         self.busy = True
         self._desk.message = ""
         stops = self._desk.arm.stops
-        self._desk.call(partial(self._carry_out, checked, stops), lambda _: self._said_last())
+        self._desk.call(partial(self._carry_out, checked, stops), lambda _: self._end_words())
 
     def disarm(self, reason: str) -> None:
         """Let the program begin no further act; a wait that is under way ends now."""
@@ -148,7 +148,7 @@ class DeskRun:
         where = "" if mark is None else f" IN LINE {mark.line}"
         self.outcome = f"ENDED{where}, after {run.done} acts: {why}"
 
-    def _said_last(self) -> str:
+    def _end_words(self) -> str:
         """Say on whatever screen is shown that the program has ended."""
         where = "" if self.failed_in is None else f" in line {self.failed_in}"
         return f"the program ended early{where}" if self.failed else "the program is done"
@@ -181,7 +181,7 @@ class DeskRun:
 
     def say(self, text: str) -> None:
         """Show what the program prints."""
-        self.said.extend(text.splitlines() or [""])
+        self.printed.extend(text.splitlines() or [""])
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
         """Pause the arm until a key or another program resumes it, or until `over()`."""

@@ -27,7 +27,7 @@ from tui.screens import DeskScreen, ScreenHost, panels
 PAGE = 8
 """Lines by which a page key scrolls the program."""
 
-SAID_SHOWN = 4
+PRINTS_SHOWN = 4
 """Printed lines that are shown, the newest last."""
 
 
@@ -167,7 +167,7 @@ class ProgramScreen(DeskScreen):
                 programs.border_title = "Programs"
                 yield programs
                 yield ProgramLines(id="program")
-                yield from panels(run="Run", said="Printed")
+                yield from panels(run="Run", printed="Printed")
 
     def on_screen_resume(self) -> None:
         """List the programs again: files may have come meanwhile."""
@@ -186,8 +186,8 @@ class ProgramScreen(DeskScreen):
         programs.display = bool(files.paths) and not run.busy
         self._show_lines()
         self.text("run").show_lines(self._run_lines(status))
-        said = [printable(each) for each in [*run.said][-SAID_SHOWN:]]
-        self.show_panel("said", "\n".join(said))
+        printed = [printable(each) for each in [*run.printed][-PRINTS_SHOWN:]]
+        self.show_panel("printed", "\n".join(printed))
 
     def _show_lines(self) -> None:
         panel, checked, run = self.query_one(ProgramLines), self.files.checked, self.run

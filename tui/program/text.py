@@ -32,7 +32,7 @@ def none_found(folder: Path) -> str:
 
 
 def reason(error: Exception) -> str:
-    """Return what went wrong, without the lines of the program, which stand beside it."""
+    """Return what went wrong, without the lines of the program, which the screen shows."""
     problems = error.problems if isinstance(error, ProgramError) else ()
     return problems[0].text if problems else str(error)
 

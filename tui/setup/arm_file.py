@@ -14,7 +14,7 @@ from armdrive.setup.ports import ClosedPort, closed_ports, look_at
 from armdrive.setup.survey import Report
 from kinematics.errors import KinematicsError
 from tui.screens import ScreenHost
-from tui.setup.stage import WARNING, Go, SetupStage, first_of, listed
+from tui.setup.stage import WARNING, Go, SetupStage, StageText, first_of
 
 # The stages that write: a new arm file, or corrections of a present one.
 
@@ -28,10 +28,10 @@ class NewFile(SetupStage):
         super().__init__(desk, go, before)
         self.files, self.name, self.asking = files, name, before
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """Show the file."""
         path = arm_path(self.name)
-        return "\n".join([self.again(f"writes {path}"), "", self.files.shown])
+        return StageText("\n".join([self.again(f"writes {path}"), "", self.files.shown]))
 
     def enter(self) -> None:
         """Take a press."""
@@ -84,24 +84,23 @@ class Written(Closing):
         super().__init__(desk, go, before)
         self.path = path
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """Say what comes next, from the safest on."""
         name, quit_ = self.path.stem, self.desk.keys.label("quit")
         reopening = self.reopening()
         leave = f"{'Or l' if reopening else 'L'}eave it ({quit_}), then:"
-        return "\n".join(
-            (
-                f"written: {self.path}",
-                "",
-                *reopening,
-                *[""] * bool(reopening),
-                f"This desk still has the arm it began with. {leave}",
-                f"  armdrive config check {name}",
-                "    (opens nothing)",
-                f"  armdrive jog --arm {name} --setup",
-                "    (connects, moves nothing: reference it there, and check its motors)",
-            )
+        lines = (
+            f"written: {self.path}",
+            "",
+            *reopening,
+            *[""] * bool(reopening),
+            f"This desk still has the arm it began with. {leave}",
+            f"  armdrive config check {name}",
+            "    (opens nothing)",
+            f"  armdrive jog --arm {name} --setup",
+            "    (connects, moves nothing: reference it there, and check its motors)",
         )
+        return StageText("\n".join(lines))
 
 
 class Correction(Closing):
@@ -114,7 +113,7 @@ class Correction(Closing):
         self.proposal, self.path = proposal, proposal.path
         self.written = False
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """Show the difference and the remarks."""
         proposal = self.proposal
         lines = [*proposal.remarks, ""] if proposal.remarks else []
@@ -128,7 +127,7 @@ class Correction(Closing):
             lines += [self.again(f"writes {proposal.path}"), "", *proposal.difference]
         else:
             lines += [f"{proposal.path} is left as it is: nothing in it has to be changed."]
-        return "\n".join(lines)
+        return StageText("\n".join(lines))
 
     def enter(self) -> None:
         """Take a press; go back where there is nothing to write."""
@@ -146,10 +145,6 @@ class Correction(Closing):
         elif self.twice.due():
             self.proposal.write()
             self.written = True
-
-
-CHOICES = 8
-"""Choices shown at once."""
 
 
 class Ports(SetupStage):
@@ -186,16 +181,14 @@ class Ports(SetupStage):
         """The port that is marked or typed."""
         return self.typed if self.typing else self.candidates[self.marked].port
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """List the ports; of the marked one, all that is known, and what was found behind it."""
         rows = [each.port for each in self.candidates]
         looking = "looking for ports ..." if self._looking else "Listing has opened none."
-        lines = [f"Which port leads to the arm? {looking}", ""]
-        lines += listed([*rows, f"another: {self.typed}_"], self.marked)
-        if not self.typing:
-            lines += ["", *self.candidates[self.marked].lines]
-        lines += ["", *self._next()]
-        return "\n".join(lines)
+        head = f"Which port leads to the arm? {looking}"
+        known = [] if self.typing else ["", *self.candidates[self.marked].lines]
+        tail = "\n".join([*known, "", *self._next()]).removeprefix("\n")
+        return StageText(head, (*rows, f"another: {self.typed}_"), self.marked, tail)
 
     def _next(self) -> list[str]:
         keys = self.desk.keys
@@ -203,10 +196,10 @@ class Ports(SetupStage):
         if self._asked:
             return [f"asking {self._asked} ... (some seconds; nothing moves)"]
         if self.found is not None and self.found.port == self.port:
-            told = list(self.found.lines)
+            report = list(self.found.lines)
             if self.found.dialect:
-                return [*told, "", f"{keys.label('setup-enter')}: describe this arm"]
-            return [*told, "", self.again("asks again"), on]
+                return [*report, "", f"{keys.label('setup-enter')}: describe this arm"]
+            return [*report, "", self.again("asks again"), on]
         return [WARNING, self.again("opens it and asks who is there"), on]
 
     def type(self, character: str) -> None:
@@ -260,29 +253,23 @@ class InterviewAsking(SetupStage):
         super().__init__(desk, go, before)
         self.describing = Describing(found)
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """Put the question, with why it is asked, its choices, and what enter would answer."""
         question, keys = self.describing.question, self.desk.keys
         if question is None:
-            return ""
-        lines = [question.words, "", *self._choices(), question.why, ""]
-        lines += [f"answer: {self.describing.typed}_"] if self.describing.typed else []
+            return StageText("")
         offered = self.describing.line or "(type an answer)"
-        lines += [
+        below = (
+            question.why,
+            "",
+            *([f"answer: {self.describing.typed}_"] if self.describing.typed else []),
             f"{keys.label('setup-enter')}: {offered}",
-            f"{keys.label('setup-back')}: the question before. Numbers are parted by commas.",
-        ]
-        return "\n".join(lines)
-
-    def _choices(self) -> list[str]:
-        question, marked = self.describing.question, self.describing.marked
-        if question is None or not question.choices:
-            return []
-        width = max(len(word) for word, _ in question.choices)
-        rows = [f"{word:<{width}}  {meaning}".rstrip() for word, meaning in question.choices]
-        first = max(0, min(marked - CHOICES // 2, len(rows) - CHOICES))
-        at = -1 if self.describing.typed else marked - first
-        return [*listed(rows[first : first + CHOICES], at), ""]
+            f"{keys.label('setup-back')}: the question before. Separate numbers with commas.",
+        )
+        width = max((len(word) for word, _ in question.choices), default=0)
+        rows = tuple(f"{word:<{width}}  {meaning}".rstrip() for word, meaning in question.choices)
+        marked = None if self.describing.typed or not rows else self.describing.marked
+        return StageText(question.words, rows, marked, "\n".join(below))
 
     def mark(self, by: int) -> bool:
         """Mark another choice."""

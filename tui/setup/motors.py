@@ -12,7 +12,7 @@ from armdrive.status import State, Trust
 from tui.keys.presses import SinglePress
 from tui.screens import ScreenHost
 from tui.setup.arm_file import Correction
-from tui.setup.stage import Go, SetupStage, listed
+from tui.setup.stage import Go, SetupStage, StageText
 
 HELD_S = 0.5
 """A press sooner than this after the one before is a key that is held: it turns nothing."""
@@ -33,26 +33,27 @@ class MotorsStage(SetupStage):
         self._turning = False
         self._press = SinglePress(desk.clock, HELD_S)
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """Say which motor's turn it is, what ought to be seen, and which keys answer."""
-        check, keys = self.check, self.desk.keys
+        check = self.check
         trial = check.trial
         if trial is None:
-            return "\n".join(self._end())
-        number = trial.motor + 1
-        lines = [f"Motor {number}: {trial.name} ({len(check.looks)} answered for)", ""]
-        turn = keys.label("setup-turn")
+            return StageText("\n".join(self._end()))
+        motor = f"Motor {trial.motor + 1}: {trial.name} ({len(check.looks)} answered for)\n"
+        if self.others and not self._turning:
+            asked = "Which motor's part moved instead?"
+            return StageText(f"{motor}\n{asked}", self.others, self.marked)
+        lines = [motor, self._turns(trial.steps), "", f"The drawn way: {trial.expected}", ""]
+        return StageText("\n".join([*lines, *self._questions()]))
+
+    def _turns(self, steps: int) -> str:
+        """Say what the key that turns the motor does now."""
+        turn = self.desk.keys.label("setup-turn")
         if self._turning:
-            lines.append("IT TURNS. space stops it")
-        elif self.others:
-            return "\n".join([*lines, "Which motor's part moved instead?",
-                              *listed(self.others, self.marked)])  # fmt: skip
-        elif check.away:
-            lines.append(f"{turn}: TURN IT BACK by {trial.steps} steps")
-        else:
-            lines.append(f"{turn}: TURN IT by {trial.steps} steps; once more brings it back")
-        lines += ["", f"The drawn way: {trial.expected}", ""]
-        return "\n".join([*lines, *self._questions()])
+            return "IT TURNS. space stops it"
+        if self.check.away:
+            return f"{turn}: TURN IT BACK by {steps} steps"
+        return f"{turn}: TURN IT by {steps} steps; once more brings it back"
 
     def _questions(self) -> list[str]:
         check, keys = self.check, self.desk.keys
@@ -88,9 +89,9 @@ class MotorsStage(SetupStage):
             ("went too far, or not far enough", signs.farther),
             ("unclear", signs.unclear),
         )
-        said = [f"  {what}: {', '.join(names)}" for what, names in words if names]
+        found = [f"  {what}: {', '.join(names)}" for what, names in words if names]
         enter = self.desk.keys.label("setup-enter")
-        return ["Every motor has been answered for.", *(said or ["  all moved as shown"]), "",
+        return ["Every motor has been answered for.", *(found or ["  all moved as shown"]), "",
                 f"{enter}: see what the arm file should say"]  # fmt: skip
 
     def moment(self) -> Moment:

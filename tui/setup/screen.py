@@ -9,7 +9,7 @@ from typing import ClassVar
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
@@ -18,11 +18,13 @@ from armdrive.setup.filing import file_of
 from armdrive.status import Status
 from kinematics.errors import KinematicsError
 from tui.arm_view import SpaceView
+from tui.choices import ChoiceList
 from tui.keys.keyboard import bindings
-from tui.screens import DeskScreen, ScreenHost, panels
+from tui.painting import PlainText
+from tui.screens import DeskScreen, ScreenHost
 from tui.setup.arm_file import InterviewAsking, Ports
-from tui.setup.motors import MotorsStage
-from tui.setup.stage import Go, SetupStage, listed
+from tui.setup.motors import ANSWERS, MotorsStage
+from tui.setup.stage import Go, SetupStage, StageText
 
 # The first stage of setting up: the steps, which of them can be taken here, and why not.
 
@@ -49,20 +51,13 @@ class Steps(SetupStage):
         """Whether the arm on this desk is only simulated and has no file."""
         return self.desk.link.status.simulated and self.path is None
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """List the steps, and whose arm they are for."""
         width = max(len(title) for _, title, _ in STEPS)
-        rows = [f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1)]
+        rows = tuple(f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1))
         enter = self.desk.keys.label("setup-enter")
-        return "\n".join(
-            (
-                self._whose(),
-                "",
-                *listed(rows, self.marked),
-                "",
-                f"{enter} begins the marked step; a stop leaves it.",
-            )
-        )
+        tail = f"{enter} begins the marked step; a stop leaves it."
+        return StageText(self._whose(), rows, self.marked, tail)
 
     def _whose(self) -> str:
         status = self.desk.link.status
@@ -128,12 +123,18 @@ class SetupScreen(DeskScreen):
         path = file_of(self.desk.arm.config)
         self.first = Steps(self.desk, self._go, path)
         self.stage: SetupStage = self.first
+        self.stages = StageKeys(self)
 
     def _go(self, stage: SetupStage) -> None:
         self.stage.forget()
         self.stage = stage
         if self._laid_out:
             self.query_one("#setup-panel").scroll_home(animate=False)
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The keys that turn a motor and say what was seen, while no motor is checked."""
+        return () if isinstance(self.stage, MotorsStage) else ("setup-turn", *ANSWERS)
 
     def disarm(self, reason: str) -> None:
         """Take a first press back; a stop also leaves the step."""
@@ -145,77 +146,99 @@ class SetupScreen(DeskScreen):
         """Lay the middle out: the arm, where it is drawn, and the words of the stage."""
         with Horizontal():
             yield from self.arm_panel()
-            with VerticalScroll(id="setup-panel", can_focus=False):
-                yield from panels(**{"setup-text": "Set up an arm"})
+            scrolled = VerticalScroll(id="setup-panel", can_focus=False)
+            with scrolled, Vertical(classes="panel") as panel:
+                panel.border_title = "Set up an arm"
+                yield PlainText(id="setup-head")
+                yield ChoiceList(self.stages.mark_row, id="setup-rows")
+                yield PlainText(id="setup-tail")
 
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
         del status
-        self._try(self.stage.due)
+        self.stages.try_to(self.stage.due)
         view, moment = self.query_one(SpaceView), self.stage.moment()
         self.query_one("#arm").display = moment is not None
         view.show(moment or Moment())
-        self.text("setup-text").show(self.stage.text())
+        text, rows = self.stage.text(), self.query_one(ChoiceList)
+        self.text("setup-head").show(text.head)
+        rows.show_rows(text.rows, text.marked)
+        rows.display = bool(text.rows)
+        self.text("setup-tail").show(text.tail)
 
     def take_typed(self, event: events.Key) -> bool:
         """Type into the stage where it is typed; other keys go on to the table of keys."""
         character = event.character
         if not (self.stage.typing and character and character.isprintable() and character != " "):
             return False
-        self._do(lambda: self.stage.type(character))
+        self.stages.do(lambda: self.stage.type(character))
         return True
 
-    def _try(self, action: Callable[[], object]) -> None:
+
+class StageKeys:
+    """The keys of the set-up screen. Each acts on the stage that is shown."""
+
+    def __init__(self, screen: SetupScreen) -> None:
+        self._screen = screen
+        self._desk = screen.desk
+
+    def try_to(self, action: Callable[[], object]) -> None:
+        """Do this, and show an error as the message."""
         try:
             action()
         except (ArmError, KinematicsError, OSError) as error:
-            self.desk.message = str(error)
+            self._desk.message = str(error)
 
-    def _do(self, action: Callable[[], object]) -> None:
-        self.desk.message = ""
-        self._try(action)
-        self.desk.show()
+    def do(self, action: Callable[[], object]) -> None:
+        """Do what a key means, and show what came of it."""
+        self._desk.message = ""
+        self.try_to(action)
+        self._desk.show()
 
-    def action_enter(self) -> None:
+    def enter(self) -> None:
         """Do what is marked."""
-        self._do(self.stage.enter)
+        self.do(self._screen.stage.enter)
 
-    def action_mark(self, by: int) -> None:
+    def mark(self, by: int) -> None:
         """Mark another line, or scroll a text."""
-        if self.stage.mark(by):
-            self._do(lambda: None)
+        if self._screen.stage.mark(by):
+            self.do(lambda: None)
         else:
-            self.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
+            self._screen.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
 
-    def action_on(self) -> None:
-        """Go on without opening."""
-        self._do(self.stage.on)
+    def mark_row(self, row: int) -> None:
+        """Mark the line that was clicked."""
+        self.mark(row - (self._screen.stage.text().marked or 0))
 
-    def action_back(self) -> None:
-        """Go back."""
-        self._do(self.stage.back)
+    def skip(self) -> None:
+        """Go on without opening the port."""
+        self.do(self._screen.stage.on)
 
-    def action_erase(self) -> None:
+    def back(self) -> None:
+        """Go back to the question or the list before."""
+        self.do(self._screen.stage.back)
+
+    def erase(self) -> None:
         """Take the last character away."""
-        self._do(self.stage.erase)
+        self.do(self._screen.stage.erase)
 
-    def _motors(self) -> MotorsStage | None:
-        if isinstance(self.stage, MotorsStage):
-            return self.stage
-        self.desk.say("that is for checking motors: choose that step first")
-        return None
-
-    def action_turn(self) -> None:
+    def turn(self) -> None:
         """Turn the motor, or bring it back."""
         if motors := self._motors():
-            self._do(motors.turn)
+            self.do(motors.turn)
 
-    def action_saw(self, what: str) -> None:
-        """Say what was seen."""
+    def saw(self, what: str) -> None:
+        """Take what was seen of the motor."""
         if motors := self._motors():
-            self._do(lambda: motors.saw(SawMotion[what]))
+            self.do(lambda: motors.saw(SawMotion[what]))
 
-    def action_another(self) -> None:
-        """Say that another motor's part moved."""
+    def another(self) -> None:
+        """Take that another motor's part moved."""
         if motors := self._motors():
-            self._do(motors.another)
+            self.do(motors.another)
+
+    def _motors(self) -> MotorsStage | None:
+        if isinstance(self._screen.stage, MotorsStage):
+            return self._screen.stage
+        self._desk.say("that is for checking motors: choose that step first")
+        return None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
@@ -19,6 +20,16 @@ Go = Callable[["SetupStage"], None]
 """Shows another stage."""
 
 
+@dataclass(frozen=True, slots=True)
+class StageText:
+    """What a stage says: a text, a list of which one row may be marked, and a text below it."""
+
+    head: str
+    rows: tuple[str, ...] = ()
+    marked: int | None = None
+    tail: str = ""
+
+
 class SetupStage:
     """One stage. It knows the desk and how to go on to another one, and nothing of the screen."""
 
@@ -32,7 +43,7 @@ class SetupStage:
         self.marked = 0
         self.twice = DoublePress(desk.clock)
 
-    def text(self) -> str:
+    def text(self) -> StageText:
         """Say what the stage is about, what is marked, and what comes next."""
         raise NotImplementedError
 
@@ -82,11 +93,6 @@ class SetupStage:
         if self.twice.waiting:
             return f"{enter} ONCE MORE {what}; anything else takes it back"
         return f"{enter}, twice: {what}"
-
-
-def listed(rows: Sequence[str], marked: int) -> list[str]:
-    """Return rows with the marked one pointed at."""
-    return [f"{'>' if at == marked else ' '} {row}" for at, row in enumerate(rows)]
 
 
 def first_of(stage: SetupStage) -> SetupStage:

@@ -263,7 +263,7 @@ class ModelScreen(Screen[None]):
         desk, width = self.desk, self.size.width
         step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
         self._text("title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
-        self._text("remarks").show(f"{step}\n! {desk.said}" if desk.said else step)
+        self._text("remarks").show(f"{step}\n! {desk.message}" if desk.message else step)
         self.query_one(KeyLine).show_keys(desk.keys.next_keys(PLACE), width)
         self.panel.show(desk.hand.study)
 
@@ -328,7 +328,7 @@ class ModelDesk(KeyApp):
         self.dialogs = Dialogs(
             self, self.keys, self.hand.pairs, place=lambda: PLACE, disarm=lambda _: None
         )
-        self.said = ""
+        self.message = ""
 
     def get_default_screen(self) -> ModelScreen:
         """Return the only screen."""
@@ -340,7 +340,7 @@ class ModelDesk(KeyApp):
 
     def say(self, message: str) -> None:
         """Show the model with a remark; an empty one takes the last away."""
-        self.said = message
+        self.message = message
         cast("ModelScreen", self.screen_stack[0]).show()
 
     def action_stop_arm(self) -> None:

@@ -174,7 +174,7 @@ def _jog(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const="",
         metavar="NAME",
-        help="a named system or a .toml file, without an arm; no NAME: list them",
+        help="a named system, or the file of a model, without an arm; no NAME: list them",
     )
     first = parser.add_mutually_exclusive_group()
     first.add_argument(

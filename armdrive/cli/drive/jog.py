@@ -13,6 +13,7 @@ from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.presenter import Outcome, Result, say
+from armdrive.cli.program.arguments import PROGRAM
 from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
 from armdrive.connect.target import DEFAULT_TARGET
@@ -32,7 +33,7 @@ def jog(options: argparse.Namespace) -> Outcome:
     """Open the desk."""
     keys = load_keys(options.keys)  # a wrong file is refused before anything is opened
     if options.program is not None:
-        read_text(options.program, "the program", BadRequest)
+        _check_program(options.program)
     if options.show_keys:
         return Result({"keys": as_rows(keys)}, as_text(keys))
     if options.web:
@@ -50,6 +51,13 @@ def jog(options: argparse.Namespace) -> Outcome:
         hint = f"this is {options.arm}: nothing moved; reference it, then check its motors"
         end = _desk(options, keys, "setup", hint)
     return end.code
+
+
+def _check_program(path: Path) -> None:
+    """Refuse what is no program file, or cannot be read. Its mistakes are shown on the screen."""
+    if path.suffix.lower() != PROGRAM:
+        raise BadRequest(f"{path} is no program file ({PROGRAM}); `armdrive run` runs scripts")
+    read_text(path, "the program", BadRequest)
 
 
 def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) -> tui.DeskEnd:
@@ -128,6 +136,6 @@ def _models() -> Result:
         {"models": [{"name": name, "title": title} for name, title in titles.items()]},
         [
             *(f"{name:<{width}}{title}" for name, title in titles.items()),
-            "or a link table of your own: armdrive jog --model FILE.toml",
+            "or an arm of your own, by its link table, arm file or URDF: armdrive jog --model FILE",
         ],
     )

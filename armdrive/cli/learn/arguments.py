@@ -15,7 +15,9 @@ from kinematics.spaces import JOINT_NAMES
 def _add_model(parser: argparse.ArgumentParser) -> None:
     models = f"one of {', '.join(PRESETS)}, a named system of `armdrive explain --list`"
     parser.add_argument(
-        "--model", default="teachmover", help=f"{models}, or a .toml file with a link table"
+        "--model",
+        default="teachmover",
+        help=f"{models}, or a file: a link table or an arm file (.toml), or a .urdf",
     )
 
 
@@ -51,13 +53,13 @@ def _errors(parser: argparse.ArgumentParser) -> None:
 def _explain(parser: argparse.ArgumentParser) -> None:
     """Add the options of `explain`.
 
-    SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own link table (a
-    .toml file). `efficiency` counts the operations of each way to compute a system. `accuracy`
-    shows how motor steps and errors of the model displace the tip. Joint values are in degrees and
-    mm, in the order of the joints; how angles count stands below the title, and is the same in
-    every command that takes the model. A goal is in the system's own coordinates. --axes finds
-    frames and link table from the joint axes, in thirteen drawn steps; a .toml file may give axes
-    instead of links (`[[axes]]`).
+    SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own: a link table
+    or an arm file (.toml), or a .urdf. `efficiency` counts the operations of each way to compute a
+    system. `accuracy` shows how motor steps and errors of the model displace the tip. Joint values
+    are in degrees and mm, in the order of the joints; how angles count stands below the title, and
+    is the same in every command that takes the model. A goal is in the system's own coordinates.
+    --axes finds frames and link table from the joint axes, in thirteen drawn steps; a .toml file
+    may give axes instead of links (`[[axes]]`).
 
     Examples:
       armdrive explain --list

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Iterator
 
 from armdrive.cli.presenter import Outcome, Result
+from armdrive.errors import BadRequest
 from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
 
@@ -17,6 +18,8 @@ def explain(options: argparse.Namespace) -> Outcome:
         from armdrive.cli.learn.explain_worked import explain_system
 
         return explain_system(options)
+    if options.axes or options.convention:
+        raise BadRequest("--axes needs a system or a model file: armdrive explain --axes puma")
     systems = [
         {
             "name": each.name,
@@ -39,7 +42,7 @@ def _listed() -> Iterator[str]:
     yield from (
         "",
         f"or an arm of the Mini-mover's build: {others}",
-        "or a link table of your own: armdrive explain FILE.toml",
+        "or an arm of your own, by its link table, arm file or URDF: armdrive explain FILE",
         "the cost of computing them:  armdrive explain efficiency",
         "the accuracy of an arm:      armdrive explain accuracy",
     )

@@ -70,6 +70,7 @@ ACCURACY = "accuracy"
 
 def explain_system(options: argparse.Namespace) -> Outcome:
     """Explain a system: its worked example, its symbols or its URDF; or a study of several."""
+    _refuse_contradictions(options)
     if options.system == EFFICIENCY:
         return _efficiency(options.joints)
     if options.system == ACCURACY:
@@ -79,8 +80,6 @@ def explain_system(options: argparse.Namespace) -> Outcome:
     model, subject = find_model(options.system), find_subject(options.system)
     posed = options.joints or options.goal
     if options.axes:
-        if posed:
-            raise BadRequest("--axes is about the zero position; leave joints and goal out")
         return _axes(model, subject, options.convention)
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
@@ -92,6 +91,20 @@ def explain_system(options: argparse.Namespace) -> Outcome:
     example = _example(subject, joints or None, options.goal)
     view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
     return Result(view, (*_heading(model), *_lines_of(sections(example))))
+
+
+def _refuse_contradictions(options: argparse.Namespace) -> None:
+    """Raise `BadRequest` for options that --axes does not go with, or that go with --axes only."""
+    if options.convention and not options.axes:
+        raise BadRequest("--convention is for --axes: other pages show the arm's own frames")
+    if not options.axes:
+        return
+    if options.system in (EFFICIENCY, ACCURACY):
+        raise BadRequest(f"--axes needs a system or a model file, not {options.system}")
+    if options.symbolic or options.latex or options.urdf:
+        raise BadRequest("--axes prints numbers; leave out --symbolic, --latex and --urdf")
+    if options.joints or options.goal:
+        raise BadRequest("--axes is about the zero position; leave joints and goal out")
 
 
 def _urdf(word: str) -> int:
@@ -186,9 +199,8 @@ def example_view(example: Study) -> dict[str, Any]:
         ],
         "goal": _goal(example, example.goal),
     }
-    if example.solution is None:
-        view["branches"] = [_branch(example, each) for each in example.branches]
-    else:
+    view["branches"] = [_branch(example, each) for each in example.branches]
+    if example.solution is not None:
         view["solution"] = solution_view(subject.chain, example.solution)
     return view
 

@@ -1,6 +1,7 @@
 """Forward and numerical inverse kinematics of any model on the command line.
 
-A model is a built-in arm, a named system, or a model file. People type and read degrees and mm.
+A model is a built-in arm, a named system, a model file, or the arm of an arm file. People type and
+read degrees and mm.
 """
 
 from __future__ import annotations
@@ -9,13 +10,17 @@ import argparse
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
 from armdrive.cli.presenter import Result
 from armdrive.config.link_model import Model, read_model
-from armdrive.config.sections import is_model_file
-from armdrive.errors import BadRequest, Refused
+from armdrive.config.sections import is_model_file, is_urdf
+from armdrive.errors import ArmFileError, BadRequest, Refused
+from armdrive.registry.arm_files import load_arm
+from armdrive.text.reading import read_toml
+from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form
 from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, frame_goal, goal_of, pose_goal
@@ -23,7 +28,8 @@ from kinematics.chains.inverse import Solution, solve_goal
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
 from kinematics.errors import OutOfReach, UnknownSystem
-from kinematics.frames.transforms import Transform, position_of
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.frames.transforms import Transform, compose, position_of, translation
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
 from kinematics.textbook.study import (
@@ -33,6 +39,7 @@ from kinematics.textbook.study import (
     subject_of_system,
 )
 from kinematics.textbook.systems import MODEL_NAMES, system
+from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 from kinematics.textbook.systems.named import NamedBranch, System
 from kinematics.textbook.worked_example import (
     coordinates_text,
@@ -44,25 +51,45 @@ from kinematics.textbook.worked_example import (
 
 
 def find_model(word: str) -> Model:
-    """Return a named system or a model file as a chain of links.
+    """Return a named system, a model file or the arm of an arm file as a chain of links.
 
     Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
     that cannot be used.
     """
     if is_model_file(word):
-        return read_model(word)
+        path = Path(word)
+        return _arm_of_file(path) if _is_arm_file(path) else read_model(path)
     found = find_system(word)
     return Model(found.name, found.title, found.source, found.chain(), angles=found.angles)
 
 
+def _is_arm_file(path: Path) -> bool:
+    return not is_urdf(path.name) and "model" in read_toml(path, "the model file", ArmFileError)
+
+
+def _arm_of_file(path: Path) -> Model:
+    """Return the arm that an arm file describes, with its corrections and its tool."""
+    config = load_arm(path)
+    arm, bare = config.model.arm, config.bare.arm
+    source, unused = f"arm file {path.name}", config.model.unused
+    if isinstance(bare, FiveAxisArm):
+        chain, tool = with_arm(MINI_MOVER, bare).chain(), config.tool
+        point = translation(tool.up_mm, tool.side_mm, tool.along_mm)
+        held = replace(chain, tool=compose(chain.tool, point), name=config.name)
+        return Model(config.name, config.title, source, held, angles=MINI_MOVER.angles)
+    if not isinstance(arm, ChainArm):
+        raise BadRequest(f"{path}: no link table of this arm is known")
+    return Model(config.name, config.title, source, arm.chain, unused=unused)
+
+
 def find_subject(word: str) -> Subject:
-    """Return the named system or a model file as a subject of study.
+    """Return a named system, a model file or the arm of an arm file as a subject of study.
 
     Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
     that cannot be used.
     """
     if is_model_file(word):
-        model = read_model(word)
+        model = find_model(word)
         return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
     return subject_of_system(find_system(word))
 
@@ -74,8 +101,8 @@ def find_system(word: str) -> System:
     except UnknownSystem as error:
         hint = f"; did you mean {error.nearest!r}?" if error.nearest else ""
         raise BadRequest(
-            f"no model is named {word!r}{hint} (there are {', '.join(MODEL_NAMES)}, and .toml "
-            "files with a link table)"
+            f"no model is named {word!r}{hint} (there are {', '.join(MODEL_NAMES)}, .toml files "
+            "with a link table or an arm, and .urdf files)"
         ) from None
 
 

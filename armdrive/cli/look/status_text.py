@@ -16,7 +16,7 @@ from armdrive.cli.presenter import Ink, Inked, Line
 from armdrive.cli.remedies import with_arm
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
-from armdrive.status import Current, State, Trust, coded
+from armdrive.status import Current, State, Trust, coded, trust_words
 
 View = Mapping[str, Any]
 
@@ -64,7 +64,7 @@ def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
     yield _row("motors", MOTORS[view["current"]])
     if program := program_line(view):
         yield _row("program", program + _progress(view))
-    reason = coded(view["trust_reason"], view["trust_code"])
+    reason = trust_words(view["trust"], view["trust_reason"], view["trust_code"])
     yield _row("position", inked(view["trust"]), f": {reason}")
     if view["pose"] is not None:
         yield _row("tip", ", ".join(_coordinates(view["pose"])))

@@ -110,7 +110,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
     how = parser.add_argument_group("how it runs")
     add_switches(how, {"--step": "wait for Enter before each motion"})
     how.add_argument(
-        "--loops", type=_loops, metavar="N", help="run it so often, 0 for ever (default 1)"
+        "--loops", type=_loops, metavar="N", help="repeat it N times, 0 = endless (default 1)"
     )
     how.add_argument(
         "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
@@ -242,7 +242,7 @@ def _record_words(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--waits": "keep how long the arm stood"})
     action.add_argument(
         "--rest", type=number, default=REST_S, metavar="SECONDS",
-        help=f"a place is where the arm stands for so long (default {REST_S:g})",
+        help=f"how long the arm must rest at a place to record it (default {REST_S:g})",
     )  # fmt: skip
     add_switches(action, {"--again": "write over what is there"})
 

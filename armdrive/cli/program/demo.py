@@ -37,24 +37,24 @@ CLEAR_LINE, CURSOR_OFF, CURSOR_ON = "\x1b[K", "\x1b[?25l", "\x1b[?25h"
 
 
 class _Performance(threading.Thread):
-    """The script in a thread of its own, with what it last said."""
+    """The script in a thread of its own, and its latest message."""
 
     def __init__(self, arm: Arm) -> None:
         super().__init__(name="demo", daemon=True)
         self.arm = arm
-        self.said = ""
+        self.message = ""
         self.carried: list[CarriedBlock] = []
         self.error: Exception | None = None
 
     def run(self) -> None:
         """Perform, and keep what went wrong for the thread that draws."""
         try:
-            self.carried = perform(self.arm, JOBS, self._hear)
+            self.carried = perform(self.arm, JOBS, self._note)
         except Exception as error:
             self.error = error
 
-    def _hear(self, text: str) -> None:
-        self.said = text
+    def _note(self, text: str) -> None:
+        self.message = text
 
 
 def draw(
@@ -69,9 +69,9 @@ def draw(
         put("", control=CURSOR_OFF)
         try:
             while performance.is_alive():
-                lines = _draw(arm, twin, performance.said, pace, braille, lines)
+                lines = _draw(arm, twin, performance.message, pace, braille, lines)
                 performance.join(FRAME_S)
-            lines = _draw(arm, twin, performance.said, pace, braille, lines)
+            lines = _draw(arm, twin, performance.message, pace, braille, lines)
         finally:
             put("", control=CURSOR_ON)
         if performance.error is not None:
@@ -80,7 +80,7 @@ def draw(
 
 
 def _draw(
-    arm: Arm, twin: SimulatedArm, said: str, pace: float, braille: bool, last_lines: int
+    arm: Arm, twin: SimulatedArm, message: str, pace: float, braille: bool, last_lines: int
 ) -> int:
     """Draw over the last picture; return how many lines there are now."""
     columns, rows = shutil.get_terminal_size()
@@ -94,8 +94,8 @@ def _draw(
     status = arm.status
     picture.append(f"{status.which}, shown {pace:g} times faster"[:width])
     if not braille:
-        said = said.replace("°", " deg")
-    picture.append(f"{time_s(arm):6.1f} s  {said}"[:width])
+        message = message.replace("°", " deg")
+    picture.append(f"{time_s(arm):6.1f} s  {message}"[:width])
     back = f"\x1b[{last_lines}F" if last_lines else ""
     draw_over(picture, control=back, line_end=f"{CLEAR_LINE}\n")
     return len(picture)
@@ -220,7 +220,7 @@ def run_on_real_arm(options: argparse.Namespace) -> Result:
         for job in JOBS:
             say(_placing(job))
         say(f"One stop takes up to {arm.status.stop_time_s:.2f} s; Ctrl-C asks for it.")
-        if not agreed("Are the blocks in place, and nobody in the arm's reach? Type yes: "):
+        if not agreed("Are the blocks in place, and no one within the arm's reach? Type yes: "):
             raise OperatorNeeded("not confirmed: nothing was moved")
         settle_trust(arm)
         arm.operator = ask_operator

@@ -68,21 +68,21 @@ def write(options: argparse.Namespace) -> Result:
         if not options.yes and (as_json(options) or not agreed(_question(arm, program))):
             raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
         written = _written(arm, program, leave_others=options.leave_others)
-    said = f"{count} rows are in the arm: {written} written, and all read back as they should"
-    return Result({"rows": count, "written": written}, said)
+    summary = f"{count} rows are in the arm: {written} written, and all read back as they should"
+    return Result({"rows": count, "written": written}, summary)
 
 
 def _question(arm: Arm, program: PendantProgram) -> str:
     known = arm.status.trust in (Trust.REFERENCED, Trust.RESTORED)
     if program.origin is not None and not known:
-        say("Nobody has homed this arm: its rows may lead elsewhere than when they were read.")
+        say("This arm was not homed: its rows may lead elsewhere than when they were read.")
     return (
         f"Write {len(program.rows)} rows into the memory of {arm.status.arm}? Nothing moves. yes: "
     )
 
 
 def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
-    """Write, and say which rows are in the arm where somebody interrupts it."""
+    """Write; if interrupted, say which rows are already in the arm."""
     done: list[int] = []
     try:
         return arm.write_pendant_program(program, leave_others=leave_others, told=done.append)

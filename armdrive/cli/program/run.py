@@ -58,10 +58,10 @@ WAITING = "wait_inputs"
 """The call that waits for inputs, and says so."""
 
 NO_RESUME = (
-    "a Python script cannot be taken up where it was interrupted: what it knew is gone with it. "
-    "Begin it anew, or write it as a program file (.arm)"
+    "a Python script cannot be resumed: its variables are gone. Start it again, or write it as a "
+    "program file (.arm)"
 )
-NO_LOOPS = "--loops is of program files; a Python script has loops of its own"
+NO_LOOPS = "--loops is for program files; a Python script has loops of its own"
 
 
 def run_script(options: argparse.Namespace) -> int:

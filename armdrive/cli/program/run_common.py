@@ -39,10 +39,10 @@ LOOK_EVERY_S = 0.05
 
 
 class PromptLines:
-    """Lines of standard input as they are typed, read by a thread that nobody waits for.
+    """Lines of standard input as they are typed, read by a daemon thread.
 
-    Read by its number and not through Python's own buffer, whose lock a blocked thread would keep
-    from a program that ends.
+    The thread reads the file descriptor. Python's own buffer has a lock, which a blocked thread
+    would hold while the program ends.
     """
 
     def __init__(self, number: int | None) -> None:
@@ -57,7 +57,7 @@ class PromptLines:
                 pass
 
     def take(self) -> bool:
-        """Tell whether a line has come, and take it."""
+        """Return whether a line has come, and take it."""
         if not self._begun:
             self._begun = True
             threading.Thread(target=self._read, name="lines", daemon=True).start()
@@ -68,7 +68,7 @@ class PromptLines:
 
     @contextlib.contextmanager
     def keys(self) -> Iterator[Pressed]:
-        """Yield what tells whether a line comes from now on."""
+        """Yield a function that returns whether a line has come since now."""
         self.forget()
         yield lambda: self.take() or unpressed()
 
@@ -90,11 +90,11 @@ def standard_input() -> PromptLines:
 
 
 Pressed = Callable[[], bool]
-"""Waits a moment, and tells whether Enter was pressed meanwhile."""
+"""Waits a moment, and returns whether Enter was pressed meanwhile."""
 
 
 def unpressed() -> bool:
-    """Wait a moment in which nobody can press anything."""
+    """Wait a moment, without a keyboard."""
     time.sleep(LOOK_EVERY_S)
     return False
 
@@ -102,8 +102,8 @@ def unpressed() -> bool:
 class RunTerminal:
     """Shows what a program says; while it waits for a person the arm is paused, as by `pause`.
 
-    `keys` gives what hears of Enter while a person is waited for; None where there is no Enter.
-    `say` shows what is said, if not `shown`.
+    `keys` watches for Enter while the program waits for a person; None without a keyboard. `say`
+    shows the program's texts, instead of `shown`.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class RunTerminal:
         self._keys = keys
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
-        """Wait for Enter, for `armdrive resume` from elsewhere, or until nobody waits any more."""
+        """Wait for Enter, for `armdrive resume` from elsewhere, or until `over()`."""
         self._arm.pause()
         with self._keys() if self._keys else contextlib.nullcontext(unpressed) as pressed:
             self._shown.waits(text, enter=self._keys is not None)
@@ -138,10 +138,10 @@ INTERRUPTED = 130
 def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True) -> Iterator[None]:
     """Have the first Ctrl-C stop every arm and end the program, and the next one leave at once.
 
-    Without `ends` nothing but the arms is interrupted: who waits for one hears that it stopped.
+    Without `ends` only the arms are interrupted: a call that waits for one raises `Stopped`.
 
-    Whoever leaves at once closes nothing: what an arm was sent runs to its end, which its status
-    announces, and nothing further is sent.
+    The second Ctrl-C closes nothing: motions that were sent run to their end, and nothing further
+    is sent.
     """
     pressed = False
 
@@ -158,7 +158,7 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True
 
     try:
         before = signal.signal(signal.SIGINT, interrupt)
-    except ValueError:  # not the main thread, which alone hears signals
+    except ValueError:  # only the main thread receives signals
         yield
         return
     try:
@@ -168,7 +168,7 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True
 
 
 def _leave(arms: Iterable[Arm]) -> None:
-    _say(f"left: the arm may go on for {silent_time_s(arms):.1f} s, and nobody remembers where\n")
+    _say(f"left: the arm may go on for {silent_time_s(arms):.1f} s; its position will be unknown\n")
     os._exit(INTERRUPTED)
 
 
@@ -243,12 +243,12 @@ def tell_failure(
     how_far: str,
     resume: str = "",
 ) -> None:
-    """Say how far a run came that did not end well."""
+    """Say how far a run came that ended early."""
     display.tell(failed_view(mark, error, resume), f"ended early: {how_far}")
 
 
 def failed_view(mark: SourceMark | None, error: BaseException, resume: str) -> dict[str, Any]:
-    """Return the end of a run that did not end well, as plain data."""
+    """Return the end of a run that ended early, as plain data."""
     return {
         "event": "failed",
         "line": None if mark is None else mark.line,
@@ -259,9 +259,9 @@ def failed_view(mark: SourceMark | None, error: BaseException, resume: str) -> d
 
 
 def stands_at(arm: Arm) -> str:
-    """Say where an arm stands, as far as anybody knows."""
+    """Say where an arm stands, if that is known."""
     status = arm.status
-    return "nobody knows where the arm stands" if status.pose is None else f"tip {status.pose}"
+    return "the arm's position is unknown" if status.pose is None else f"tip {status.pose}"
 
 
 def ended_view(arm: Arm | None, acts: int, took_s: float) -> dict[str, Any]:

@@ -60,7 +60,7 @@ class RunOutput:
         self.show(Result(event, text.split("\n") if text else ()))
 
     def show(self, result: Result) -> None:
-        """Print a result. Raises `Stopped` if nobody reads the output any more."""
+        """Print a result. Raises `Stopped` if the output was closed."""
         with self._lock:
             if not self.as_json:
                 self.wipe()
@@ -100,7 +100,7 @@ class RunOutput:
             put(presented(text, self._words), control=control, output=self._stdout)
         except BrokenPipeError:  # a program whose reader has gone must not seem to end well
             os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_OUTPUT)
-            words = "nobody reads any more what the program says: it was ended"
+            words = "the program was ended: its output was closed"
             raise Stopped(words) from None
 
 
@@ -231,7 +231,7 @@ class Display:
         return self._output.rewrites and self._run.act.lower() not in ASKING
 
     def _look(self) -> None:
-        """Show what changes between two acts, for as long as somebody reads it."""
+        """Show what changes between two acts, until the output is closed."""
         with contextlib.suppress(OSError, Stopped):
             while not self._over.wait(REDRAW_S):
                 with self._lock:

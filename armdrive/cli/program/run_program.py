@@ -1,4 +1,4 @@
-"""Runs a program file: rehearses it, writes down where it is, shows it, and takes it up again."""
+"""Runs a program file: rehearses it, shows it, keeps its journal, and resumes it."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def _how(options: argparse.Namespace) -> list[str]:
     words = _given(options, "speed", "pace", "assume_width")
     for number, on in options.input:
         words += ["--input", f"{number}={'on' if on else 'off'}"]
-    return words + ["--step"] * options.step  # --yes is for a person to say anew
+    return words + ["--step"] * options.step  # a person has to give --yes again
 
 
 def _given(options: argparse.Namespace, *names: str) -> list[str]:

@@ -72,8 +72,8 @@ def report(
     """Say what a rehearsal found, draw the path where that is wanted; raise what refused it."""
     output = Path(options.plot) if options.plot else None
     view = {"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)}
-    told = rehearsal_lines(rehearsal, lines) + [f"assumed: {unasked}"] * bool(unasked)
-    show(Result(view, told), options)
+    text = rehearsal_lines(rehearsal, lines) + [f"assumed: {unasked}"] * bool(unasked)
+    show(Result(view, text), options)
     if output is not None or (options.plot is not None and not as_json(options)):
         draw_path(rehearsal.path, f"path of the tip in {options.program.name}", output)
     if output is not None:

@@ -46,7 +46,7 @@ LARGEST_BYTES = 1_000_000
 LIBEDIT_MARK = "_HiStOrY_V2_"
 """The first line of a history that macOS's readline wrote itself, as it once did here."""
 MOST_LINES = 1000
-"""So many lines are remembered from one day to the next."""
+"""Lines that the history keeps."""
 
 BREAKS = ' \t\n(),=+-*/<>%"'
 """What stands between two words."""
@@ -249,7 +249,7 @@ class _PromptLoop:
         except (ArmError, KinematicsError, OSError) as error:
             self._lines.forget()
             self._shell.complain(error)
-        except KeyboardInterrupt:  # while nothing could hear it as a stop
+        except KeyboardInterrupt:  # while no arm was there to stop
             put("\n")
         return True
 

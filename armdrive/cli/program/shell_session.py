@@ -160,8 +160,8 @@ class Shell:
     def _perform(self, entry: PromptEntry, machine: Machine) -> None:
         shown = Display([], self._output, self.session.typed)
         keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
-        said = partial(self._say_values, machine) if entry.says else None
-        person = RunTerminal(self.arm, shown, keys, said)
+        show_values = partial(self._say_values, machine) if entry.says else None
+        person = RunTerminal(self.arm, shown, keys, show_values)
         with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
             shown.use(self.arm)
             try:

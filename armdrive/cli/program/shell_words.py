@@ -124,7 +124,7 @@ def _where(shell: Shell, _: str) -> None:
         "opening_mm": status.gripper_mm,
     }
     if status.pose is None:
-        shell.tell(view, "nobody knows where the arm stands: `home` references it")
+        shell.tell(view, "the arm's position is unknown: `home` references it")
         return
     fingers = "" if status.gripper_mm is None else f", fingers {status.gripper_mm:.1f} mm apart"
     shell.tell(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
@@ -206,7 +206,7 @@ def _tell_block(shell: Shell, name: str) -> None:
 def _scene(shell: Shell) -> GripScene:
     twin = shell.arm.twin
     if twin is None:
-        raise BadRequest("nobody knows what lies on the table of a real arm")
+        raise BadRequest("what lies on the table of a real arm is unknown")
     return twin.world.scene
 
 

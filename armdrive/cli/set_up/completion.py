@@ -139,7 +139,17 @@ NAMES: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
 
 
 def _ask(names: str) -> Any:
-    return shtab.cmd(f"armdrive completion --names {names} 2>/dev/null")
+    """Return what asks for names on Tab, in each shell.
+
+    For zsh that is a function of our own. zsh would run the command that shtab writes while it
+    loads the script: once for each option that takes such a name, which takes a minute.
+    """
+    command = f"armdrive completion --names {names} 2>/dev/null"
+    asked: dict[str, Any] = dict(shtab.cmd(command))
+    function = f"_armdrive_{names}"
+    asked["zsh"] = function
+    asked["preamble"] |= {"zsh": f'\n{function}() {{\n  compadd "$@" -- ${{(f)"$({command})"}}\n}}'}
+    return asked
 
 
 _ASKED: Mapping[tuple[str, str], Any] = MappingProxyType(

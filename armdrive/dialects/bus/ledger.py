@@ -248,6 +248,11 @@ class Rejections:
         if now_s > self.started_s + START_WINDOW_S:
             self.due_s = min(self.due_s, now_s + START_WINDOW_S)
 
+    @property
+    def pending(self) -> bool:
+        """Whether it has reported a "failed" for which no "started" came."""
+        return math.isfinite(self.due_s)
+
     def confirm(self) -> bool:
         """Count the due "failed" as a rejection; return whether the drive is to be examined."""
         self.due_s, self._count = math.inf, self._count + 1

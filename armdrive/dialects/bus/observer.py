@@ -404,6 +404,8 @@ class Observer:
         self.drives = tuple(drives)
         self.returned_s = math.inf
         """When a drive replied again after an outage; infinity if none did."""
+        self.replied_s = -math.inf
+        """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
         self._looks_off_path = 0
 
@@ -418,11 +420,6 @@ class Observer:
         self._looks_off_path, self.returned_s = 0, math.inf
         for drive in self.drives:
             drive.watch()
-
-    @property
-    def replied_s(self) -> float:
-        """When any drive replied last."""
-        return max(drive.ledger.replied_s for drive in self.drives)
 
     def sent(self, node: int, now_s: float, *, owes: bool) -> None:
         """Record a frame to a drive that needs a reply."""
@@ -441,6 +438,8 @@ class Observer:
             for drive in self.drives:
                 drive.ledger.suspect(now_s + REPLY_TIMEOUT_S)
                 drive.ledger.unanswered_polls = 0  # no drive replied, so none is to blame
+        if asked:
+            self.replied_s = now_s
         self[node].ledger.replied(now_s, settles=settles, asked=asked)
 
     @property

@@ -125,6 +125,8 @@ class MotionRun:
             Phase.ARRIVING: lambda: Arriving(self),
             Phase.STOPPING: lambda: self.braking,
         }
+        # Only a stage notices that a stop was requested. So an action that waits for replies comes
+        # after a stop, and the others return at once.
         acts: dict[Act, Callable[[], Action | None]] = {
             Act.STOP: self._stop,
             Act.EXPLAIN: self._explain,

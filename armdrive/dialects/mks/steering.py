@@ -182,9 +182,13 @@ class Steering:
         return abs(distance) + (lag if lag > drive.bounds.rest else 0.0)
 
     def _is_unconfirmed(self, drive: ObservedDrive) -> bool:
-        """Return whether a drive has confirmed no order lately, and may be where it was read."""
+        """Return whether a drive replies, but has confirmed no order for a while.
+
+        Then its orders were lost, and it may still be where it was read last. A drive that does not
+        reply at all may well move on, so it is taken to do that until it is found to be mute.
+        """
         confirmed_s = max(drive.asked_s, drive.rejections.started_s)
-        return drive.moving and self._wire.now_s > confirmed_s + MAX_DELAY_S
+        return drive.moving and drive.ledger.replied_s > confirmed_s + MAX_DELAY_S
 
     def _has_news(self, drive: ObservedDrive, rpm: int) -> bool:
         """Return whether a drive needs an order: a new speed, or a refresh that it may reject."""

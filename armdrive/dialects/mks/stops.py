@@ -194,11 +194,11 @@ class MksStops:
     def hold(self, braking: Braking[ObservedDrive], *, judged: bool) -> WireScript[None]:
         """Relieve drives that stand and push; report them if they are `judged`."""
         pushing = yield from self.relieve([drive.node for drive in braking.standing])
+        braking.left += yield from self.relieved(pushing)
         for node, off in pushing.items():
             if judged:
                 words = pushing_words(self._wire.drive(node), off)
                 self._wire.tell(Alert(AlertKind.ASTRAY, words))
-        braking.left += yield from self.relieved(pushing)
 
     def relieve(self, nodes: Collection[int]) -> WireScript[dict[int, int]]:
         """Send drives that push to where they stand; return how far off each one's target was.
@@ -216,6 +216,7 @@ class MksStops:
         for node, off in pushing.items():
             rpm = min(math.ceil(abs(off) / RELIEF_S / COUNTS_S_PER_RPM), RELIEF_MAX_RPM)
             here = wire.drive(node).count or 0
+            wire.drive(node).rejections.forget()
             wire.send(node, MoveAbsoluteAxis(here, rpm, wire.settings.acceleration))
         return pushing
 
@@ -245,7 +246,13 @@ def shared_acc(acc: int, share: float) -> int:
 
 
 def pushing_words(drive: ObservedDrive, off: int) -> str:
-    """Return that a drive pushed against something."""
+    """Return that a drive pushed against something, or still does if it rejected its relief."""
+    if drive.rejections.pending:
+        return (
+            f"{drive} presses against something, {abs(off)} counts from its target, and rejects "
+            "the order to stay where it is: its shaft springs when it comes free. Support the arm, "
+            "switch the motors' supply off, and find out why (`armdrive doctor`)"
+        )
     return (
         f"{drive} pressed against something as it stopped, {abs(off)} counts from its target: it "
         "is blocked, overloaded, or was turned by force. Its target is now where it stands, so it "

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from kinematics.chains.branches import STRAIGHT
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form
+from kinematics.chains.goals import frame_goal
 from kinematics.chains.links import DHLink
 from kinematics.errors import OutOfReach
 from kinematics.frames.numbers import atan2, cos, sin
@@ -150,7 +151,7 @@ def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBran
 
 def _postures_of_frame(one: System, frame: Transform, seed: Values) -> list[NamedBranch]:
     closed = closed_form(one.chain())
-    postures = [] if closed is None else closed.postures(frame, seed)
+    postures = [] if closed is None else closed.postures(frame_goal(frame), seed)
     names = {signs: name for name, signs in one.signs.items()}
     named = {
         (name := names[_signs(one, frame, joints)]): _named(one, name, frame, joints)

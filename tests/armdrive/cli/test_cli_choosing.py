@@ -12,7 +12,7 @@ def arm_of(called):
     return called.json["arm"]
 
 
-def test_with_no_arm_named_it_is_the_simulated_one(call):
+def test_without_a_named_arm_the_simulated_one_is_used(call):
     assert arm_of(call("status", "--json", code=0)) == "sim:teachmover"
 
 
@@ -45,13 +45,13 @@ def test_a_default_arm_file_is_used_where_nothing_is_named(call, monkeypatch):
     assert arm_of(call("status", "--json", code=0)) == "sim:teachmover"
 
 
-def test_a_port_speaks_teachmover_unless_told(call):
+def test_a_port_speaks_teachmover_by_default(call):
     assert "/dev/ttyNOWHERE" in call.refused(
         "status", "--port", "/dev/ttyNOWHERE", "--dialect", "teachmover", code=4
     )
 
 
-def test_an_unknown_arm_is_met_with_the_nearest_one(call):
+def test_an_unknown_arm_is_refused_with_the_nearest_name(call):
     write_arm_file("bench", NOWHERE)
     assert "did you mean 'bench'" in call.refused("status", "--arm", "benhc", code=2)
 

@@ -98,18 +98,18 @@ def test_the_version_is_the_packages(call):
     assert call("--version", code=0).out == f"armdrive {version('armdrive')}\n"
 
 
-def test_a_mistyped_command_is_met_with_the_nearest_one(call):
+def test_a_mistyped_command_is_refused_with_the_nearest_one(call):
     sentence = call.refused("mvoe", code=2)
     assert "'mvoe'" in sentence
     assert "`armdrive move`" in sentence
 
 
-def test_a_word_like_no_command_is_sent_to_the_help(call):
+def test_an_unknown_word_is_referred_to_the_help(call):
     assert "`armdrive --help`" in call.refused("qqqqq", code=2)
 
 
 @pytest.mark.parametrize("word", INSTEAD)
-def test_another_word_for_a_command_is_met_with_the_one_to_type(call, word):
+def test_a_word_of_another_program_is_answered_with_the_command_to_type(call, word):
     assert f"type `{INSTEAD[word]}`" in call.refused(*word.split(), code=2)
     assert INSTEAD[word].split()[1] in COMMANDS
 

@@ -1,4 +1,4 @@
-"""`armdrive home` and `verify` with a person who types: on a pipe here, in front of a twin."""
+"""`armdrive home` and `verify` with typed answers, on a simulated twin."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def typing(monkeypatch):
 
 
 def at_the_mark() -> None:
-    """Have somebody bring the remembered simulated arm to its mark by hand."""
+    """Bring the remembered simulated arm to its mark by hand."""
     with connect_remembered(simulated_config("teachmover")) as arm:
         arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
 
@@ -51,14 +51,14 @@ def test_a_person_is_led_through_and_confirms(call, typing):
 @pytest.mark.parametrize(
     "lines", [(), ("yes",), ("ok",), ("ok", "quit"), ("ok", "shoulder 1"), ("yes", "yes", "yes")]
 )
-def test_whoever_does_not_confirm_references_nothing(call, typing, lines):
+def test_without_a_confirmation_nothing_is_referenced(call, typing, lines):
     typing(*lines)
     call.refused("home", "--guide", code=3) if not lines else call("home", "--guide", code=3)
     assert call("status", "--json", code=0).json["trust"] in ("unknown", "restored", "suspect")
     assert call("status", "--json", code=0).json["pose"] is None
 
 
-def test_nothing_moves_before_the_way_is_said_to_be_clear(call, typing):
+def test_nothing_moves_before_the_person_confirms_a_clear_way(call, typing):
     at_the_mark()
     before = world_file(ARM).read_text()
     typing("shoulder 5", "done")
@@ -217,7 +217,7 @@ def switched(call, monkeypatch):
     return ("--arm", "switched")
 
 
-def test_an_arm_with_switches_says_that_it_moves_and_tells_of_each_group(call, switched):
+def test_homing_by_switches_warns_of_motion_and_reports_each_group(call, switched):
     said = call("home", *switched, code=0).out
     assert "THE ARM WILL MOVE" in said
     assert "switches of base, then shoulder and elbow and" in said

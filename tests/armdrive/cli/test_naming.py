@@ -34,7 +34,7 @@ def test_options_stay_and_other_commands_are_left_alone():
         assert with_arm(words, options) == words
 
 
-def test_settings_are_mended_by_the_arm_file_that_was_named():
+def test_the_remedy_for_settings_names_the_arm_file():
     sentence = "`armdrive doctor --mend` sends these lines"
     assert with_arm(sentence, Namespace(arm="my arm")) == (
         "`armdrive doctor --arm 'my arm' --mend` sends these lines"

@@ -44,7 +44,7 @@ def test_lines_are_made_only_where_they_are_printed(capsys):
         present(Result({}, lines_that_are_never_made()), argparse.Namespace(json=False))
 
 
-def test_progress_is_told_to_people_alone(capsys):
+def test_progress_is_shown_to_people_only(capsys):
     tell(argparse.Namespace(json=True), "moving")
     assert capsys.readouterr().out == ""
     tell(argparse.Namespace(json=False), "moving")

@@ -164,7 +164,7 @@ def test_two_lines_are_enough_and_the_arm_can_be_driven(tmp_path):
         ("model = ", "not valid TOML"),
     ],
 )
-def test_what_is_wrong_is_said_with_the_file_and_the_key(tmp_path, text, words):
+def test_an_error_names_the_file_and_the_key(tmp_path, text, words):
     path = tmp_path / "bad.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ArmFileError) as refusal:
@@ -207,7 +207,7 @@ def test_one_reading_finds_everything_that_is_wrong(text, found):
 
 
 @pytest.mark.parametrize("text", ['model = "teachmover"\n', "five"])
-def test_a_file_with_endless_faults_is_told_fifty_of_them(tmp_path, text):
+def test_of_endless_faults_fifty_are_reported(tmp_path, text):
     (tmp_path / "minilinks.toml").write_text(shown_files()[0], encoding="utf-8")
     table = tomllib.loads(shown_files()[1] if text == "five" else text)
     table |= {f"key{number}": 1 for number in range(20_000)}
@@ -216,7 +216,7 @@ def test_a_file_with_endless_faults_is_told_fifty_of_them(tmp_path, text):
     assert len(arm_problems(table, "bench", tmp_path)) == 50
 
 
-def test_a_file_that_is_not_there_or_no_text_is_said_so(tmp_path):
+def test_a_missing_or_binary_file_is_reported(tmp_path):
     with pytest.raises(ArmFileError, match="cannot be read"):
         load_arm(tmp_path / "none.toml")
     (tmp_path / "bin.toml").write_bytes(b"\xff\xfe\x00")

@@ -162,6 +162,6 @@ def test_a_servo_gripper_has_fingers_without_a_motor(tmp_path):
     assert not config.model.transmission.has_gripper
 
 
-def test_a_model_that_nobody_has_verified_says_so(tmp_path):
+def test_an_unverified_model_is_marked(tmp_path):
     (tmp_path / "six.toml").write_text("verified = false\n" + six_links(), encoding="utf-8")
     assert not written(tmp_path, six_arm()).model.verified

@@ -65,6 +65,13 @@ def test_a_check_names_what_is_not_used(write):
         assert any(said in sentence for sentence in remarks)
 
 
+def test_the_base_link_may_stand_above_the_table(write):
+    plain = load_arm(write()).model.arm
+    raised = load_arm(write('tip_link = "tool0"', "height_mm = 35.0")).model.arm
+    joints = Joints((0.3, 0.2, -0.4, 0.1, 0.5, 0.0), NAMES)
+    assert raised.fk(joints).z_mm == pytest.approx(plain.fk(joints).z_mm + 35.0)
+
+
 def test_the_hand_s_frame_may_stand_elsewhere_in_its_link(write):
     plain = load_arm(write()).model.arm
     turned = load_arm(
@@ -85,6 +92,7 @@ def test_the_hand_s_frame_may_stand_elsewhere_in_its_link(write):
         ('tip_link = "tool0"', 'tip_link = "finger"', "joint 'fingers' slides"),
         ('tip_link = "tool0"', 'tip_link = "knuckle"', "'wrist_roll' in [limits_deg]"),
         ('model = "six.urdf"', 'model = "seven.urdf"', "seven.urdf cannot be read"),
+        ('model = "six.urdf"', 'model = "six.urdf.xacro"', "six.urdf.xacro cannot be read"),
         ("wrist_roll = [-155, 155]", "", "joint 'wrist_roll' has no limits in its model"),
         ("wrist_roll = 40", "", "[speeds_deg_s] is missing wrist_roll"),
     ],

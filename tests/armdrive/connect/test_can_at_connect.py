@@ -1,4 +1,4 @@
-"""What a person meets at connecting to drives on a bus: it is told, nothing stirs, it is mended.
+"""Problems at connecting to drives on a bus: each is reported, nothing moves, and it can be fixed.
 
 Every row is of an arm that this program has not seen yet, and some are of one that it has moved,
 behind a wire that was lost. Each ends in the same program, where the arm moves.
@@ -219,7 +219,7 @@ def stirred(bus: Bus) -> bool:
 
 
 @pytest.mark.parametrize("name", ROWS)
-def test_an_arm_that_is_not_as_it_should_be_is_told_and_moves_once_it_is(name):
+def test_a_wrong_setting_is_reported_at_connecting_and_the_arm_moves_once_it_is_right(name):
     row = ROWS[name]
     bus = Bus(row.dialect, options=row.options)
     mend = row.spoil(bus)
@@ -242,7 +242,7 @@ def test_an_arm_that_is_not_as_it_should_be_is_told_and_moves_once_it_is(name):
 
 
 @pytest.mark.parametrize("name", COMES_BACK)
-def test_an_arm_that_comes_back_as_it_should_not_be_is_told_and_moves_once_it_is(name):
+def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_is_right(name):
     row = ROWS[name]
     bus = Bus(row.dialect, options=row.options)
     arm = bus.ready()
@@ -299,7 +299,7 @@ def test_drives_with_other_microsteps_are_switched_on_and_nothing_moves():
     goes_on(arm, stood)
 
 
-def test_a_node_that_another_master_has_stopped_is_taken_up_again():
+def test_a_node_that_another_master_stopped_is_started_again():
     bus = Bus("cia402")
     stopped = pack(Nmt(NmtCommand.STOP, ELBOW + 1).frame)
     bus.twin.device.receive(stopped, bus.twin.device.now_s)
@@ -311,7 +311,7 @@ def test_a_node_that_another_master_has_stopped_is_taken_up_again():
 
 
 @needs_pty
-def test_a_bus_of_another_bit_rate_is_told_and_the_right_one_works(tmp_path):
+def test_a_wrong_bit_rate_is_reported_and_the_right_one_works(tmp_path):
     path = tmp_path / "can0"
     wrong, right = (f"can:slcan:{path}?bitrate={rate}000" for rate in (500, 250))
     with SimProcess(path, "mks", "--set", "bitrate=250000") as bus:

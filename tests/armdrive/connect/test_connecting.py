@@ -49,14 +49,14 @@ def test_a_port_needs_a_dialect_and_gets_its_baud_rate():
     assert find("COM3", dialect_name="teachmover", baud=1200).config.connection.baud == 1200
 
 
-def test_an_unknown_name_is_met_with_the_known_and_the_nearest_one():
+def test_an_unknown_name_is_refused_with_the_known_and_the_nearest_one():
     write_arm_file("bench", TWO_LINES)
     with pytest.raises(ArmFileError, match="did you mean 'bench'") as refusal:
         find("bnech")
     assert "sim:teachmover" in str(refusal.value)
 
 
-def test_an_unknown_dialect_is_met_with_the_nearest_one():
+def test_an_unknown_dialect_is_refused_with_the_nearest_one():
     for call in (
         lambda: find("sim:teachmoover"),
         lambda: find("/dev/ttyNOWHERE", dialect_name="teachmoover"),

@@ -38,7 +38,7 @@ MOTION = (b"G1", b"G0", b"$J", b"$H", b"X")
 
 
 @pytest.mark.parametrize("name", FOREIGN)
-def test_other_firmware_is_named_with_what_helps_and_hears_of_no_motion(name):
+def test_other_firmware_is_named_with_the_remedy_and_gets_no_motion(name):
     device = FOREIGN[name]
     sentence = refused("grbl", SimPort(device))
     assert f"What answered is no grbl, but {name}: " in sentence
@@ -54,7 +54,7 @@ def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
 
 
 @pytest.mark.parametrize("dialect", ON_SERIAL)
-def test_a_line_that_says_everything_back_is_named(dialect):
+def test_an_echoing_line_is_recognised(dialect):
     sentence = refused(dialect, SimPort(Echo(baud=115_200)), 115_200)
     assert "What is sent comes straight back" in sentence
 

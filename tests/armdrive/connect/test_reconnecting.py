@@ -77,7 +77,9 @@ def test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing(connected, 
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later(connected, dialect):
+def test_a_call_waiting_for_a_motion_raises_the_loss_and_the_motion_does_not_continue(
+    connected, dialect
+):
     arm = connected(dialect, reconnect=True)
     handle = arm.move_j(base_deg=80, wait=False)
     arm.sleep(0.4)
@@ -153,7 +155,7 @@ def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
     assert arm.status.current is Current.UNKNOWN
 
 
-def test_a_wire_without_an_arm_behind_it_is_looked_for_further(connected):
+def test_reconnecting_goes_on_while_no_arm_answers(connected):
     arm = connected(reconnect=True)
     unplug(arm)
     arm.twin.faults.add("mute")

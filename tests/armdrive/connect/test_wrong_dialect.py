@@ -1,4 +1,4 @@
-"""Connecting with the dialect of another arm: it is said who answers, and nothing moves."""
+"""Connecting with the wrong dialect: the error names the controller, and nothing moves."""
 
 from __future__ import annotations
 
@@ -78,19 +78,19 @@ def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
         ("teachmover", b"@,d,,,", "What came is no teachmover's"),
     ],
 )
-def test_what_was_heard_instead_is_named(asked, says, named):
+def test_the_error_quotes_what_was_received(asked, says, named):
     port = SimPort(Deaf(answers=says))
     assert named in refused(asked, port)
 
 
-def test_silence_is_no_more_than_silence():
+def test_silence_is_reported_as_silence():
     sentence = refused("teachmover", SimPort(Deaf()))
     assert "What" not in sentence
     assert "no answer" in sentence
 
 
 @pytest.mark.parametrize("half", [b"1", b"1\r0,0,0", b"1\r0,0,0,0,0,0,"])
-def test_half_an_answer_of_the_right_dialect_is_no_answer(half):
+def test_half_an_answer_of_the_right_dialect_does_not_count(half):
     port = SimPort(Deaf(answers=half))
     assert "no answer" in refused("teachmover", port)
 

@@ -1,4 +1,4 @@
-"""Arms with play on every dialect: the physical arm is where it is said to be."""
+"""Arms with backlash on every dialect: the physical arm is where the driver reports it."""
 
 import math
 from dataclasses import replace
@@ -47,7 +47,7 @@ def test_a_backlash_that_was_measured_a_little_wrong_is_off_by_no_more_than_that
 
 
 def beside_line_mm(arm):
-    """Draw a line along y there and back; return how far the tip was beside it at most."""
+    """Draw a line along y there and back; return the largest deviation of the tip."""
     pose = Pose.of(x_mm=300, y_mm=-35, z_mm=120, pitch_deg=-70)
     arm.move_to(pose)
     worst_mm = 0.0
@@ -84,7 +84,7 @@ def test_jogging_by_small_increments_moves_the_arm_every_time(dialect):
 
 
 @every_dialect
-def test_a_held_jog_that_is_reversed_and_let_go_ends_where_it_is_said_to(dialect):
+def test_a_reversed_and_released_jog_ends_at_the_reported_position(dialect):
     arm = played_arm(dialect)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     for sign, for_s in ((1.0, 0.5), (-1.0, 0.12), (1.0, 0.31), (-1.0, 0.45)):
@@ -96,7 +96,7 @@ def test_a_held_jog_that_is_reversed_and_let_go_ends_where_it_is_said_to(dialect
 
 
 @every_dialect
-def test_a_jog_that_is_let_go_while_backlash_is_taken_up_turns_no_motor_for_longer(dialect):
+def test_releasing_a_jog_during_backlash_compensation_stops_within_the_same_time(dialect):
     arm = played_arm(dialect, play=190, backlash=190)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     arm.jog_j(base_deg=2)
@@ -113,7 +113,7 @@ def test_a_jog_that_is_let_go_while_backlash_is_taken_up_turns_no_motor_for_long
 
 
 @every_dialect
-def test_a_pause_while_backlash_is_taken_up_stands_and_goes_on_from_there(dialect):
+def test_a_pause_during_backlash_compensation_stops_and_resumes_there(dialect):
     arm = played_arm(dialect, play=90, backlash=90)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     for number, after_s in enumerate((0.03, 0.15, 0.3)):
@@ -132,7 +132,7 @@ def test_a_pause_while_backlash_is_taken_up_stands_and_goes_on_from_there(dialec
 
 @every_dialect
 @pytest.mark.parametrize("wide", [PLAY, 90])
-def test_a_stop_at_any_moment_of_the_taking_up_is_understood(dialect, wide):
+def test_a_stop_at_any_moment_of_backlash_compensation_keeps_the_position(dialect, wide):
     arm = played_arm(dialect, play=wide, backlash=wide)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     for number, after_s in enumerate((0.05, 0.09, 0.16, 0.23, 0.31, 0.4, 0.02, 0.6)):
@@ -148,7 +148,7 @@ def test_a_stop_at_any_moment_of_the_taking_up_is_understood(dialect, wide):
 
 
 @every_dialect
-def test_no_piece_is_longer_than_announced_however_much_is_to_be_taken_up(dialect):
+def test_no_burst_is_longer_than_announced_whatever_the_backlash(dialect):
     arm = played_arm(dialect, play=150, backlash=150)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     controller, lengths = arm.core.controller, []

@@ -29,7 +29,7 @@ every_dialect = pytest.mark.parametrize("dialect", DIALECTS)
 
 
 @every_dialect
-def test_the_next_program_knows_which_way_the_backlash_is_taken_up(dialect, tmp_path):
+def test_the_next_program_knows_on_which_side_of_its_play_each_motor_is(dialect, tmp_path):
     arm = played_arm(dialect)
     config = arm.config
     for number in range(3):
@@ -69,7 +69,7 @@ def test_the_simulated_operator_comes_from_one_side():
     assert max(shaken(arm, 5)) == 0
 
 
-def test_a_declared_posture_says_what_nobody_knows():
+def test_a_declared_posture_reports_unknown_backlash():
     arm = played_arm("teachmover", home=False)
     as_it_stands(arm)
     assert "base" in arm.status.notice
@@ -97,7 +97,7 @@ elbow = 0.5
 """
 
 
-def test_homing_by_switches_ends_in_the_same_place_and_says_what_nobody_knows():
+def test_homing_by_switches_ends_in_the_same_place_and_reports_unknown_backlash():
     arm = Arm(connect_simulated(parse_arm(tomllib.loads(HOMED), name="homed")))
     places = []
     for way in (-3.0, 4.0):

@@ -1,4 +1,4 @@
-"""Arms of model files on the simulated controller: they go where they are told, physically."""
+"""Arms of model files on the simulated controller: the physical arm reaches the requested goals."""
 
 import math
 from dataclasses import replace
@@ -132,7 +132,7 @@ def test_six_joints_jog_along_and_about_the_axes(six):
     assert six.pose.x_mm < before.x_mm - 2
 
 
-def test_a_missing_or_extra_yaw_is_told(six, tmp_path):
+def test_a_missing_or_extra_yaw_is_an_error(six, tmp_path):
     with pytest.raises(KinematicsError, match="give yaw_deg"):
         six.move_to(Pose.of(x_mm=450, y_mm=250, z_mm=500, pitch_deg=-50))
     five = five_joints(tmp_path).model.arm
@@ -140,7 +140,7 @@ def test_a_missing_or_extra_yaw_is_told(six, tmp_path):
         five.ik(Pose.of(x_mm=250, y_mm=0, z_mm=100, pitch_deg=-50, yaw_deg=0))
 
 
-def test_what_six_joints_cannot_reach_is_refused_with_a_pose_that_they_can(six):
+def test_a_pose_out_of_reach_of_six_joints_is_refused_with_the_nearest_one(six):
     far = Pose.of(x_mm=2000, y_mm=0, z_mm=700, pitch_deg=0, yaw_deg=0)
     with pytest.raises(Unreachable, match="all links together") as refusal:
         six.move_to(far)

@@ -68,7 +68,7 @@ def test_nothing_between_the_fingers_is_a_width_of_zero():
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_a_switch_that_is_tripped_already_lets_go_first_and_measures_anew():
+def test_a_grip_switch_that_is_already_closed_opens_before_the_grasp_measures():
     arm = arm_around_a_block(30.0)
     first = arm.gripper.grasp(force_n=25.0)
     assert arm.status.gripping
@@ -114,7 +114,7 @@ def with_grip_bit(bit):
     return replace(config, device=replace(config.device, grip_bit=bit))
 
 
-def test_a_switch_that_never_trips_is_found_out_before_the_fingers_are_hurt():
+def test_a_grip_switch_that_never_closes_is_reported_before_the_fingers_are_strained():
     arm = sim_arm(at=OVER_THE_TABLE)
     arm.core.controller._settings = with_grip_bit(3).device
     with pytest.raises(DeviceFault, match="did not trip"):
@@ -123,7 +123,7 @@ def test_a_switch_that_never_trips_is_found_out_before_the_fingers_are_hurt():
     assert arm.status.state is State.STANDBY
 
 
-def test_a_switch_that_never_lets_go_is_found_out():
+def test_a_grip_switch_that_never_opens_is_reported():
     arm = sim_arm(at=OVER_THE_TABLE)
     arm.twin.device.set_input(3, True)
     arm.core.controller._settings = with_grip_bit(3).device
@@ -145,7 +145,7 @@ def test_opening_and_closing_end_where_asked_while_the_elbow_turns():
 
 
 @pytest.mark.parametrize("speed", [0.0, -0.5, 1.1, 5])
-def test_every_way_to_move_the_fingers_refuses_a_speed_that_is_no_share(speed):
+def test_every_gripper_call_refuses_a_speed_that_is_not_a_fraction(speed):
     arm = ready_arm()
     before = arm.twin.world.motors
     for call in (arm.move_gripper, lambda mm, speed: arm.gripper.move(mm, speed=speed)):

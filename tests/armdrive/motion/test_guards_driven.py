@@ -41,7 +41,7 @@ def over(y_mm, z_mm=120.0):
 
 
 @pytest.mark.parametrize("call", ["move_to", "move_l"])
-def test_a_way_through_a_box_is_refused_before_the_first_byte(call):
+def test_a_path_through_a_box_is_refused_before_the_first_byte(call):
     arm = ready_arm(walled(sim_config()))
     arm.move_to(over(0))
     sent = len(arm.twin.link.sent)
@@ -52,7 +52,7 @@ def test_a_way_through_a_box_is_refused_before_the_first_byte(call):
     assert len(arm.twin.link.sent) == sent
 
 
-def test_a_way_through_a_box_to_a_goal_behind_it_is_refused():
+def test_a_path_through_a_box_to_a_goal_beyond_it_is_refused():
     pillar = Box("pillar", (240.0, 95.0, -10.0), (260.0, 105.0, 600.0))
     arm = ready_arm(guarded(sim_config(), radii_mm=RADII, boxes=(pillar,)))
     arm.move_to(over(0))

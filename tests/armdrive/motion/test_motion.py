@@ -190,7 +190,7 @@ def test_a_goal_that_cannot_be_met_names_a_nearest_pose_that_can(goal):
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, "far", None, True])
-def test_what_is_no_number_is_refused_by_name(bad):
+def test_a_value_that_is_not_a_number_is_refused_by_name(bad):
     arm = ready_arm()
     sent = len(arm.twin.link.sent)
     with pytest.raises(BadNumber, match="x_mm"):
@@ -209,7 +209,7 @@ def test_what_is_no_number_is_refused_by_name(bad):
 
 
 @pytest.mark.parametrize("speed", [0.0, -0.5, 1.01])
-def test_a_speed_that_is_no_fraction_is_refused(speed):
+def test_a_speed_that_is_not_a_fraction_is_refused(speed):
     with pytest.raises(BadRequest, match="fraction"):
         ready_arm().move_j(base_deg=1, speed=speed)
 

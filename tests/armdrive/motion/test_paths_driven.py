@@ -91,7 +91,7 @@ def test_without_a_blend_the_corner_is_reached_exactly():
         assert min(math.dist(tip, (220, 60, 120)) for tip in tips) < STEP_MM
 
 
-def test_a_blend_that_is_too_large_is_made_smaller_and_says_so():
+def test_a_blend_that_is_too_large_is_shortened_with_a_note():
     moves = [LinePart(pose(220, 0, 120), blend_mm=100), LinePart(pose(220, 60, 120))]
     with ready_arm() as arm:
         arm.move_to(pose(220, -60, 120))

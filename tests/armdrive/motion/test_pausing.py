@@ -90,7 +90,7 @@ def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialec
     assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
 
 
-def test_a_burst_that_is_still_being_prepared_when_it_is_paused_is_not_made():
+def test_a_pause_drops_a_burst_that_is_still_being_prepared():
     arm = raised("armdroid")  # its board repeats the numbers before it is told to go
     world = arm.twin.world
     stood, handle = world.motors, arm.move_j(base_deg=WAY_DEG, wait=False)
@@ -106,7 +106,7 @@ def test_a_burst_that_is_still_being_prepared_when_it_is_paused_is_not_made():
 
 
 @pytest.mark.parametrize("pause_first", [True, False])
-def test_a_board_that_begins_anew_under_a_burst_that_is_not_made_ends_the_motion(pause_first):
+def test_a_board_restart_during_a_dropped_burst_ends_the_motion(pause_first):
     arm = raised("armdroid")
     handle = arm.move_j(base_deg=WAY_DEG, wait=False)
     arm.sleep(0.05)
@@ -234,7 +234,7 @@ def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
 
 
 @pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
-def test_a_held_jog_ends_with_a_pause_and_is_not_taken_up_again(dialect):
+def test_a_pause_ends_a_held_jog_for_good(dialect):
     arm = raised(dialect)
     arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
     arm.sleep(0.3)
@@ -251,7 +251,7 @@ def test_a_held_jog_ends_with_a_pause_and_is_not_taken_up_again(dialect):
     assert arm.twin.world.motors == stood
 
 
-def test_an_increment_that_is_paused_says_that_it_went_less_far():
+def test_a_paused_increment_reports_that_it_fell_short():
     arm = raised(BY_BURSTS)
     arm.nudge(Jog.joint(base=20.0), speed=0.3)
     arm.sleep(0.5)
@@ -309,14 +309,14 @@ def test_an_override_holds_in_mid_motion_and_for_held_jogs(dialect):
 
 
 @pytest.mark.parametrize("share", [0.0, -0.5, 1.01, float("nan"), float("inf"), "half"])
-def test_an_override_that_is_no_share_is_refused(share):
+def test_a_speed_override_out_of_range_is_refused(share):
     arm = raised(BY_BURSTS)
     with pytest.raises((BadRequest, ValueError)):
         arm.speed_override = share
     assert arm.speed_override == 1.0
 
 
-def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
+def test_a_paused_script_on_simulated_time_waits_for_a_resume():
     arm = raised(BY_BURSTS)
     arm.pause()
     soon(arm.resume)
@@ -324,7 +324,7 @@ def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
     assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
 
 
-def test_a_pause_is_no_part_of_a_motions_patience():
+def test_time_in_a_pause_does_not_count_towards_a_motions_timeout():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
     handle._timeout_s = 3.0
@@ -380,7 +380,7 @@ def ask(arm: Arm, what: str, chance: random.Random) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
-def test_in_whatever_order_it_is_asked_a_paused_arm_stands_and_no_position_is_wrong(dialect, seed):
+def test_in_any_order_of_calls_a_paused_arm_stands_and_its_position_is_right(dialect, seed):
     chance, arm = random.Random(seed), raised(dialect)
     for _ in range(20):
         with contextlib.suppress(WrongState, NotReferenced):

@@ -55,7 +55,7 @@ def test_a_clearance_of_nothing_has_no_sign(clearance_mm, shown):
 
 
 @pytest.mark.parametrize(("goal", "how"), GOALS)
-def test_what_was_foreseen_is_what_is_done(arm, goal, how):
+def test_the_motion_does_what_its_preview_showed(arm, goal, how):
     before = len(arm.twin.link.sent)
     preview = foreseen(arm, goal, **how)
     assert len(arm.twin.link.sent) == before
@@ -78,7 +78,7 @@ def test_what_was_foreseen_is_what_is_done(arm, goal, how):
         ({"shoulder_deg": -30.0}, {}, OutOfBounds),
     ],
 )
-def test_the_refusal_is_the_very_one_and_what_is_named_instead_can_be_gone_to(arm, goal, how, kind):
+def test_a_preview_gives_the_motions_refusal_and_a_pose_that_can_be_reached(arm, goal, how, kind):
     preview = foreseen(arm, goal, **how)
     assert isinstance(preview.refusal, kind)
     with pytest.raises(kind) as refused:
@@ -104,7 +104,7 @@ def test_a_line_that_is_barred_on_its_way_leads_as_far_as_it_can(arm):
     assert math.dist(arm.twin.world.tip, (200, -120, 200)) == pytest.approx(way_mm, abs=1.5)
 
 
-def test_every_posture_is_named_and_the_others_say_why_not(arm):
+def test_a_preview_lists_every_posture_and_why_the_others_were_not_chosen(arm):
     preview = arm.preview(PoseMove(GOAL))
     first, *others = preview.ways
     assert first.taken
@@ -114,7 +114,7 @@ def test_every_posture_is_named_and_the_others_say_why_not(arm):
     assert not arm.preview(JointMove({"base_deg": 10})).ways
 
 
-def test_an_allowed_posture_that_is_further_off_says_so_and_can_be_taken_by_its_joints():
+def test_a_farther_allowed_posture_is_marked_and_can_be_reached_by_its_joints():
     config = sim_config(planned_burst_s=2.0)
     wide = tuple(JointRange.of(-180, 180) for _ in config.model.arm.limits)
     model = replace(config.model, arm=replace(config.model.arm, limits=wide))
@@ -155,7 +155,7 @@ def test_no_point_travels_far_between_two_postures_of_a_preview(arm):
         assert max(math.dist(a, b) for a, b in ends) <= 2.0
 
 
-def test_an_arm_that_nobody_has_referenced_foresees_nothing():
+def test_an_unreferenced_arm_has_no_preview():
     arm = sim_arm()
     preview = arm.preview(PoseMove(GOAL))
     assert isinstance(preview.refusal, NotReferenced)
@@ -191,12 +191,12 @@ def test_an_arm_of_a_template_refuses_poses_and_shows_joints(arm):
         (PoseMove, (GOAL, 2.0)),
     ],
 )
-def test_what_is_no_move_is_a_bad_request(arm, kind, words):
+def test_a_value_that_is_not_a_move_is_a_bad_request(arm, kind, words):
     with pytest.raises(BadRequest):
         arm.preview(kind(*words))
 
 
-def test_an_arm_of_a_model_file_is_foreseen_as_well(tmp_path):
+def test_a_preview_works_for_an_arm_of_a_model_file(tmp_path):
     config = replace(five_joints(tmp_path), motion=MotionSettings(planned_burst_s=2.0))
     with connected(config) as arm:
         arm.home()
@@ -214,7 +214,7 @@ def test_an_arm_of_a_model_file_is_foreseen_as_well(tmp_path):
     st.floats(-300, 450), st.floats(-300, 300), st.floats(-80, 450), st.floats(-120, 60),
     st.booleans(),
 )  # fmt: skip
-def test_every_goal_is_foreseen_as_it_would_end(x, y, z, pitch, line):
+def test_a_preview_shows_where_every_goal_would_end(x, y, z, pitch, line):
     arm = ready_arm(sim_config(planned_burst_s=10.0))
     goal = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch)
     preview = foreseen(arm, goal, line=line)

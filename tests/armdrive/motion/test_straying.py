@@ -1,4 +1,4 @@
-"""Arms without coordination: how far they leave the straight way, and room for it near guards."""
+"""Arms without coordination: how far they leave the path, and shorter bursts near guards."""
 
 import math
 from dataclasses import replace
@@ -40,7 +40,7 @@ def test_there_are_such_arms():
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
 @pytest.mark.parametrize("limit_mm", [2.0, 5.0, 20.0])
-def test_the_tip_stays_as_near_to_the_straight_way_as_it_is_told(name, limit_mm):
+def test_the_tip_stays_within_the_announced_distance_of_the_line(name, limit_mm):
     arm = standing(name, straying_mm=limit_mm)
     seen = []
     drive = arm.twin.world.drive
@@ -83,7 +83,7 @@ def test_a_burst_is_shorter_where_a_guard_is_near(name):
 
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
-def test_a_way_just_above_the_table_never_goes_into_it(name):
+def test_a_path_just_above_the_table_never_enters_it(name):
     arm = standing(name)
     arm.move_to(Pose.of(x_mm=220, y_mm=-60, z_mm=2.0, pitch_deg=-70))
     arm.move_to(Pose.of(x_mm=260, y_mm=70, z_mm=2.0, pitch_deg=-50))
@@ -119,7 +119,7 @@ BESIDE_A_LIMIT = [
 
 @pytest.mark.parametrize("name", UNCOORDINATED)
 @pytest.mark.parametrize(("joint", "start", "goal"), BESIDE_A_LIMIT)
-def test_no_joint_passes_the_limit_that_it_moves_beside(name, joint, start, goal):
+def test_no_joint_passes_a_limit_that_it_moves_along(name, joint, start, goal):
     arm = standing(name, start)
     low, high = limits_of(arm)[joint].low_rad, limits_of(arm)[joint].high_rad
     here = dict(zip(start.names, start, strict=True))[joint]

@@ -1,4 +1,4 @@
-"""Verifying at the mark: what is measured is what the world knows, and what comes of it."""
+"""Verifying at the mark: the measured drift is the physical one, and what follows from it."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_an_arm_that_lost_nothing_is_within_rounding_and_keeps_its_reference(dia
     assert arm.status.state is State.STANDBY
 
 
-def test_what_no_eye_sees_is_no_drift_but_may_be_taken_up():
+def test_a_difference_too_small_to_see_is_not_drift_but_can_be_accepted():
     arm = homed()
     arm.twin.faults.add("lose-steps", "base", "3")
     arm.move_j(base_deg=10.0)
@@ -119,7 +119,7 @@ def drifted() -> Arm:
     return arm
 
 
-def test_a_drift_that_nobody_accepts_makes_the_position_suspect_and_says_by_how_much():
+def test_an_unaccepted_drift_makes_the_position_suspect_and_gives_its_size():
     arm = drifted()
     found = arm.verify()
     assert not found.accepted
@@ -149,7 +149,7 @@ def test_a_reference_that_was_taken_elsewhere_may_be_wrong_by_its_numbers():
     assert arm.verify().verdict is Verdict.CALIBRATION
 
 
-def test_more_than_any_arm_loses_is_no_drift():
+def test_a_difference_larger_than_any_loss_of_steps_is_not_drift():
     truth = MODEL.transmission.to_motors(MODEL.arm.ik(MODEL.reference.pose))
     drift = drift_between(MODEL, truth + Motors((0, 400, 0, 0, 0, 0)), truth)
     assert judge(drift, Evidence.HOMED.value) is Verdict.CALIBRATION
@@ -165,7 +165,7 @@ def test_an_arm_without_a_position_has_nothing_to_verify_and_does_not_move():
     assert arm.twin.world.motors == before
 
 
-def test_nobody_who_looks_means_nothing_moves():
+def test_without_an_operator_nothing_moves():
     arm = homed()
     arm.operator = None
     before = arm.twin.world.motors

@@ -25,7 +25,7 @@ def seen_in_motion(arm, base_deg):
 
 
 @pytest.mark.parametrize("base_deg", [30.0, -30.0])
-def test_counts_that_go_back_to_where_they_began_are_those_of_a_device_that_began_anew(base_deg):
+def test_counts_that_return_to_their_start_are_those_of_a_restarted_device(base_deg):
     arm = at_zeros("robko01")
     seen_in_motion(arm, base_deg)
     arm.twin.faults.add("brown-out", for_s=0.1)

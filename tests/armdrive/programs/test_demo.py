@@ -1,4 +1,4 @@
-"""The demonstration: blocks stacked in the simulated world, told plainly, as JSON, and drawn."""
+"""The demonstration: it stacks simulated blocks, and prints text, JSON or a drawing."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ needs_pty = pytest.mark.skipif(
 )
 
 
-def test_it_stacks_every_block_and_says_so(call):
+def test_the_demo_stacks_every_block_and_reports_it(call):
     said = call("demo", "--plain", code=0).out
     assert said.startswith("sim:teachmover (Microbot TeachMover), SIMULATED")
     for job in JOBS:
@@ -147,7 +147,7 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
     assert "Every block stands where it belongs" in text
 
 
-def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
+def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli.program.demo import draw
     from armdrive.connect.target import simulated_config
     from armdrive.registry.simulate import simulate
@@ -172,7 +172,7 @@ def test_a_terminal_of_any_size_will_do_and_ascii_is_nothing_but_ascii(size, wor
     assert max(len(line.decode()) for line in lines) < size[1]
 
 
-def test_a_pace_that_is_no_pace_is_a_usage_error(call):
+def test_an_invalid_pace_is_a_usage_error(call):
     assert call("demo", "--pace", "0", code=2).out == ""
 
 

@@ -1,4 +1,4 @@
-"""Acts on an arm: each does what it says, and a stop or a pause holds at whatever moment."""
+"""Acts on an arm: each does what it should, and a stop or a pause works at any moment."""
 
 import threading
 
@@ -72,7 +72,7 @@ def test_fingers_grasp_and_let_go(arm, does):
     assert arm.pose.z_mm == pytest.approx(30, abs=0.5)
 
 
-def test_a_reference_is_taken_only_where_nobody_has(arm, does, monkeypatch):
+def test_a_program_references_only_an_unreferenced_arm(arm, does, monkeypatch):
     monkeypatch.setattr(arm, "home", None)
     does(Home())
     monkeypatch.undo()
@@ -103,7 +103,7 @@ def test_outputs_are_switched_one_by_one(arm, does):
     assert again.outputs == 0b011  # what the arm was told counts for more
 
 
-def test_outputs_of_the_run_before_stay_where_the_arm_was_told_none(arm):
+def test_outputs_of_the_previous_run_stay_if_this_run_sets_none(arm):
     again = Performer(arm, Listener(), outputs=0b100)
     again.perform(Outputs(on=(1,)))
     assert arm.status.outputs == 0b101
@@ -138,7 +138,7 @@ def test_a_delay_takes_its_time(arm, does):
     assert arm.pace.now_s() - began_s == pytest.approx(7.3, abs=1e-6)
 
 
-def test_it_says_and_holds(arm):
+def test_type_prints_and_hold_waits(arm):
     person = Listener()
     does = Performer(arm, person).perform
     does(Say("width 30"))
@@ -187,7 +187,7 @@ def test_a_stop_between_two_acts_ends_the_program_too(arm):
     assert script.made[-1].at == 3
 
 
-def test_a_stop_that_came_before_the_run_was_decided_on_is_none_of_its_business(arm):
+def test_a_stop_before_the_run_began_does_not_end_it(arm):
     since = arm.stops
     arm.stop()
     with pytest.raises(Stopped):
@@ -241,7 +241,7 @@ def test_it_runs_as_often_as_it_is_told(arm):
     assert ender.loops == 50
 
 
-def test_a_refused_act_is_told_with_its_place(arm):
+def test_a_refused_act_names_its_line(arm):
     script = Script((go(down(250, 0, 120)), go(down(900, 0, 120))))
     run = ProgramRun(RunPlan(script), performer(arm))
     with pytest.raises(Exception, match="reach"):
@@ -250,7 +250,7 @@ def test_a_refused_act_is_told_with_its_place(arm):
     assert arm.pose.z_mm == pytest.approx(120, abs=0.5)
 
 
-def test_an_arm_without_a_grip_switch_says_what_to_write_instead():
+def test_without_a_grip_switch_the_error_names_the_word_to_use():
     with pytest.raises(Refused, match=r"no grip switch.*gripper\.close.*open_now"):
         performer(table_arm("grbl")).perform(grasp())
 
@@ -296,7 +296,7 @@ def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
     assert performer(arm).perform(Look()) is not None
 
 
-def test_a_suspension_that_nobody_has_noticed_yet_counts_once(arm):
+def test_a_suspension_that_was_not_yet_noticed_counts_once(arm):
     does = performer(arm).perform
     arm.engine.asleep_s = lambda: 2.0
     with pytest.raises(Stopped):

@@ -1,4 +1,4 @@
-"""A program is checked as a whole: every mistake is found, in its place, before anything moves."""
+"""A program is checked as a whole: every mistake is reported at its place before anything moves."""
 
 from __future__ import annotations
 
@@ -109,13 +109,13 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("text", "column", "wanted"), WRONG)
-def test_every_mistake_is_told_in_its_place(text, column, wanted):
+def test_every_mistake_is_reported_at_its_place(text, column, wanted):
     ((_, at, said),) = refused(text)
     assert wanted in said
     assert at == column
 
 
-def test_all_mistakes_are_told_at_once_in_the_order_of_lines():
+def test_all_mistakes_are_reported_at_once_in_line_order():
     text = "delay -1\nmvoe pick\nif x >\nready\nend\nspeed 50\nmove"
     assert [line for line, _, _ in refused(text)] == [1, 2, 3, 6, 7]
 
@@ -194,7 +194,7 @@ def test_a_name_that_may_have_none_may_not(text, line):
     assert (at, "may have no value yet" in said) == (line, True)
 
 
-def test_who_called_is_said_where_a_subprogram_lacks_a_value():
+def test_a_missing_value_in_a_subprogram_names_the_call():
     ((_, _, said),) = refused("define f()\ntype x\nend\nready\nf()\nx = 1")
     assert "when this is called in line 5" in said
 
@@ -202,7 +202,7 @@ def test_who_called_is_said_where_a_subprogram_lacks_a_value():
 # -- what the arm has to know ------------------------------------------------------------------
 
 
-def test_every_point_that_the_book_lacks_is_named():
+def test_every_missing_point_is_named():
     text = "move pik\nmove tray\nmove_line nowhere\nmove pik"
     assert [(line, column) for line, column, _ in refused(text)] == [(1, 6), (3, 11)]
     program = read_program(text)

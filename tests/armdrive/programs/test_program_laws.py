@@ -249,6 +249,6 @@ def test_comments_stay_with_their_lines_or_stand_behind_them():
 
 
 @pytest.mark.parametrize("make", [Remark, TextValue])
-def test_what_would_break_a_line_is_no_text_of_a_program(make):
+def test_a_text_with_a_line_break_is_refused(make):
     with pytest.raises(BadRequest, match="one line"):
         make("a\nb")

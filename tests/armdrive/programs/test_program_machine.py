@@ -1,4 +1,4 @@
-"""A program under way: values, what cannot be carried out, and taking a run up again."""
+"""A running program: values, errors, and resuming a run."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ FAILING = [
 
 
 @pytest.mark.parametrize(("text", "wanted"), FAILING)
-def test_what_cannot_be_carried_out_says_why_and_where(text, wanted):
+def test_a_line_that_cannot_run_gives_the_reason_and_place(text, wanted):
     ((_, _, said),) = refused(text)
     assert wanted in said
 
@@ -119,7 +119,7 @@ def test_numbers_too_large_to_count_with_are_refused_as_bounds_and_rounds():
     refused("x = floor(1e999)")
 
 
-def test_a_failure_says_who_called():
+def test_a_failure_names_the_call():
     ((line, _, said),) = refused("define f(n)\nx = 1 / n\nend\nready\nf(0)")
     assert line == 2
     assert said.endswith("called in line 5")
@@ -150,7 +150,7 @@ def test_an_answer_of_a_wrong_kind_is_refused_and_the_act_stays(text, answer):
     assert machine.next() == stage
 
 
-def test_a_mistake_of_the_arm_is_told_with_the_line():
+def test_an_error_of_the_arm_names_the_line():
     def lost(joints_deg):
         raise ProgramError("nobody knows")
 
@@ -265,7 +265,7 @@ def test_a_name_keeps_its_kind_and_a_value_is_no_subprogram():
         entered("n = 2", "define n()\nend")
 
 
-def test_a_run_within_a_context_can_be_taken_up_again_only_there():
+def test_a_run_within_a_context_can_be_resumed_only_there():
     context = read_program("n = 2").machine()
     assert context.next() is None
     program = read_program("ready\ntype n", "b", context.context)

@@ -1,4 +1,4 @@
-"""Every word of the vocabulary: what it asks of an arm, in today's spelling and in the old ones."""
+"""Every word of the language and the acts that it makes, in the new and the old spelling."""
 
 from __future__ import annotations
 
@@ -248,7 +248,7 @@ def test_a_point_may_be_called_as_a_word_is():
 # -- inputs ------------------------------------------------------------------------------------
 
 
-def test_a_wait_that_takes_too_long_ends_the_program_or_says_so():
+def test_a_wait_that_times_out_ends_the_program_or_returns_off():
     assert acts("wait_input 1 within 2\nready", inputs=(1,))[-1] == ready()
     ((line, _, text),) = refused("wait_input 1, -2 within 2\nready")
     assert (line, text) == (1, "the inputs were not 1, -2 within 2 s")

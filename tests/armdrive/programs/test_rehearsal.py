@@ -98,13 +98,13 @@ def test_blocks_of_a_simulated_world_are_found_and_nothing_is_assumed():
 
 
 def real(arm):
-    """Return an arm of which nobody knows the world around, as of a real one."""
+    """Return an arm with an unknown world, like a real one."""
     arm.twin = None
     return arm
 
 
 @pytest.mark.parametrize(("width_mm", "found_mm"), [(None, 0.0), (30.0, 30.0), (70.0, 0.0)])
-def test_widths_of_what_nobody_knows_are_assumed(width_mm, found_mm):
+def test_unknown_widths_are_assumed(width_mm, found_mm):
     arm = real(table_arm("teachmover"))
     script = Script(PICK_AND_PLACE)
     rehearsal = rehearse(SeenArm.of(arm), RunPlan(script, width_mm=width_mm))
@@ -114,7 +114,7 @@ def test_widths_of_what_nobody_knows_are_assumed(width_mm, found_mm):
     assert rehearsal.in_doubt
 
 
-def test_inputs_are_assumed_and_said():
+def test_assumed_inputs_are_reported():
     arm = table_arm("teachmover")
     arm.twin.device.set_input(2, True)  # which the rehearsal does not look at
     script = Script(
@@ -140,7 +140,7 @@ def test_inputs_are_assumed_and_said():
     ]
 
 
-def test_nothing_of_the_rehearsal_stays(tmp_path):
+def test_a_rehearsal_leaves_nothing_behind(tmp_path):
     arm = table_arm("teachmover")
     script = Script(
         (
@@ -168,7 +168,7 @@ def test_a_refusal_after_an_assumption_may_be_run_all_the_same():
     require_rehearsed(rehearsal, anyway=True)
 
 
-def test_a_rehearsal_ends_when_its_time_is_up_and_says_how_far_it_is():
+def test_a_rehearsal_ends_after_its_time_and_reports_how_far_it_came():
     told = []
     patience = Patience(50.0, told.append, count().__next__)  # each look at the clock takes 1 s
     rehearsal = rehearse_within(
@@ -281,7 +281,7 @@ def test_an_arm_that_cannot_be_asked_is_taken_to_stand_in_its_reference(dialect)
     assert rehearsal.assumptions[0].mark is None
 
 
-def test_a_doubted_position_is_taken_for_true_where_that_may_be():
+def test_a_suspect_position_is_assumed_right_if_that_is_allowed():
     arm = table_arm("teachmover")
     arm.move_j(base_deg=30)
     arm.disable()

@@ -1,4 +1,4 @@
-"""Interrupted at every act, by a kill, a stop, a fault, a pulled cable: taken up again, or not."""
+"""Programs interrupted at every act by a kill, a stop, a fault or a pulled cable: which resume."""
 
 from contextlib import contextmanager
 from itertools import count
@@ -29,7 +29,7 @@ ACTS = range(1, len(PICK_AND_PLACE) + 1)
 
 
 class Killed(BaseException):
-    """The program is no more: nobody stops anything, nobody closes anything."""
+    """The program was killed: it stops and closes nothing."""
 
 
 class Killer:
@@ -57,7 +57,7 @@ def arm():
 
 
 def reborn(arm):
-    """Return the arm as the next program finds it: nobody has closed it."""
+    """Return the arm as the next program finds it after a kill."""
     return connected(arm.config, simulate(arm.config, arm.twin.save()))
 
 
@@ -134,7 +134,7 @@ def test_uninterrupted_it_leaves_no_journal(arm, tmp_path):
 
 @pytest.mark.parametrize("when", ["begins", "ended"])
 @pytest.mark.parametrize("number", ACTS)
-def test_killed_at_any_act_it_is_taken_up_and_ends_as_ever(arm, tmp_path, number, when):
+def test_a_program_killed_at_any_act_resumes_and_ends_the_same(arm, tmp_path, number, when):
     script = killed(arm, tmp_path, number, when)
     assert interrupted(arm.config.name).line == number
     arm.sleep(3.0)  # it has stood for a while when the program is begun again
@@ -145,7 +145,7 @@ def test_killed_at_any_act_it_is_taken_up_and_ends_as_ever(arm, tmp_path, number
 
 
 @pytest.mark.parametrize("number", [n for n in ACTS if travels(PICK_AND_PLACE[n - 1])])
-def test_stopped_on_its_way_it_is_taken_up_from_there(arm, tmp_path, number):
+def test_a_program_stopped_in_motion_resumes_from_there(arm, tmp_path, number):
     script = Script(PICK_AND_PLACE)
 
     def stop(handle):
@@ -160,7 +160,7 @@ def test_stopped_on_its_way_it_is_taken_up_from_there(arm, tmp_path, number):
 
 
 @pytest.mark.parametrize("after_s", [0.2 + 1.9 * number for number in range(14)])
-def test_stopped_at_any_time_and_once_more_after_that_it_ends_as_ever(arm, tmp_path, after_s):
+def test_a_program_stopped_twice_at_any_time_ends_the_same(arm, tmp_path, after_s):
     script = Script(PICK_AND_PLACE)
     device = arm.twin.device
     device.at(device.now_s + after_s, arm.request_stop)
@@ -173,7 +173,7 @@ def test_stopped_at_any_time_and_once_more_after_that_it_ends_as_ever(arm, tmp_p
     assert placed(arm)
 
 
-def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(arm, tmp_path):
+def test_a_program_killed_in_mid_motion_cannot_resume_with_a_suspect_position(arm, tmp_path):
     script = Script(PICK_AND_PLACE)
 
     def kill(_):
@@ -186,7 +186,7 @@ def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(ar
         resume(again, script, tmp_path)
 
 
-def test_a_pulled_cable_ends_it_and_after_a_reference_it_says_where_to_bring_the_arm(arm, tmp_path):
+def test_after_a_pulled_cable_and_a_reference_the_error_says_where_to_bring_the_arm(arm, tmp_path):
     script = Script(PICK_AND_PLACE)
     with pytest.raises(ArmError), on_its_way(arm, 5, lambda _: arm.twin.link.unplug()):
         begin(arm, script, tmp_path)
@@ -200,21 +200,21 @@ def test_a_pulled_cable_ends_it_and_after_a_reference_it_says_where_to_bring_the
     assert "check that the fingers still hold what they held" in str(refused.value)
 
 
-def test_an_arm_that_somebody_moved_meanwhile_is_left_alone(arm, tmp_path):
+def test_a_program_does_not_resume_if_the_arm_was_moved(arm, tmp_path):
     script = killed(arm, tmp_path, 5)
     arm.move_j(base_deg=40)
     with pytest.raises(Refused, match=r"base 40\.0° instead of"):
         resume(arm, script, tmp_path)
 
 
-def test_fingers_that_somebody_opened_meanwhile_are_left_alone(arm, tmp_path):
+def test_a_program_does_not_resume_if_the_fingers_were_opened(arm, tmp_path):
     script = killed(arm, tmp_path, 5)
     arm.gripper.open()
     with pytest.raises(Refused, match="fingers 76 mm instead of"):
         resume(arm, script, tmp_path)
 
 
-def test_another_program_or_a_changed_one_is_not_taken_up(arm, tmp_path):
+def test_another_or_a_changed_program_does_not_resume(arm, tmp_path):
     killed(arm, tmp_path, 5)
     entry = interrupted(arm.config.name)
     with pytest.raises(Refused, match="was changed since it was interrupted in line 5"):

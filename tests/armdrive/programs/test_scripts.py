@@ -232,11 +232,11 @@ def test_an_exit_code_of_a_rehearsed_script_is_its_refusal(homed, write):
     ("words", "said"),
     [(["--resume"], "cannot be taken up"), (["--loops", "3"], "loops of its own")],
 )
-def test_what_scripts_cannot_do_is_said(call, write, words, said):
+def test_options_that_scripts_do_not_support_are_refused(call, write, words, said):
     assert said in call.refused("run", write("pass\n"), *words, code=2)
 
 
-def test_what_is_no_python_is_said_with_its_line(call, write, tmp_path):
+def test_a_syntax_error_of_a_script_is_reported_with_its_line(call, write, tmp_path):
     assert "line 2" in call.refused("run", write("pass\nif\n"), code=2)
     assert "cannot be read" in call.refused("run", str(tmp_path / "none.py"), code=2)
     (tmp_path / "zero.py").write_bytes(b"\0")
@@ -310,7 +310,7 @@ def test_calls_within_calls_are_not_the_scripts(write):
     assert connections.arms[0].closed
 
 
-def test_the_latest_stands_in_and_nobody_does_afterwards():
+def test_the_latest_override_applies_and_none_remains_afterwards():
     one, two = object(), object()
     with standing_in(lambda *_: one):
         with standing_in(lambda *_: two):

@@ -1,4 +1,4 @@
-"""What a prompt makes of the lines that are typed there: pure, no arm is near."""
+"""How the prompt reads the lines that are typed, without an arm."""
 
 import pytest
 from program_acts import ready
@@ -87,7 +87,7 @@ def test_names_subprograms_and_the_speed_stay(prompt):
         ("(1 + 2) * 3  # a remark", "9"),
     ],
 )
-def test_values_alone_are_said_and_not_kept(prompt, line, shown):
+def test_a_value_alone_is_printed_and_not_listed(prompt, line, shown):
     prompt("grasp into w")
     before = prompt.session.text
     assert prompt(line) == said(shown)
@@ -144,7 +144,7 @@ def test_the_lines_of_a_pipe_are_counted():
         prompt("1 / 0")
 
 
-def test_what_an_entry_brought_before_it_broke_off_is_known_and_it_is_not_kept(prompt):
+def test_an_aborted_entry_keeps_its_values_but_is_not_listed(prompt):
     with pytest.raises(ProgramError):
         prompt("repeat 2 as n", "  m = n", "  ready", "  m = 1 / (2 - n)", "end")
     assert prompt("n, m") == said("2 2")

@@ -40,7 +40,7 @@ def test_hysteresis_is_a_pin_in_a_slot(width, steps, share):
 
 
 @given(WIDTHS, STEPS, st.floats(0, 1))
-def test_a_motor_that_turns_as_far_as_it_is_told_drives_what_was_wanted(width, steps, share):
+def test_a_compensated_motor_moves_its_joint_as_far_as_requested(width, steps, share):
     taken = round(share * width)
     after, driven = turned(taken, width, to_turn(taken, width, steps))
     assert driven == steps
@@ -114,7 +114,7 @@ def test_the_end_of_a_way_is_seen_there_as_often_as_one_looks():
     assert tuple(slack.taken) == tuple(play.ahead)
 
 
-def test_a_stop_that_may_be_before_a_reversal_or_behind_it_is_said_to_be_vague():
+def test_a_stop_near_a_reversal_is_reported_as_ambiguous():
     slack, _ = beside_a_play((12, 12, 0))
     for steps in (Motors((-30, 0, 0)), Motors((10, 0, 0))):
         slack.sends(slack.to_send(steps))
@@ -143,7 +143,7 @@ def test_a_very_long_way_is_remembered_as_far_as_it_can_still_be_under_way():
 
 
 @given(SLACKS, VECTORS)
-def test_what_somebody_else_has_turned_is_doubted(widths, steps):
+def test_a_motor_turned_from_outside_has_unknown_backlash(widths, steps):
     slack, _ = beside_a_play(widths)
     slack.see(steps)
     slack.believe()
@@ -151,8 +151,8 @@ def test_what_somebody_else_has_turned_is_doubted(widths, steps):
 
 
 @given(SLACKS, st.lists(VECTORS, max_size=6), st.floats(0, 1))
-def test_nobody_is_sure_unless_the_truth_is_what_is_assumed(widths, moves, share):
-    """Whichever way the backlash was taken up at first: known is what any beginning leads to."""
+def test_backlash_is_called_known_only_if_it_is_right(widths, moves, share):
+    """The side of the play is known if every possible beginning leads to it."""
     slack, play = Slack(widths), Play(widths)
     play.stand([round(share * width) for width in widths])
     for steps in moves:
@@ -189,7 +189,7 @@ def test_without_backlash_nothing_is_changed():
 
 
 @given(st.integers(1, 60), st.integers(1, 60))
-def test_no_load_is_further_behind_its_share_than_is_said(steps, width):
+def test_no_load_lags_more_than_announced(steps, width):
     play = Play((width,))
     (bound,) = lags(Motors([steps]), Motors([steps + width]))
     made = driven = 0
@@ -210,13 +210,13 @@ def test_a_record_without_backlash_is_written_as_ever_and_with_it_comes_back():
         assert from_text(to_text(record)) == record
 
 
-def test_a_record_that_doubts_motors_it_says_nothing_of_is_refused():
+def test_a_record_with_doubts_about_missing_motors_is_refused():
     with pytest.raises(StateFileError, match="names motors that"):
         from_text(to_text(replace(RECORD, taken=(1, 2), unsure=(2,))))
 
 
 @pytest.mark.parametrize("taken", [(), (1,), (1, 11), (-1, 0)])
-def test_what_does_not_fit_the_backlash_is_not_taken_up(taken):
+def test_a_record_that_does_not_fit_the_backlash_is_refused(taken):
     slack = Slack((10, 10))
     assert not slack.restore(taken, ())
     assert slack.unsure == (0, 1)

@@ -1,4 +1,4 @@
-"""Work that never waits is ended, so that a stop is still heard."""
+"""A task that never waits is ended, so that a stop still works."""
 
 import pytest
 from faults import ready_arm

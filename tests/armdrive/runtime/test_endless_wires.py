@@ -71,7 +71,7 @@ def told(error: ArmError, took_s: float) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_connecting_ends_on_time_and_says_what_was_received(dialect, kind):
+def test_connecting_ends_on_time_and_quotes_what_was_received(dialect, kind):
     wire, pace = wire_to(dialect)
     wire.spoil(kind)
     if kind == "answering at the last moment":
@@ -125,7 +125,7 @@ def comes_back(arm: Arm) -> bool:
     return True
 
 
-def test_a_poll_that_nobody_asked_for_ends_too_and_leaves_the_next_call_its_time():
+def test_a_background_poll_times_out_without_using_the_next_calls_time():
     arm, pace = ready("teachmover")
     pace.wire.spoil("dripping")
     arm.sleep(1.0)
@@ -148,7 +148,7 @@ def test_time_in_which_the_motion_of_another_call_is_waited_for_does_not_count()
     assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
 
 
-def test_a_suspension_is_no_part_of_the_time_that_a_device_has():
+def test_a_suspension_does_not_count_towards_a_devices_timeout():
     arm, pace = ready("teachmover")
     pace.wire.spoil("dripping")
     task = arm.runner.submit(arm_look(arm), within_s=CALL_LIMIT_S)
@@ -193,7 +193,7 @@ def test_what_was_received_in_words():
     assert str(heard) == "nothing was received"
 
 
-def test_frames_that_were_received_are_told_by_their_ids():
+def test_received_frames_are_reported_by_their_ids():
     heard = Received(Unpacker)
     heard.add(pack(Frame(0x701, b"\x05")))
     assert str(heard) == "1 frame was received, but not the answer: ids 701"
@@ -210,7 +210,7 @@ def test_an_excerpt_holds_nothing_that_a_terminal_obeys():
 
 
 @pytest.mark.parametrize("kind", ["silent", "flooding with noise", "dripping"])
-def test_homing_by_switches_ends_on_time_and_says_what_was_received(kind):
+def test_homing_by_switches_ends_on_time_and_quotes_what_was_received(kind):
     wire, pace = wire_to("grbl")
     config = simulated_config("grbl")
     joints = config.model.arm.ik(config.model.reference.pose)

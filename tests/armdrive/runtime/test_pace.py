@@ -38,11 +38,11 @@ def test_a_wait_without_an_end_that_nothing_can_end_is_an_error_and_no_hang():
 
 
 @pytest.mark.parametrize("creep_s", [0.0, 1e-15])
-def test_time_that_does_not_pass_is_an_error_that_says_what_waits_and_no_hang(creep_s):
+def test_simulated_time_that_is_stuck_raises_an_error_naming_what_waits(creep_s):
     arm = ready_arm()
     link, inner_s = arm.twin.link, arm.twin.link.next_s
     link.next_s = lambda: min(inner_s(), arm.pace.now_s() + creep_s)
-    with pytest.raises(ArmError, match=r"time does not pass.*the wire"):
+    with pytest.raises(ArmError, match=r"time is stuck.*the wire"):
         arm.sleep(1.0)
 
 
@@ -107,7 +107,7 @@ def test_in_real_time_a_lost_wire_ends_the_thread_and_every_later_wait_returns_a
     returns(arm.close)
 
 
-def test_an_engine_that_fails_says_so_to_whoever_waits():
+def test_a_failed_engine_raises_in_every_waiting_call():
     arm = ready_arm(pace=100.0)
     arm.engine.advance = lambda now_s: 1 / 0
     arm.pace.wake()
@@ -170,13 +170,13 @@ def test_a_suspension_is_noticed_wherever_it_falls(place, asleep_s, monkeypatch)
         assert (2 in sleeper.waits) == (place == "wait")
 
 
-def test_what_was_thought_out_before_a_suspension_is_not_said_after_it():
+def test_bytes_prepared_before_a_suspension_are_not_sent_after_it():
     arm = ready_arm()
     handle = arm.move_j(base_deg=40, wait=False)
     arm.sleep(0.5)
     before = len(arm.twin.link.named(b"@STEP"))
     arm.engine.asleep_s = lambda: 1.5
-    with pytest.raises(Stopped, match="stood still"):
+    with pytest.raises(Stopped, match="was suspended"):
         handle.wait()
     assert len(arm.twin.link.named(b"@STEP")) <= before + 1
 

@@ -1,4 +1,4 @@
-"""An order that lay in a suspended computer is not said on waking: drives may have stopped."""
+"""An order prepared before a suspension is not sent on waking: drives may have stopped."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def said(arm, monkeypatch) -> list[bytes]:
     return said
 
 
-def test_what_was_thought_out_before_the_drives_stopped_is_not_said(arm, said):
+def test_bytes_prepared_before_the_drives_stopped_are_not_sent(arm, said):
     moving(arm)
     arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s + 0.01
     said.clear()
@@ -42,7 +42,7 @@ def test_what_was_thought_out_before_the_drives_stopped_is_not_said(arm, said):
     assert said == []
 
 
-def test_a_stop_is_said_however_late_it_is(arm, said):
+def test_a_stop_is_sent_however_late_it_is(arm, said):
     handle = moving(arm)
     arm.engine.round_s = lambda: 0.9
     said.clear()
@@ -52,7 +52,7 @@ def test_a_stop_is_said_however_late_it_is(arm, said):
     assert said
 
 
-def test_a_round_of_usual_length_is_said(arm, said):
+def test_bytes_of_a_round_of_usual_length_are_sent(arm, said):
     handle = moving(arm)
     arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s - 0.01
     said.clear()

@@ -82,7 +82,7 @@ def test_every_burst_fits_its_announced_length_and_once_measured_really_does(err
 
 
 @pytest.mark.parametrize("state", ["standby", "disabled", "error-stop", "disconnected"])
-def test_stop_is_heard_in_every_state_and_twice(state):
+def test_stop_works_in_every_state_and_twice(state):
     arm = ready_arm()
     if state == "disabled":
         arm.disable()
@@ -231,7 +231,7 @@ def test_the_pendants_stop_ends_a_burst_and_the_position_is_still_known():
 
 
 def test_motors_that_a_stop_left_off_their_way_are_not_believed():
-    """Somebody pressed STOP, and moved the arm before the registers were read."""
+    """A person pressed STOP and moved the arm before the registers were read."""
     arm = ready_arm()
     device, link = arm.twin.device, arm.twin.link
 
@@ -270,7 +270,7 @@ def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how):
         assert "emergency" in arm.status.error
 
 
-def test_an_operator_who_fails_or_refuses_leaves_an_arm_that_stands():
+def test_an_operator_that_fails_or_refuses_leaves_the_arm_standing():
     arm = sim_arm()
 
     def failing(request):
@@ -321,7 +321,7 @@ def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
 
 
 def test_a_motion_does_not_wait_behind_work_that_moves_nothing():
-    """Else it would begin when nobody expects it any more."""
+    """Otherwise it would begin unexpectedly late."""
     arm = ready_arm()
     work = arm.runner.submit(set_outputs(arm.wire, 1))
     arm.sleep(0.001)

@@ -85,14 +85,14 @@ def test_what_is_unknown_stays_unknown_and_the_first_doubt_stays_the_reason(evid
         (Trust.RESTORED, False, "allow_restored"),
     ],
 )
-def test_a_refusal_says_why_and_how_to_mend_it(trust, allowed, word):
+def test_a_refusal_gives_the_reason_and_the_remedy(trust, allowed, word):
     with pytest.raises(NotReferenced) as refusal:
         require_reference(Belief(trust, "for a reason"), allow_restored=allowed)
     assert "for a reason" in str(refusal.value)
     assert word in str(refusal.value)
 
 
-def test_a_restored_position_serves_who_allowed_it():
+def test_a_restored_position_is_enough_if_the_caller_allowed_it():
     require_reference(Belief(Trust.RESTORED, ""), allow_restored=True)
     require_reference(Belief(Trust.REFERENCED, ""), allow_restored=False)
 
@@ -240,7 +240,7 @@ def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile()
 
 
 @pytest.mark.parametrize(("counts", "trust"), [(0, Trust.SUSPECT), (40, Trust.REFERENCED)])
-def test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew(counts, trust):
+def test_counts_of_zero_after_a_silence_may_mean_a_restart(counts, trust):
     arm = sim_arm()
     as_it_stands(arm)
     arm.move_motors(counts, 0, 0, 0, 0, 0)

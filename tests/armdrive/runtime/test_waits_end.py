@@ -142,7 +142,7 @@ def test_a_pause_in_real_time_costs_a_waiting_call_nothing(monkeypatch):
     assert pace.now_s() > 400.0
 
 
-def test_a_pause_in_real_time_that_nobody_ends_gives_the_motion_up_and_stays(monkeypatch):
+def test_an_endless_pause_in_real_time_gives_up_the_motion_and_stays_paused(monkeypatch):
     monkeypatch.setattr(pausing, "LONGEST_PAUSE_S", 300.0)
     arm, pace = noted(monkeypatch, SimulatedRealPace)
     arm.pause()
@@ -162,7 +162,7 @@ def test_eight_hours_are_what_is_waited_in_real_time():
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
-def test_a_pause_on_simulated_time_that_nobody_can_end_is_no_hang(monkeypatch, dialect):
+def test_a_pause_on_simulated_time_that_cannot_end_does_not_hang(monkeypatch, dialect):
     breaths = []
     monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", breaths.append)
     arm = Arm.connect(f"sim:{dialect}")
@@ -183,7 +183,7 @@ def test_a_pause_on_simulated_time_that_nobody_can_end_is_no_hang(monkeypatch, d
     arm.move_j(base_deg=30.0)
 
 
-def test_a_program_whose_arm_it_has_paused_itself_is_no_hang(monkeypatch):
+def test_a_program_that_paused_its_own_arm_does_not_hang(monkeypatch):
     slept = []
     monkeypatch.setattr(running.time, "sleep", slept.append)
     arm = Arm.connect("sim:teachmover")

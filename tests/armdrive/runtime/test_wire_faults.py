@@ -158,7 +158,7 @@ def test_a_silent_arm_is_given_up_after_its_deadline_and_not_before():
     assert 0.5 < arm.status.time_s - began_s < 5.0
 
 
-def test_an_arm_that_answers_nothing_is_no_arm_and_nothing_is_left_open():
+def test_connecting_to_a_silent_device_fails_and_leaves_nothing_open():
     closed = []
     from dataclasses import replace
 

@@ -6,6 +6,7 @@ import math
 import tomllib
 
 import pytest
+from pages import blocks, page
 
 from armdrive import Arm
 from armdrive.cli.set_up.config_new import write
@@ -16,7 +17,7 @@ from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.draft import LinkFile, Surroundings
-from armdrive.setup.interview import Interview
+from armdrive.setup.interview import Interview, read_links
 from armdrive.setup.templates import TEMPLATES, available
 from kinematics import Joints, preset
 
@@ -128,6 +129,25 @@ def test_a_model_file_is_taken_over_with_its_limits(tmp_path):
     assert texts.model == rows
     assert config.model.arm.joint_names == tuple(f"j{n}" for n in range(1, 7))
     assert math.degrees(config.model.arm.limits[5].high_rad) == pytest.approx(106)
+
+
+def test_the_urdf_of_the_page_is_taken_over_as_a_urdf(tmp_path):
+    (urdf,) = blocks(page("urdf"), "xml")
+    (tmp_path / "six.urdf").write_text(urdf, encoding="utf-8")
+    joints = ("base", "shoulder", "elbow", "forearm_roll", "wrist_pitch", "wrist_roll")
+    answers = {
+        "links.file": str(tmp_path / "six.urdf"),
+        "gripper.kind": "none",
+        "limits.wrist_roll": "-155, 155",
+        **{f"gear.{joint}": "20:1" for joint in joints},
+    }
+    given = {"name": "bench", "template": "own", **answers}
+    texts = files_of(interview_of(given, read_links=read_links).draft)
+    write(texts, tmp_path / "bench.toml")
+    config = load_arm(tmp_path / "bench.toml")
+    assert (tmp_path / "models" / "bench.urdf").read_text(encoding="utf-8").strip() == urdf.strip()
+    assert config.model.arm.joint_names == joints
+    assert config.model.arm.limits[0].high_rad == pytest.approx(2.9, abs=1e-4)
 
 
 def test_known_directions_are_written(tmp_path):

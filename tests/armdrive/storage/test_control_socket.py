@@ -1,4 +1,4 @@
-"""The control socket under callers who are silent, many, slow, or talk nonsense."""
+"""The control socket with callers that are silent, many, slow, or send nonsense."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def arm():
 
 @pytest.fixture
 def patient(monkeypatch):
-    """Nobody's time is ever over."""
+    """No caller ever times out."""
     monkeypatch.setattr(arm_lock, "PATIENCE_S", LONG_S)
 
 
@@ -96,7 +96,7 @@ def test_silent_callers_cost_no_thread_and_keep_no_stop_waiting(arm, holding, ca
     assert ask_holder("bench", "status")["state"] == "standby"
 
 
-def test_the_newest_silent_callers_are_still_heard(holding, call, patient):
+def test_the_newest_silent_callers_can_still_send_their_request(holding, call, patient):
     silent = [call() for _ in range(MOST_INCOMPLETE + 5)]
     for each in silent[:5]:
         assert "call again" in answered(each)["error"]
@@ -105,7 +105,7 @@ def test_the_newest_silent_callers_are_still_heard(holding, call, patient):
         assert answered(each) == {"done": "pause"}
 
 
-def test_a_caller_who_was_crowded_out_calls_again_by_itself(arm, monkeypatch):
+def test_a_crowded_out_caller_retries_by_itself(arm, monkeypatch):
     calls = []
 
     class Crowded:
@@ -137,7 +137,7 @@ def test_a_caller_who_was_crowded_out_calls_again_by_itself(arm, monkeypatch):
     assert len(calls) == 3
 
 
-def test_a_silent_caller_is_told_and_let_go_when_its_time_is_over(arm, monkeypatch):
+def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(arm, monkeypatch):
     monkeypatch.setattr(arm_lock, "PATIENCE_S", 0.05)
     holding = hold("bench")
     serve(holding, arm)
@@ -150,8 +150,8 @@ def test_a_silent_caller_is_told_and_let_go_when_its_time_is_over(arm, monkeypat
 
 
 @posix
-def test_a_caller_who_drips_is_let_go_when_its_time_is_over(arm, monkeypatch):
-    """Its time begins with the call, and not anew with each byte."""
+def test_a_caller_that_drips_bytes_is_disconnected_after_its_time(arm, monkeypatch):
+    """The timeout starts with the call and does not restart with each byte."""
     now, asked = [1000.0], threading.Event()
 
     def monotonic():
@@ -184,7 +184,7 @@ def test_a_request_may_come_in_pieces(holding, call, patient):
     assert answered(connection) == {"done": "pause"}
 
 
-def test_only_so_many_requests_are_answered_at_a_time_and_a_stop_always(arm, holding, call):
+def test_the_number_of_requests_at_a_time_is_limited_except_for_stops(arm, holding, call):
     begun, gate = threading.Semaphore(0), threading.Event()
 
     def program():
@@ -212,7 +212,7 @@ def test_only_so_many_requests_are_answered_at_a_time_and_a_stop_always(arm, hol
     assert ask_holder("bench", "pause") == {"done": "pause"}
 
 
-def test_only_so_many_watch_and_the_others_are_told(holding):
+def test_the_number_of_watchers_is_limited_and_others_get_an_error(holding):
     watching = [watch_holder("bench", 0.05) for _ in range(MOST_WATCHERS)]
     try:
         for each in watching:
@@ -226,14 +226,14 @@ def test_only_so_many_watch_and_the_others_are_told(holding):
             each.close()
 
 
-def test_a_watcher_who_reads_nothing_delays_nobody(holding, call):
+def test_a_watcher_that_reads_nothing_delays_no_other_caller(holding, call):
     for _ in range(MOST_WATCHERS):
         call().send_bytes(b'{"request": "wire", "every_s": 0.0}')
     assert ask_holder("bench", "stop") == {"done": "stop"}
     assert ask_holder("bench", "status")["state"] == "standby"
 
 
-def test_a_system_without_threads_is_told(arm, holding, call, monkeypatch):
+def test_a_system_without_free_threads_gives_an_error(arm, holding, call, monkeypatch):
     start = threading.Thread.start
 
     def started(thread):
@@ -272,7 +272,7 @@ NUMBERS = [
 
 
 @pytest.mark.parametrize("number", NUMBERS, ids=range(len(NUMBERS)))
-def test_a_speed_that_is_none_is_answered_in_a_sentence(arm, holding, call, number):
+def test_an_invalid_speed_is_answered_with_one_sentence(arm, holding, call, number):
     connection = call()
     connection.send_bytes(f'{{"request": "slow", "percent": {number}}}'.encode())
     answer = answered(connection)
@@ -284,7 +284,7 @@ def test_a_speed_that_is_none_is_answered_in_a_sentence(arm, holding, call, numb
 
 @pytest.mark.parametrize("request_", ["watch", "follow", "wire"])
 @pytest.mark.parametrize("number", ["NaN", '"half"', "null", "true", "[1]"])
-def test_a_time_that_is_none_is_answered_in_a_sentence(holding, call, request_, number):
+def test_an_invalid_interval_is_answered_with_one_sentence(holding, call, request_, number):
     connection = call()
     connection.send_bytes(f'{{"request": "{request_}", "every_s": {number}}}'.encode())
     assert answered(connection)["error"].startswith("every_s is a number of seconds, not ")
@@ -313,7 +313,7 @@ NONSENSE = {
 
 
 @pytest.mark.parametrize("what", NONSENSE)
-def test_nonsense_is_answered_in_a_sentence(arm, holding, call, what):
+def test_nonsense_is_answered_with_one_sentence(arm, holding, call, what):
     connection = call()
     connection.send_bytes(NONSENSE[what])
     assert answered(connection)["error"].startswith("a request is a JSON object in UTF-8")
@@ -360,7 +360,9 @@ def test_a_flaw_in_an_answer_ends_no_thread_in_a_traceback(arm, holding, monkeyp
 
 
 @posix
-def test_a_program_that_accepts_nobody_keeps_no_caller_for_ever(tmp_path, monkeypatch):
+def test_a_program_that_accepts_no_connection_does_not_block_callers_for_ever(
+    tmp_path, monkeypatch
+):
     """One that is suspended does so."""
     monkeypatch.setattr(holder_notice, "PATIENCE_S", 0.05)
     monkeypatch.setattr("armdrive.storage.lock_client.PATIENCE_S", 0.05)

@@ -53,7 +53,7 @@ def test_without_room_for_the_mark_nothing_moves_and_the_position_stays_known(ro
     assert believed(life, life.disk.after_kill(PATH)) == (Trust.RESTORED, life.motors)
 
 
-def test_a_full_disk_in_mid_motion_ends_no_motion_and_is_told():
+def test_a_full_disk_in_mid_motion_is_reported_and_the_motion_goes_on():
     life = recorded_life()
     arm = life.connect(allow_restored=True)
     handle = arm.move_j(base_deg=10.0, wait=False)
@@ -68,7 +68,7 @@ def test_a_full_disk_in_mid_motion_ends_no_motion_and_is_told():
     assert believed(life, life.disk.after_kill(PATH)) == (Trust.RESTORED, life.motors)
 
 
-def test_a_position_that_is_no_longer_believed_does_not_stay_on_a_full_disk():
+def test_a_record_that_is_no_longer_true_is_removed_from_a_full_disk():
     life = recorded_life()
     arm = life.connect()
     life.disk.room = 0
@@ -90,7 +90,7 @@ def test_a_full_disk_keeps_no_motor_on_and_leaves_nothing_to_believe():
     assert life.disk.after_kill(PATH) is None
 
 
-def test_a_record_in_a_folder_that_nobody_can_write_into_is_not_believed_and_nothing_moves():
+def test_a_record_in_a_read_only_folder_is_not_trusted_and_nothing_moves():
     life = recorded_life()
     life.disk.read_only = True
     arm = life.connect(allow_restored=True)

@@ -79,7 +79,7 @@ def test_giving_back_twice_is_no_error(holding):
     holding.release()
 
 
-def test_nobody_goes_on_listening_for_an_arm_that_was_given_back(arm):
+def test_the_socket_of_a_released_arm_is_closed(arm):
     before = socket_threads()
     holding = hold("bench")
     serve(holding, arm)
@@ -110,7 +110,7 @@ def test_other_requests_are_answered_with_the_known_ones(holding):
     assert f"known are {', '.join(REQUESTS)}" in ask_holder("bench", "dance")["error"]
 
 
-def test_a_caller_that_says_nothing_keeps_nobody_else_waiting(holding):
+def test_a_silent_caller_does_not_keep_others_waiting(holding):
     from multiprocessing.connection import Client
 
     (notice,) = {path.read_text() for path in places.states().glob("bench.holder")}
@@ -154,7 +154,7 @@ def test_a_watcher_sees_each_change_and_the_end(arm, holding):
     assert [view["state"] for view in views][-1] == "disconnected"
 
 
-def test_a_watcher_of_an_arm_that_stands_is_told_once(arm, holding):
+def test_a_watcher_of_a_standing_arm_gets_one_status(arm, holding):
     views = watch_holder("bench", 0.02)
     assert next(views)["state"] == "standby"
     arm.sleep(1.0)  # simulated: what is believed grows older by that
@@ -163,7 +163,7 @@ def test_a_watcher_of_an_arm_that_stands_is_told_once(arm, holding):
     views.close()
 
 
-def test_who_follows_hears_of_a_program_in_a_long_act_and_not_of_every_moment(arm, holding):
+def test_a_follower_gets_the_progress_of_a_long_act_but_not_every_moment(arm, holding):
     program = {"file": "stack.arm", "line": 2, "percent": 3.1, "left_s": 60.2}
     arm.program = lambda: program
     views = follow_holder("bench", 0.02)
@@ -189,12 +189,12 @@ def test_watchers_that_went_away_make_room_for_others(arm, holding):
                 break
 
 
-def test_an_arm_that_nobody_holds_cannot_be_asked():
+def test_requests_to_an_arm_without_a_holder_are_refused():
     with pytest.raises(ArmError, match="no program holds bench"):
         ask_holder("bench", "stop")
 
 
-def test_a_damaged_notice_is_no_notice():
+def test_a_damaged_notice_is_ignored():
     places.states().mkdir(parents=True)
     for text in ("", "{", "[]", "{}", '{"address": 7}'):
         (places.states() / "bench.holder").write_text(text)
@@ -255,7 +255,7 @@ def test_closing_an_arm_gives_it_back():
     hold("bench").release()
 
 
-def test_a_state_folder_that_cannot_be_written_is_said_in_a_sentence(tmp_path, monkeypatch):
+def test_an_unwritable_state_folder_is_reported_in_one_sentence(tmp_path, monkeypatch):
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "home"))
     (tmp_path / "home").write_text("a file stands where the folder should be", encoding="utf-8")
     with pytest.raises(StateFileError, match="make it writable"):

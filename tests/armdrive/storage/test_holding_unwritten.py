@@ -1,4 +1,4 @@
-"""A disk that is full when an arm is taken: a typed error, and the arm is given back."""
+"""A disk that is full when an arm is locked: a typed error, and the arm is released."""
 
 import pytest
 from served import Served

@@ -1,4 +1,4 @@
-"""Named points: a file that a person and programs share, and nobody loses what another wrote."""
+"""Named points: people and programs share the file, and no change is lost."""
 
 import math
 import tomllib
@@ -53,7 +53,7 @@ def arm():
 # -- as a mapping -----------------------------------------------------------------------------
 
 
-def test_points_are_kept_like_a_mapping_and_read_anew(book):
+def test_points_behave_like_a_mapping_and_are_read_from_the_file_each_time(book):
     assert not book
     book["pick"] = THERE
     book["place"] = HERE
@@ -76,7 +76,7 @@ def test_a_name_that_is_not_there_suggests_one(book):
 
 
 @pytest.mark.parametrize("name", ["", "2nd", "a b", "a.b", "ä", "a" * 41, "a\n"])
-def test_what_is_no_name_is_refused(book, name):
+def test_an_invalid_name_is_refused(book, name):
     with pytest.raises(BadRequest, match="is not a valid name"):
         book[name] = THERE
     with pytest.raises(BadRequest):
@@ -141,7 +141,7 @@ def test_a_file_that_makes_no_sense_says_where_and_stays_as_it_is(book, text, wo
     assert book.path.read_text(encoding="utf-8") == text
 
 
-def test_bytes_that_are_no_text_and_a_folder_in_the_files_place_are_said(book):
+def test_a_binary_file_or_a_folder_in_its_place_is_reported(book):
     book.path.parent.mkdir(parents=True)
     book.path.write_bytes(b"\xff\xfe")
     with pytest.raises(PointsFileError, match="utf-8"):
@@ -213,7 +213,7 @@ def test_a_point_that_a_sequence_goes_to_is_not_taken_away(book):
     assert list(book) == ["old"]
 
 
-def test_a_layout_that_cannot_be_kept_is_written_anew_and_the_old_file_stays_beside(book):
+def test_a_file_whose_layout_cannot_be_kept_is_rewritten_and_the_old_one_kept(book):
     inline = f"points.pick = {{ {joints_line()} }}\n"
     write(book, inline)
     book["new"] = HERE
@@ -224,7 +224,7 @@ def test_a_layout_that_cannot_be_kept_is_written_anew_and_the_old_file_stays_bes
     assert book.path.with_name("bench.toml.before").read_text(encoding="utf-8") == inline
 
 
-def test_what_somebody_changed_meanwhile_is_not_overwritten(book):
+def test_a_change_by_another_program_is_not_overwritten(book):
     book["pick"] = THERE
     shown = book["pick"]
     a_book(book.path)["pick"] = HERE
@@ -244,7 +244,7 @@ def test_what_somebody_changed_meanwhile_is_not_overwritten(book):
 
 
 class Meddler(StateFiles):
-    """A disk on which somebody else writes the file just before it is replaced."""
+    """A disk on which another program writes the file just before it is replaced."""
 
     def __init__(self, path, times, number=0):
         self.path, self.times, self.number = path, times, number
@@ -364,7 +364,7 @@ def test_going_to_a_point_leaves_the_fingers_alone(arm):
     assert arm.gripper.opening_mm == opened
 
 
-def test_a_line_to_a_point_ends_in_its_pose_and_says_where_the_posture_is_another(arm):
+def test_a_line_to_a_point_ends_in_its_pose_and_notes_another_posture(arm):
     arm.points.teach("start")
     arm.move_j(base_deg=20)
     moved = arm.move_l("start")
@@ -394,14 +394,14 @@ def test_a_point_that_a_person_edited_beyond_a_limit_is_audited(arm):
     assert arm.status.acknowledged == before
 
 
-def test_a_place_that_nobody_knows_is_not_taught():
+def test_an_unknown_position_cannot_be_taught():
     arm = sim_arm()
     with pytest.raises(NotReferenced):
         arm.points.teach("pick")
     assert not arm.points.path.exists()
 
 
-def test_what_is_no_goal_is_refused_by_name(arm):
+def test_an_invalid_goal_is_refused_by_name(arm):
     arm.points.teach("pick")
     with pytest.raises(UnknownPoint):
         arm.move_to("nowhere")

@@ -89,7 +89,7 @@ PUSHED = Joints.of(8.0, 40.0, -80.0, -40.0, 0.0)
 
 
 def push(life):
-    """Somebody turns the arm by hand, which no register shows."""
+    """A hand turns the arm, which no register shows."""
     world = life.twin.world
     world.drive_to(world.body.transmission.to_motors(PUSHED, 20.0))
 
@@ -100,7 +100,7 @@ def refer_anew(life):
     life.told = True
 
 
-def test_a_new_reference_is_on_the_disk_before_anybody_is_told_that_it_was_taken():
+def test_a_new_reference_is_on_the_disk_before_the_call_returns():
     lives = []
 
     def work(life):
@@ -123,7 +123,7 @@ def drop_current(life):
     arm.close()
 
 
-def test_an_arm_that_was_let_go_is_never_restored():
+def test_an_arm_whose_motors_were_off_is_never_restored():
     found = list(everywhere(host_cut, work=drop_current))
     assert list(wrong(found)) == []
     assert found[-1][1] is Trust.SUSPECT

@@ -71,7 +71,7 @@ def test_the_next_program_takes_up_where_the_last_one_ended(bench):
     assert bench.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.03)
 
 
-def test_a_restored_position_moves_for_who_allowed_it(bench):
+def test_a_restored_position_allows_motion_if_the_caller_said_so(bench):
     referenced(bench).close()
     arm = bench.connect(allow_restored=True)
     arm.move_j(base_deg=0)
@@ -115,7 +115,7 @@ def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
 
 
 def test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark(bench):
-    """Nobody has seen the arm stand for two seconds, nor will this program."""
+    """The arm was not at rest for two seconds, and this program cannot look any more."""
     arm = referenced(bench)
     bench.link.cut()
     arm.sleep(2.5)
@@ -288,7 +288,7 @@ def test_a_record_is_refused_under_any_other_name_however_similar(bench, name):
     assert f"it belongs to the arm {bench.config.name}" in arm.status.trust_reason
 
 
-def test_what_cannot_be_known_any_more_is_waited_for_by_every_call_that_asks_the_disk(bench):
+def test_a_call_that_changes_trust_returns_when_the_disk_has_it(bench):
     """A declared posture, a confirmed one, and dropped current are on the disk at the return."""
     arm = referenced(bench)
     assert bench.recorder.load().trust == "referenced"

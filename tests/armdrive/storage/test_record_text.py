@@ -173,7 +173,7 @@ class TestTheFile:
             assert recorder.aside.read_text() == text
         assert names(recorder.path.parent) == ["lab.json", "lab.json.bad"]
 
-    def test_what_is_no_plain_file_is_refused_and_never_waited_for(self, recorder):
+    def test_a_file_that_is_not_plain_is_refused_without_waiting(self, recorder):
         recorder.path.mkdir(parents=True)
         with pytest.raises(StateFileError, match="cannot be read"):
             recorder.load()

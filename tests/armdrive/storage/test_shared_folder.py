@@ -50,7 +50,7 @@ def shared():
 
 @pytest.fixture
 def precious(tmp_path):
-    """A file that belongs to somebody else's work, and is never to be touched."""
+    """Another user's file, which must never change."""
     path = tmp_path / "precious"
     path.write_text(PRECIOUS)
     path.chmod(0o644)
@@ -196,7 +196,7 @@ GUESSED = "00" * 8
 
 
 def test_no_file_is_ever_opened_for_writing_because_it_was_there(tmp_path, monkeypatch, precious):
-    """Even somebody who guesses the random name gets nothing but a refusal."""
+    """A guess of the random name only leads to a refusal."""
     monkeypatch.setattr("armdrive.storage.files.os.urandom", bytes)
     (tmp_path / f"file.{GUESSED}.new").symlink_to(precious)
     with pytest.raises(FileExistsError):
@@ -363,7 +363,7 @@ def test_a_history_is_neither_waited_for_nor_taken_from_elsewhere(precious):
 
 
 @pytest.mark.parametrize("link", ["symlink_to", "hardlink_to"])
-def test_a_log_is_added_to_where_it_is_ours_alone(link, precious):
+def test_a_log_is_appended_to_only_if_no_link_stands_in_its_place(link, precious):
     path = logbook_file("bench")
     getattr(path, link)(precious)
     with pytest.raises(OSError, match=r"link"):
@@ -382,7 +382,7 @@ def test_a_log_is_not_poured_into_a_pipe():
 
 
 @pytest.mark.parametrize("put", [a_link, a_pipe, a_folder, a_socket], ids=lambda put: put.__name__)
-def test_what_is_no_lock_is_not_taken_for_one(put, tmp_path):
+def test_a_file_that_is_not_a_lock_is_not_used_as_one(put, tmp_path):
     put(notice_path("bench", "lock"), tmp_path)
     with pytest.raises(StateFileError, match="no arm can be locked") as found:
         hold("bench")

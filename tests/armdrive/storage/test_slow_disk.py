@@ -67,7 +67,7 @@ class Bench:
         return self.twin.world.motors
 
     def let_time_pass(self, time_s):
-        """Have the engine, which has to stay awake, go on for so long."""
+        """Let the engine run for this long."""
         until_s = self.arm.engine.now_s + time_s
         assert self.arm.pace.wait(lambda: self.arm.engine.now_s >= until_s, LONG_S * FASTER)
 
@@ -106,7 +106,7 @@ def test_a_stop_does_not_wait_for_the_disk(bench):
     assert bench.motors == bench.start
 
 
-def test_a_jog_that_was_let_go_while_the_disk_was_busy_does_not_begin(bench):
+def test_a_jog_released_while_the_disk_was_busy_does_not_begin(bench):
     bench.disk.hold()
     bench.arm.hold(Jog(Space.JOINT, (("base", 1.0),)), speed=1.0, for_s=0.5)
     assert bench.disk.is_waited_for()

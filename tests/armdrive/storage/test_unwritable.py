@@ -83,7 +83,7 @@ def unwritable(request, monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("words", [*DRIVING, *WRITING], ids=" ".join)
-def test_a_command_that_needs_the_folder_says_so_in_a_sentence(call, unwritable, words):
+def test_a_command_that_needs_the_folder_fails_with_one_sentence(call, unwritable, words):
     said = call.refused(*words, code=1)
     assert "Errno" not in said
     assert "writable" in said
@@ -106,9 +106,7 @@ def test_a_connection_is_refused_before_its_port_is_opened(unwritable, tmp_path)
         Arm.connect(str(tmp_path / "no-port"), dialect="teachmover")
 
 
-def test_a_position_that_nobody_could_keep_up_to_date_is_unknown_and_nothing_moves(
-    monkeypatch, tmp_path
-):
+def test_without_a_writable_folder_the_position_is_unknown_and_nothing_moves(monkeypatch, tmp_path):
     """What docs/background/trust.md promises of an arm that is connected all the same."""
     path = state_file("bench")
     config = simulated_config("teachmover")

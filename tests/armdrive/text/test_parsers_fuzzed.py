@@ -71,6 +71,23 @@ while not 2 = 1 or true
 end
 fetch(place)
 """
+AXES = """\
+convention = "craig"
+[[axes]]
+point_mm = [0, 0, 0]
+direction = [0, 0, 1]
+low_deg = -90
+[[axes]]
+joint = "slide"
+kind = "prismatic"
+point_mm = [100, 0, 1e-7]
+direction = [0, 1e-8, 1]
+high_mm = 50.0
+[tip]
+point_mm = [150, 20, 0]
+approach = [0, 1, 0]
+normal = [1, 0, 0]
+"""
 PENDANT = """\
 armdrive pendant program 1
 origin 0 0 0 0 0 0
@@ -92,6 +109,7 @@ def recording(text):
 PARSERS = {
     "arm": (ARM, lambda text: parse_arm(parse_toml(text, ArmFileError), name="x")),
     "model": (MODEL, lambda text: parse_model(parse_toml(text, ArmFileError))),
+    "axes": (AXES, lambda text: parse_model(parse_toml(text, ArmFileError))),
     "points": (POINTS, lambda text: parse_points(text, JOINTS)),
     "program": (PROGRAM, read_program),
     "pendant": (PENDANT, parse_pendant),

@@ -197,6 +197,8 @@ def test_what_is_no_axis_is_refused():
         assign_frames([])
     with pytest.raises(ZeroVector):
         AxisLine((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    with pytest.raises(KinematicsError, match=r"\(0.0, 1e\+300, 0.0\) is no point of an arm"):
+        assign_frames([JointAxis((0, 1e300, 0), (0, 0, 1))])
     with pytest.raises(BadNumber, match="an axis' point"):
         assign_frames([JointAxis((math.nan, 0, 0), (0, 0, 1))])
 

@@ -26,7 +26,7 @@ from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form
 from kinematics.chains.goals import HEADING_FREE, Goal, frame_goal
-from kinematics.chains.inverse import Reason, solve_frame_ik
+from kinematics.chains.inverse import Reason, solve_frame_ik, solve_goal
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
 from kinematics.chains.subproblems import on_conic
@@ -227,6 +227,49 @@ def test_arms_without_a_closed_form_find_what_they_have_reached(name, data):
     arm.check(found)
     goal = arm.goal(pose)
     assert all(abs(miss) < 1e-6 for _, _, miss in goal.turn(chain.fk(found.angles_rad))[1])
+
+
+def test_a_straight_wrist_shares_its_turn_so_that_both_joints_keep_their_limits():
+    spans = [(0.0, 0.6), (-1.2, -0.4), (0.7, 1.5), (-1.5, 1.5), (-1.8, 1.8), (-1.5, 1.5)]
+    chain = AR4.within(spans)
+    goal = frame_goal(chain.fk((0.3, -0.8, 1.1, 1.3, 0.0, 1.3)))
+    seed = (0.3, -0.8, 1.1, 0.0, 0.0, 0.0)
+    assert closed_form(chain).nearest(goal, seed) is None  # joint 6 alone would have to turn 2.6
+    found = solve_goal(chain, goal, seed)
+    assert found.ok
+    assert not chain.violations(found.joints)
+
+
+def calibrated(chain, by):
+    """The arm as measured: every length, distance and twist a little off."""
+    off = iter(range(1, 100))
+
+    def changed(value, scale=1.0):
+        return value + by * scale * math.sin(7.0 * next(off))
+
+    links = tuple(
+        replace(
+            link,
+            a_mm=changed(link.a_mm, 300.0),
+            d_mm=changed(link.d_mm, 300.0) if link.d_mm else 0.0,
+            alpha_rad=changed(link.alpha_rad),
+        )
+        for link in chain.links
+    )
+    return replace(chain, links=links)
+
+
+@pytest.mark.parametrize("name", ["Puma 560", "KUKA KR 6", "AR4", "UR5", "SCORBOT"])
+@pytest.mark.parametrize(("by", "exact"), [(2e-9, True), (1e-6, False), (1e-3, False)])
+def test_a_calibrated_arm_is_solved_from_the_class_that_it_is_nearly_of(name, by, exact):
+    chain = calibrated(ARMS[name], by)
+    closed = closed_form(chain)
+    assert closed.structure.exact == closed.complete == exact
+    assert str(closed.structure).startswith("nearly so") != exact
+    for values in ((0.3, -0.8, 1.1, 0.4, 0.7, -0.5), (-1.2, 0.4, 0.8, -1.0, -0.9, 2.0)):
+        posture = values[: len(chain)]
+        found = closed.nearest(frame_goal(chain.fk(posture)), posture)
+        assert found == pytest.approx(posture, abs=1e-5)
 
 
 def test_what_no_posture_meets_is_told_for_certain():

@@ -264,6 +264,7 @@ GRIPPER = (
             "a b c cam", "c", ("one", "two"),
         ),
         ((joint("w", "world", "a", "fixed"), joint("one", "a", "b")), "world a b", "b", ("one",)),
+        ((joint("x", "a", "tool", "fixed"), joint("one", "a", "b")), "a b tool", "b", ("one",)),
     ],
 )  # fmt: skip
 def test_the_arm_ends_where_its_joints_branch_or_at_its_tool(joints, links, tip, names):
@@ -279,6 +280,7 @@ def test_another_end_and_another_beginning_can_be_named():
     assert arm.chain.limits[-1] == (0.0, 30.0)
     assert position_of(arm.chain.fk((0.0, 0.0, 20.0))) == pytest.approx((20.0, 0.0, 0.0))
     assert "right" in arm.unused[0]
+    assert read_urdf(text.replace('"c"', '"tool0"'), base="b").tip == "tool0"
     arm = read_urdf(text, base="b", tip="c")
     assert (arm.base, arm.chain.joint_names) == ("b", ("two",))
 
@@ -297,7 +299,7 @@ def test_names_are_made_words_that_calls_can_use():
         (two(""), "joint 'two' gives no limits"),
         (two('<limit lower="0" upper="0"/>'), "joint 'two' gives no limits"),
         (two('<limit effort="1"/>'), "joint 'two' gives no limits"),
-        (two('<limit lower="-1" upper="1"/>', "continuous"), "'two' is continuous, so the limits"),
+        (two('<limit lower="-1" upper="1"/>', "continuous"), "continuous: URDF ignores its limits"),
         (urdf(*GRIPPER, links="a b c l r"), "joints that are not part of it: left, right"),
         (two(f"{TURNS}<dynamics damping='1'/><dynamics/>"), "<dynamics> (2)"),
         (two(f"{TURNS}<safety_controller/>"), "<safety_controller> (1)"),

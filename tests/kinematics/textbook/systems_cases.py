@@ -7,6 +7,7 @@ from itertools import chain as joined
 from hypothesis import strategies as st
 
 from kinematics.chains.links import JointKind
+from kinematics.textbook.symbols import as_symbol
 
 QUARTERS = tuple(n * math.pi / 2 for n in range(-2, 3))
 FURTHEST_MM = 300.0
@@ -33,6 +34,13 @@ def gap(a, b):
     if isinstance(a[0], tuple):
         a, b = tuple(joined(*a)), tuple(joined(*b))
     return max(abs(x - y) for x, y in zip(a, b, strict=True))
+
+
+def symbols_gap(symbolic, numeric, values):
+    """The largest difference of a matrix of symbols, for these values of names, and of numbers."""
+    return gap(
+        tuple(tuple(as_symbol(entry).value(values) for entry in row) for row in symbolic), numeric
+    )
 
 
 def same_joints(system, a, b, rad=1e-6, mm=1e-4):

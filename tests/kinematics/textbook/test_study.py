@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+from chain_cases import difference
 
 from armdrive.config.link_model import read_model
 from kinematics import UnknownSystem, preset
@@ -167,6 +168,23 @@ def test_the_hand_of_an_example_table_goes_along_every_axis_and_stays_beside_it(
         if axis in ("x", "y", "z"):
             wanted[index] += by
         assert position_of(subject.chain.fk(stepped.values)) == pytest.approx(wanted, abs=0.1)
+
+
+def test_a_table_with_a_closed_form_has_all_its_solutions(scara):
+    table = subject_of_chain("six", "Six joints", "", SYSTEMS["puma"].chain())
+    values = example_posture(table.chain)
+    found = study(table, values)
+    assert [branch.name for branch in found.branches] == [f"solution {n}" for n in range(1, 9)]
+    assert found.branches[found.here].joints == pytest.approx(values)
+    for branch in found.branches:
+        assert difference(table.chain.fk(branch.joints), found.frame) < 1e-5
+        assert branch.violations == table.chain.violations(branch.joints)
+    text = text_of(found, 200)
+    assert "closed form: the last three axes meet in one point" in text
+    assert "> solution" in text
+    without = study(scara, example_posture(scara.chain))
+    assert (without.branches, without.here) == ((), None)
+    assert "this link table has no closed form" in text_of(without, 200)
 
 
 def test_a_table_that_is_stretched_says_why_it_stays(scara):

@@ -10,7 +10,18 @@ from systems_cases import Wrapped, gap, postures, same_goal, same_joints
 from kinematics.chains.links import JointKind
 from kinematics.errors import BadNumber, KinematicsError, OutOfReach, UnknownSystem
 from kinematics.frames.transforms import position_of
-from kinematics.textbook.systems import SYSTEMS, system
+from kinematics.textbook.systems import (
+    CYLINDRICAL,
+    REVOLUTE,
+    SPHERICAL,
+    SYSTEMS,
+    THREE_LINK,
+    TWO_LINK_1,
+    TWO_LINK_2,
+    TWO_LINK_3,
+    TWO_LINK_4,
+    system,
+)
 
 EACH = pytest.mark.parametrize("one", SYSTEMS.values(), ids=SYSTEMS)
 
@@ -91,6 +102,54 @@ def test_a_goal_out_of_reach_is_refused_with_one_that_is_reached(name):
     assert error.excess > 0.0
     assert f"{error.excess:.3g} mm beyond" in str(error)
     assert one.ik(error.nearest)
+
+
+BENT_S = math.acos((180.0**2 + 220.0**2 - 140.0**2) / (2.0 * 180.0 * 220.0))
+BENT_E = math.pi - math.acos((180.0**2 + 140.0**2 - 220.0**2) / (2.0 * 180.0 * 140.0))
+"""Shoulder and elbow of links 180 and 140 mm that span 220 mm, by the cosine rule."""
+
+ON_AXIS, STRETCHED, FOLDED = "base is free", "stretched", "folded"
+DEGENERATE = [  # system, goal, seed; of each branch its name, joints, free joints, words
+    (TWO_LINK_1.sized(200.0, 200.0), (0.0, 400.0), None,
+     [("elbow straight", (math.pi / 2, 0.0), (), STRETCHED)]),
+    (TWO_LINK_1.sized(200.0, 200.0), (0.0, 0.0), (1.25, 0.0),
+     [("elbow folded", (1.25, math.pi), ("theta1",), FOLDED)]),
+    (TWO_LINK_1.sized(200.0, 150.0), (50.0, 0.0), None,
+     [("elbow folded", (0.0, math.pi), (), FOLDED)]),
+    (TWO_LINK_2.sized(200.0, 150.0), (0.0, 0.0, 350.0), (0.7, 0.0),
+     [("base free", (0.7, math.pi / 2), ("theta1",), ON_AXIS)]),
+    (TWO_LINK_3.sized(200.0), (0.0, 0.0), (0.7, 0.0),
+     [("base free", (0.7, 0.0), ("theta1",), ON_AXIS)]),
+    (TWO_LINK_4.sized(150.0), (-150.0, 80.0), None, [("arm level", (80.0, math.pi), (), "level")]),
+    (THREE_LINK.sized(150.0, 150.0, 80.0), (80.0, 0.0, 0.0), (0.4, 0.0, 0.0),
+     [("elbow folded", (0.4, math.pi, math.pi - 0.4), ("theta1",), FOLDED)]),
+    (CYLINDRICAL, (0.0, 0.0, 90.0), (0.6, 0.0, 0.0),
+     [("base free", (0.6, 90.0, 0.0), ("theta",), ON_AXIS)]),
+    (SPHERICAL, (0.0, 0.0, 0.0), (0.6, 0.2, 9.0),
+     [("all free", (0.6, 0.2, 0.0), ("phi", "theta"), "both angles are free")]),
+    (SPHERICAL, (0.0, 0.0, 50.0), (0.6, 0.2, 9.0),
+     [("reaching forward", (0.6, math.pi / 2, 50.0), ("phi",), ON_AXIS),
+      ("reaching backward", (0.6, -math.pi / 2, -50.0), ("phi",), ON_AXIS)]),
+    (REVOLUTE.sized(200.0, 180.0, 140.0), (0.0, 0.0, 420.0), (0.6, 0.0, 0.0),
+     [("base free, elbow down", (0.6, BENT_S, -BENT_E), ("theta1",), ON_AXIS),
+      ("base free, elbow up", (0.6, -BENT_S, BENT_E), ("theta1",), ON_AXIS)]),
+    (REVOLUTE.sized(200.0, 180.0, 140.0), (0.0, 0.0, 520.0), None,
+     [("base free, elbow straight", (0.0, 0.0, 0.0), ("theta1",), f"{ON_AXIS}; {STRETCHED}")]),
+    (REVOLUTE.sized(200.0, 150.0, 150.0), (0.0, 0.0, 200.0), (0.6, 0.3, 0.0),
+     [("base free, elbow folded", (0.6, 0.3, math.pi), ("theta1", "theta2"), FOLDED)]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("one", "goal", "seed", "branches"), DEGENERATE)
+def test_a_degenerate_goal_is_named_and_its_free_joints_take_the_seed(one, goal, seed, branches):
+    found = one.ik(goal, seed=seed)
+    assert [(each.name, each.free) for each in found] == [
+        (name, free) for name, _, free, _ in branches
+    ]
+    for each, (_, joints, _, words) in zip(found, branches, strict=True):
+        assert each.joints == pytest.approx(joints, abs=1e-9)
+        assert words in each.degenerate
+        assert one.goal_of(one.fk(each.joints)) == pytest.approx(goal, abs=1e-9)
 
 
 def test_systems_without_a_boundary_refuse_nothing_but_say_which_limit_breaks():

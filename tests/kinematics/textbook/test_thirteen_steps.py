@@ -151,7 +151,7 @@ def test_what_is_given_and_what_is_found_are_listed():
     found = assigned(ALPHA_II.axes, ALPHA_II.tool, Convention.CRAIG)
     given_lines = list(axes_lines(found))
     assert given_lines[2:4] == [
-        "joint 2, shoulder: revolute", "  through (0, 0, 215) along (0, 1, 0)",
+        "joint 2, shoulder: revolute", "  at (0, 0, 215) along (0, 1, 0)",
     ]  # fmt: skip
     assert given_lines[-2:] == [
         "tip at (485.1, 0, 215)", "  approach (1, 0, 0), sliding (0, -1, 0), normal (0, 0, 1)",

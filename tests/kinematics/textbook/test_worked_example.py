@@ -129,6 +129,20 @@ def test_any_chain_is_solved_by_numbers():
     assert "Inverse kinematics, by numbers" in text
 
 
+def test_a_chain_with_a_closed_form_shows_all_its_solutions():
+    chain = system("puma").chain()
+    example = work_chain(chain)
+    text = whole_text(example)
+    assert "All solutions, in closed form" in text
+    assert "the last three axes meet in one point" in text
+    for branch in example.branches:
+        assert branch.name in text
+        assert branch.within_limits or "not within the limits: " in text
+    asked = work_chain(chain, goal=example.goal)
+    assert len(asked.branches) == len(example.branches) == 8
+    assert work_chain(chain, goal=example.goal[:3]).branches == ()
+
+
 def test_a_position_alone_may_be_asked_of_a_chain():
     target = work_chain(OWN, joints=(0.4, 0.3, 40.0)).frame
     place = tuple(row[3] for row in target[:3])

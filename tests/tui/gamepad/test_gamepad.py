@@ -71,7 +71,7 @@ class PadSession(Session):
 
     def tell(self, *told):
         for each in told:
-            self.desk.pad.heard(each)
+            self.desk.pad.take_event(each)
 
     async def holding(self):
         """Arm, hold the button, and push the left stick to the left."""
@@ -164,7 +164,7 @@ async def test_a_pad_that_is_heard_of_no_more_holds_nothing_after_its_time():
             session.clock.now_s += 0.01
             session.tick()
         assert session.clock.now_s - begun_s <= MOUSE_HOLDS_S + 0.011
-        assert "nothing was heard of the gamepad" in session.desk.message
+        assert "the gamepad sent nothing" in session.desk.message
         assert not session.moving
         session.tell(PadEvent(LEFT_X, -0.9))
         assert not session.moving, "the button has to be pressed anew"
@@ -255,8 +255,8 @@ def test_a_file_says_what_sticks_and_buttons_mean(tmp_path):
         'left-x = ["gripper-plus", "axis-2-plus"]\ndead-zone = 0.3\n'
     )
     pad = load_keys(str(path)).pad
-    assert pad.deed(BUTTONS["right-bumper"]) == "hold"
-    assert pad.deed(BUMPER) == ""
+    assert pad.action(BUTTONS["right-bumper"]) == "hold"
+    assert pad.action(BUMPER) == ""
     assert "mode" not in pad.buttons
     assert pad.rows(STICKS["right-x"]) == ("axis-1-plus", "axis-1-plus")
     assert pad.rows(LEFT_X) == ("gripper-plus", "axis-2-plus")

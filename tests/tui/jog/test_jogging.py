@@ -57,7 +57,7 @@ def test_a_mouse_that_is_heard_of_no_more_holds_nothing_after_its_time(held):
         hand.tick()
     assert clock.now_s - began_s <= MOUSE_HOLDS_S + 0.011
     assert arm.calls[-1] == ("release",)
-    assert "nothing was heard of the mouse" in said[-1]
+    assert "the mouse sent nothing" in said[-1]
     last = arm.asked("hold")[-1]
     assert last[3] <= MOUSE_HOLD_S
 
@@ -191,8 +191,8 @@ async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
     ("distance_mm", "shown"), [(0.0, "0 mm"), (0.3, "1 mm"), (50.0, "50 mm"), (119.2, "120 mm")]
 )
 def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, shown):
-    text = stopping_text(FakeArm(stop_distance_mm=distance_mm).status)
-    assert text == f"stops within {shown}, 0.21 s"
+    text = stopping_text(distance_mm, 0.21)
+    assert text == f"a stop takes up to {shown}, 0.21 s"
 
 
 def test_a_teachmover_says_that_its_pendant_stops_sooner():

@@ -103,7 +103,7 @@ async def test_the_desk_hears_and_shows_the_keys_of_the_layout():
         await session.press("w", after_s=3.0)
         assert len(session.arm.asked("nudge")) == 3, "w is no key any more"
         await session.press("comma")
-        assert "step 2 mm 1°" in session.text("stopping")
+        assert "step [1°] 2 mm" in session.text("stopping")
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)

@@ -45,11 +45,24 @@ class MoveSession(Session):
         await self.settle()
 
 
+async def test_a_click_chooses_a_field_and_takes_a_first_press_back():
+    async with MoveSession(size=(120, 40)) as session:
+        await session.typed("250")
+        await session.press("enter")
+        assert session.screen.planned.half_confirmed
+        await session.pilot.click("#fields", offset=(4, 3))
+        await session.settle()
+        assert "> z" in session.text("fields")
+        assert not session.screen.planned.half_confirmed
+        await session.typed("120")
+        assert [session.screen.entry.form.entry(name).text for name in "xyz"] == ["250", "", "120"]
+
+
 async def test_a_pose_is_typed_foreseen_confirmed_and_gone_to():
     async with MoveSession() as session:
         await session.typed("250")
-        assert "> x" in session.text("goal")
-        assert "250_" in session.text("goal")
+        assert "> x" in session.text("fields")
+        assert "250_" in session.text("fields")
         assert "* elbow up, base front: taken" in session.text("foreseen")
         assert "takes" in session.text("foreseen")
         assert "table:" in session.text("foreseen")

@@ -101,6 +101,16 @@ async def test_a_point_is_gone_to_after_two_presses_and_no_held_key():
         )
 
 
+async def test_a_click_chooses_a_point_and_takes_a_first_press_back():
+    async with PointSession(size=(120, 40)) as session:
+        await session.press("enter")
+        assert session.screen.planned.half_confirmed
+        await session.pilot.click("#list", offset=(4, 2))
+        await session.settle()
+        assert session.screen.selection.listed.name == "right"
+        assert not session.screen.planned.half_confirmed
+
+
 async def test_a_point_that_cannot_be_gone_to_says_why():
     arm = taught_arm()
     arm.points["beyond"] = BEYOND

@@ -1,4 +1,4 @@
-"""The program screen: programs are checked, rehearsed, run after two presses and stopped."""
+"""The program screen: programs are checked, rehearsed, run by two presses, paused and stopped."""
 
 import threading
 from dataclasses import replace
@@ -97,9 +97,6 @@ class ProgramSession(Session):
     def screen(self):
         return self.desk.place
 
-    def shown(self, name):
-        return self.desk.place.query_one(f"#{name}").shown
-
     async def rehearsed(self):
         await self.press("r")
         await settled(self.pilot)
@@ -134,21 +131,21 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
     named = tmp_path / "elsewhere.arm"
     named.write_text(WRONG)
     async with ProgramSession(arm, tmp_path, named=named, wave=WAVE, waits=WAITS) as session:
-        assert session.shown("programs").splitlines() == [
+        assert session.text("programs").splitlines() == [
             f"> {named}", "  waits.arm", "  wave.arm"
         ]  # fmt: skip
-        assert "line 2, column 1: there is no word 'mov'" in session.shown("run")
-        assert ">   2  mov nowhere" in session.shown("program")
+        assert "line 2, column 1: there is no word 'mov'" in session.text("run")
+        assert ">   2  mov nowhere" in session.text("program")
         await session.press("up")
         await settled(session.pilot)
-        assert "> wave.arm" in session.shown("programs")
-        assert "    2  draw 0, 20, 0" in session.shown("program")
-        assert "checked: no mistakes" in session.shown("run")
+        assert "> wave.arm" in session.text("programs")
+        assert "    2  draw 0, 20, 0" in session.text("program")
+        assert "checked: no mistakes" in session.text("run")
 
 
 async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
     async with ProgramSession(arm, tmp_path) as session:
-        assert "armdrive jog --program FILE" in session.shown("run")
+        assert "armdrive jog --program FILE" in session.text("run")
         await session.press("down", "enter", "r", "pagedown")
         assert "choose a program without mistakes" in session.text("remarks")
 
@@ -156,18 +153,18 @@ async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
 async def test_a_file_that_changes_is_read_again_and_has_to_be_rehearsed_again(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
         await session.rehearsed()
-        assert "rehearsed:" in session.shown("run")
+        assert "rehearsed:" in session.text("run")
         (session.folder / "wave.arm").write_text(WAVE + 'type "more"\n')
         await settled(session.pilot)
-        assert 'type "more"' in session.shown("program")
-        assert "checked: no mistakes" in session.shown("run")
+        assert 'type "more"' in session.text("program")
+        assert "checked: no mistakes" in session.text("run")
 
 
 async def test_a_click_chooses_a_program(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE, waits=WAITS) as session:
         await session.pilot.click("#programs", offset=(4, 2))
         await settled(session.pilot)
-        assert "> wave.arm" in session.shown("programs")
+        assert "> wave.arm" in session.text("programs")
 
 
 async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_prints(
@@ -178,19 +175,19 @@ async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_p
         await session.press("enter")
         await settled(session.pilot)
         assert "it is rehearsed first" in session.text("remarks")
-        assert "rehearsed:" in session.shown("run")
-        assert "enter twice runs it: THE ARM MOVES" in session.shown("run")
+        assert "rehearsed:" in session.text("run")
+        assert "enter twice runs it: THE ARM MOVES" in session.text("run")
         session.clock.now_s += 5.0
         await session.press("enter")
         await session.poll()
-        assert "enter AGAIN RUNS IT" in session.shown("run")
+        assert "enter AGAIN RUNS IT" in session.text("run")
         assert arm.joints == before
         await session.press("enter", after_s=0.2)
         session.clock.now_s += 0.5
         await session.poll()
         await session.ended()
-        assert "DONE: 6 acts" in session.shown("run")
-        assert session.shown("said").splitlines() == ["hello", "bye"]
+        assert "DONE: 6 acts" in session.text("run")
+        assert session.text("printed").splitlines() == ["hello", "bye"]
         assert "the program is done" in session.text("remarks")
         assert arm.program is None
         assert not journal_file(arm.config.name).exists()
@@ -210,7 +207,7 @@ async def test_an_arm_that_has_moved_is_rehearsed_anew(arm, tmp_path):
         await session.rehearsed()
         arm.move_j(base_deg=20)
         await session.poll()
-        assert "rehearsed:" not in session.shown("run")
+        assert "rehearsed:" not in session.text("run")
         await session.press("enter")
         assert "it is rehearsed first" in session.text("remarks")
 
@@ -230,7 +227,7 @@ async def test_something_that_changes_between_the_presses_and_the_run_prevents_i
 async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, refused=REFUSED) as session:
         await session.begin()
-        assert "REFUSED IN LINE 2" in session.shown("run")
+        assert "REFUSED IN LINE 2" in session.text("run")
         assert not session.screen.run.busy
 
 
@@ -255,18 +252,18 @@ async def test_a_wait_is_shown_with_its_line_and_to_other_programs(arm, tmp_path
     async with ProgramSession(arm, tmp_path, waits=WAITS) as session:
         await session.begin()
         await session.at_line(2)
-        assert "waiting until input 2 is on (" in session.shown("run")
-        assert ">   2  wait_input 2" in session.shown("program")
+        assert "waiting until input 2 is on (" in session.text("run")
+        assert ">   2  wait_input 2" in session.text("program")
         assert arm.program()["waiting"] == "waiting until input 2 is on"
         assert "waits.arm" in session.text("title")
         await session.press("down", "r", "enter")
         assert "the program is running" in session.text("remarks")
         await session.press("space")
         await session.ended()
-        assert "ENDED IN LINE 2, after 2 acts: stopped" in session.shown("run")
-        assert "!   2  wait_input 2" not in session.shown("program")
-        assert ">   2  wait_input 2" in session.shown("program")
-        assert "`armdrive run waits.arm --resume`" in session.shown("run")
+        assert "ENDED IN LINE 2, after 2 acts: stopped" in session.text("run")
+        assert "!   2  wait_input 2" not in session.text("program")
+        assert ">   2  wait_input 2" in session.text("program")
+        assert "`armdrive run waits.arm --resume`" in session.text("run")
         assert interrupted(arm.config.name).line == 2
 
 
@@ -274,8 +271,8 @@ async def test_an_error_is_shown_with_its_line(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, late=LATE) as session:
         await session.begin()
         await session.ended()
-        assert "ENDED IN LINE 2, after 2 acts: " in session.shown("run")
-        assert "the inputs were not 2 within 1 s" in session.shown("run")
+        assert "ENDED IN LINE 2, after 2 acts: " in session.text("run")
+        assert "the inputs were not 2 within 1 s" in session.text("run")
         assert "the program ended early in line 2" in session.text("remarks")
 
 
@@ -287,7 +284,7 @@ async def test_a_pause_lasts_until_the_key_is_pressed_again(arm, tmp_path):
         await session.at_line(2)
         await session.press("p")
         await session.until(lambda: arm.paused)
-        assert "PAUSED" in session.shown("run")
+        assert "PAUSED" in session.text("run")
         assert "p on the program screen lets the arm go on" in session.text("banner")
         await session.press("p")
         assert not arm.paused
@@ -298,10 +295,10 @@ async def test_stepping_waits_before_each_motion_and_a_held_key_makes_one_step(a
         gate = Gate(arm)
         gate.may_end.set()
         await session.press("s")
-        assert "STEPPING" in session.shown("run")
+        assert "STEPPING" in session.text("run")
         await session.begin()
         await session.until(lambda: session.screen.run.asks)
-        assert "WAITS FOR YOU: next, line 2: draw 0, 20, 0" in session.shown("run")
+        assert "WAITS FOR YOU: next, line 2: draw 0, 20, 0" in session.text("run")
         assert gate.moves == []
         await session.press("right", after_s=1.0)
         await session.until(lambda: len(gate.moves) == 1)
@@ -321,10 +318,10 @@ async def test_a_program_that_waits_for_the_person_says_why(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, holds=HOLDS) as session:
         await session.begin()
         await session.until(lambda: session.screen.run.asks)
-        assert "WAITS FOR YOU: put a part in" in session.shown("run")
+        assert "WAITS FOR YOU: put a part in" in session.text("run")
         await session.press("p")
         await session.ended()
-        assert "DONE: 3 acts" in session.shown("run")
+        assert "DONE: 3 acts" in session.text("run")
 
 
 LEAVING = {
@@ -402,7 +399,7 @@ async def test_a_journal_that_cannot_be_written_lets_nothing_move(arm, tmp_path,
         gate = Gate(arm)
         await session.begin()
         await session.ended()
-        assert "the disk is full" in session.shown("run")
+        assert "the disk is full" in session.text("run")
         assert gate.moves == []
 
 
@@ -420,9 +417,9 @@ async def test_a_long_program_is_scrolled_by_pages(arm, tmp_path):
     many = "".join(f'type "{number}"\n' for number in range(200))
     async with ProgramSession(arm, tmp_path, many=many) as session:
         await session.press("pagedown")
-        assert session.shown("program").startswith("    9  ")
+        assert session.text("program").startswith("    9  ")
         await session.press("pageup", "pageup")
-        assert session.shown("program").startswith("    1  ")
+        assert session.text("program").startswith("    1  ")
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])

@@ -77,7 +77,7 @@ class SetupSession(Session):
 
     @property
     def words(self):
-        return self.text("setup-text")
+        return "\n".join(self.text(f"setup-{part}") for part in ("head", "rows", "tail"))
 
     async def typed(self, text):
         names = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}

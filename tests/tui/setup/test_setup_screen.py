@@ -141,12 +141,19 @@ async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
             assert "leave it (ctrl+q)" in session.text("remarks")
 
 
+async def test_a_click_marks_a_step():
+    async with SetupSession(size=(120, 40)) as session:
+        await session.pilot.click("#setup-rows", offset=(6, 2))
+        await session.settle()
+        assert "> 3 reference it" in session.words
+
+
 async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
     async with SetupSession() as session:
         session.desk.link.status = replace(
             session.desk.link.status, simulated=False, link="/dev/arm"
         )
-        text = session.stage.text()
+        text = session.stage.text().head
         assert "an arm without a file, on /dev/arm" in text
         session.stage.marked = 1
         session.stage.enter()

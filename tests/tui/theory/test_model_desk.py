@@ -9,6 +9,7 @@ import pytest
 from armdrive.cli.learn.models import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
+from kinematics.chains.tables import rows_of
 from kinematics.textbook.study import example_posture
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS
@@ -120,6 +121,23 @@ async def test_the_next_solution_is_the_same_place_of_the_hand():
         assert session.desk.hand.study.goal == pytest.approx(before)
         await session.press("G")
         assert session.degrees[1] > 0
+
+
+async def test_a_link_table_with_a_closed_form_has_next_solutions_too(tmp_path):
+    file = tmp_path / "six.toml"
+    rows = (
+        "[[links]]\n" + "\n".join(f"{key} = {value}" for key, value in row.items() if key != "kind")
+        for row in rows_of(find_subject("puma").chain)
+    )
+    text = "\n".join(rows).replace("joint = ", 'joint = "').replace("\ntheta_deg", '"\ntheta_deg')
+    file.write_text(text, encoding="utf-8")
+    async with Session(str(file)) as session:
+        before, frame = session.desk.hand.values, session.desk.hand.study.frame
+        await session.press("G")
+        assert "the same place of the hand by solution" in session.text("remarks")
+        after = session.desk.hand
+        assert after.values != before
+        assert after.study.frame[0] == pytest.approx(frame[0], abs=1e-5)
 
 
 async def test_pages_are_turned_and_come_round():

@@ -10,9 +10,8 @@ from desk_session import Session
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui.desk import Desk
-from tui.keys.keyboard import Keyboard, label
+from tui.keys.keyboard import label
 from tui.keys.rows import THEORY_KEYS
-from tui.keys.table import TABLE
 from tui.theory.screen import LOOK_S, READ_ONLY, UNKNOWN_BUILD
 
 
@@ -117,11 +116,7 @@ async def test_an_arm_of_another_build_says_that_nothing_is_known():
         assert session.text("no-theory") == UNKNOWN_BUILD
 
 
-ALONE = Keyboard(tuple(row for row in TABLE if not row.id.startswith("screen-")))
-"""No picture of this screen changes because the desk has got another one."""
-
-
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 def test_the_theory_screen(snap_compare, size):
-    desk = Desk(FakeArm(), braille=True, clock=Clock(), keys=ALONE)
+    desk = Desk(FakeArm(), braille=True, clock=Clock())
     assert snap_compare(desk, press=["f6"], terminal_size=size)

@@ -29,7 +29,7 @@ def _terminal(monkeypatch):
 
 @pytest.fixture
 def desk(monkeypatch, _terminal):
-    """A desk that somebody leaves at once; returns what it is given."""
+    """A desk that closes at once; returns its arguments."""
     shown = []
 
     def run_desk(arm, *, first, hint, **more):
@@ -56,7 +56,7 @@ def test_a_lost_link_is_looked_for_as_the_command_or_the_arm_file_says(call, des
     assert "the link was lost" not in called.out
 
 
-def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk, monkeypatch):
+def test_leaving_a_desk_without_its_link_reports_what_happened(call, desk, monkeypatch):
     def run_desk(arm, *, first, hint, **more):
         arm.twin.faults.add("unplug")
         arm.sleep(1.0)
@@ -69,7 +69,7 @@ def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk
     assert "plug" in said
 
 
-def test_who_has_no_arm_yet_is_offered_to_set_one_up(call, desk):
+def test_without_an_arm_file_the_set_up_is_offered(call, desk):
     call("jog", code=0)
     assert desk[1][0] == ""
     assert "f5 sets up a real one" in desk[1][1].lower()
@@ -151,12 +151,28 @@ def test_a_wrong_file_of_keys_is_refused_before_anything_is_opened(call, desk):
     assert desk == []
 
 
+def test_a_program_that_is_named_is_the_first_thing_shown(call, desk, tmp_path):
+    path = tmp_path / "stack.arm"
+    path.write_text("home\n")
+    call("jog", "--sim", "teachmover", "--program", str(path), code=0)
+    assert desk[1][0] == "program"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("nowhere.arm", "nowhere.arm"), ("stack.py", "`armdrive run` runs scripts")],
+)
+def test_what_is_no_program_file_is_refused_before_anything_is_opened(call, desk, name, words):
+    assert words in call("jog", "--program", name, code=2).err
+    assert desk == []
+
+
 # A model with no arm: which names there are, what is refused, and that no arm is opened.
 
 
 @pytest.fixture
 def opened(monkeypatch, _terminal):
-    """A model's desk that somebody leaves at once; returns what it is given."""
+    """A model's desk that closes at once; returns its arguments."""
     shown = []
 
     def run_model(subject, *, ascii_only, keys):

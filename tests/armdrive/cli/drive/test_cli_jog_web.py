@@ -1,4 +1,4 @@
-"""The desk in a browser: who is let in, and that the arm stands still when the page is closed."""
+"""The desk in a browser: who gets access, and that closing the page stops the arm."""
 
 import asyncio
 import contextlib
@@ -64,7 +64,7 @@ def test_anybody_else_is_not(who):
     assert DOOR.refusal(REFUSED[who])
 
 
-def test_every_desk_has_a_key_of_its_own_that_nobody_guesses():
+def test_every_desk_has_its_own_unguessable_key():
     keys = {Door(1).key for _ in range(100)}
     assert len(keys) == 100
     assert min(map(len, keys)) >= 32
@@ -93,7 +93,7 @@ def test_every_option_of_the_desk_is_handed_on(call):
     assert set(web_desk.VALUES) <= named
 
 
-def test_what_is_missing_or_taken_is_said(call, monkeypatch):
+def test_a_missing_package_or_a_busy_port_is_reported(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "textual_serve.server", None)
     assert "pip install 'armdrive[web]'" in call.refused("jog", "--web", code=2)
     with web_desk.socket.create_server((HOST, 0)) as taken:
@@ -217,7 +217,7 @@ def test_a_page_that_is_closed_ends_its_desk_and_the_arm_stands_within_the_annou
         desk.watch.stands_within(bound_s)
 
 
-def test_whoever_only_looks_away_from_the_page_disarms_it():
+def test_losing_the_keyboard_focus_disarms_the_keys():
     with Browsed() as desk:
         desk.jog()
         desk.meta("blur")
@@ -283,7 +283,7 @@ async def _browse(aiohttp, address, port):
 
 
 async def _let_in(aiohttp, browser, socket, own):
-    """Open the page anew, once the desk of the page before has ended."""
+    """Open the page again once the desk of the previous page has ended."""
     while True:
         try:
             return await browser.ws_connect(socket, headers=own)

@@ -53,7 +53,7 @@ def test_writing_asks_first(call, rows, monkeypatch, answer, code):
     assert words(call) == (WORDS if code == 0 else [])
 
 
-def test_nobody_to_ask_is_a_no(call, rows):
+def test_without_a_person_to_ask_the_answer_is_no(call, rows):
     assert "--yes" in call.refused("pendant", "write", str(rows), "--json", code=3)
     assert words(call) == []
 
@@ -104,7 +104,7 @@ def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch)
     assert "row 1 new in the arm; the next one perhaps" in said.err
 
 
-def test_a_position_that_nobody_knows_is_said_before_writing(call, rows, monkeypatch):
+def test_an_unknown_position_is_reported_before_writing(call, rows, monkeypatch):
     text = rows.read_text(encoding="utf-8").replace("move", "origin 1 2 3 4 5 6\nmove")
     rows.write_text(text, encoding="utf-8")
     assert "Nobody has homed" in call("pendant", "write", str(rows), code=3).out

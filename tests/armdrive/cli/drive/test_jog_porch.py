@@ -128,7 +128,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_whatever_does_not_show_the_key_is_refused_and_told_nothing(what):
+def test_a_request_without_the_key_is_refused_without_details(what):
     answer = talked(lambda port: answer_to(port, REFUSED[what](port), half=False))
     first, *lines = answer.partition(b"\r\n\r\n")[0].split(b"\r\n")
     assert first == b"HTTP/1.1 403 Forbidden"
@@ -170,7 +170,7 @@ def test_a_head_may_come_in_pieces_and_its_rest_is_handed_on():
 
 
 @pytest.mark.parametrize("data", [b"", b"GET / HT", b"GET / HTTP/1.1\r\n"])
-def test_who_says_no_whole_head_is_hung_up_on(monkeypatch, data):
+def test_a_client_without_a_whole_request_head_is_disconnected(monkeypatch, data):
     monkeypatch.setattr(web_desk, "HEAD_S", 0.05)
 
     async def talk(port):
@@ -180,7 +180,7 @@ def test_who_says_no_whole_head_is_hung_up_on(monkeypatch, data):
     talked(talk)
 
 
-def test_who_goes_on_talking_after_a_refusal_is_hung_up_on(monkeypatch):
+def test_a_client_that_keeps_sending_after_a_refusal_is_disconnected(monkeypatch):
     monkeypatch.setattr(web_desk, "LINGER_S", 0.05)
     monkeypatch.setattr(web_desk, "HEAD_S", LONG_S)
 

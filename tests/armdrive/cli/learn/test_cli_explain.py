@@ -79,6 +79,10 @@ def test_a_goal_out_of_reach_is_refused_with_one_that_is_not_in_degrees(call):
         (("--axes", "pumo"), "did you mean 'puma'"),
         (("--axes", "puma", "10"), "--axes is about the zero position; leave joints and goal out"),
         (("--axes", "nowhere.toml"), "nowhere.toml cannot be read"),
+        (("--axes",), "--axes needs a system or a model file: armdrive explain --axes puma"),
+        (("--axes", "efficiency"), "--axes needs a system or a model file, not efficiency"),
+        (("--axes", "puma", "--symbolic"), "leave out --symbolic, --latex and --urdf"),
+        (("puma", "--convention", "craig"), "--convention is for --axes"),
         (("--axes", "puma", "--convention", "paul"), "'paul' is none of standard, craig"),
     ],
 )

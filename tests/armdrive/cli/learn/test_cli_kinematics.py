@@ -7,6 +7,7 @@ import pytest
 from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
 from armdrive.cli.set_up.completion import script
 from armdrive.config.preset import corrected
+from armdrive.registry.arm_files import load_arm
 from armdrive.status import joints_view, pose_view
 from armdrive.text.toml import Problems, TomlTable
 from kinematics import PRESETS, Joints, preset
@@ -228,3 +229,48 @@ def test_ik_prints_all_eight_solutions_of_the_puma(call, angles):
     assert said.count("beyond its limit") == sum(
         len(branch["violations"]) for branch in found["branches"]
     )
+
+
+ARM = """model = "alpha2"
+steps_per_mm = 15
+[steps_per_turn]
+base = 7000
+shoulder = 7000
+elbow = 4000
+"right wrist" = 1500
+"left wrist" = 1500
+[lengths]
+hand_mm = 150.0
+[tool]
+along_mm = 20.0
+up_mm = 5.0
+"""
+
+
+def test_an_arm_file_is_a_model_with_its_corrections_and_its_tool(call, tmp_path):
+    path = tmp_path / "lab.toml"
+    path.write_text(ARM, encoding="utf-8")
+    joints = (10.0, 40.0, -60.0, -30.0, 20.0)
+    arm = load_arm(path).model.arm
+    expected = arm.fk(Joints.of(*joints))
+    typed = [str(value) for value in joints]
+    for found in (
+        call("fk", "--model", str(path), *typed, "--json", code=0).json,
+        call("explain", str(path), *typed, "--json", code=0).json,
+    ):
+        assert found["position_mm"] == pytest.approx(
+            (expected.x_mm, expected.y_mm, expected.z_mm), abs=1e-6
+        )
+    assert "up is positive" in call("explain", str(path), code=0).out.splitlines()[2]
+    goal = (f"--{axis}={getattr(expected, f'{axis}_mm')}" for axis in "xyz")
+    pitch = f"--pitch={expected.pitch_deg}"
+    found = call("ik", "--model", str(path), *goal, pitch, "--json", code=0).json
+    assert found["ok"]
+    assert find_subject(str(path)).chain.joint_names == arm.joint_names
+    assert call("plot", "workspace", "--model", str(path), "--ascii", code=0).out
+
+
+def test_a_wrong_arm_file_is_answered_by_its_own_problem(call, tmp_path):
+    path = tmp_path / "lab.toml"
+    path.write_text('model = "alpha3"\n', encoding="utf-8")
+    assert "did you mean 'alpha2'" in call.refused("fk", "--model", str(path), "1", code=2)

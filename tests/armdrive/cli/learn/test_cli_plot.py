@@ -78,7 +78,7 @@ def test_files_are_written(call, tmp_path, model, ending, begins):
     assert path.read_bytes().startswith(begins)
 
 
-def test_a_file_that_cannot_be_written_is_said(call, tmp_path):
+def test_an_unwritable_file_is_reported(call, tmp_path):
     pytest.importorskip("matplotlib", reason="drawing files needs the extra `plot`")
     call.refused(*WORKSPACE, "--output", str(tmp_path / "no" / "reach.png"), code=1)
 

@@ -1,4 +1,4 @@
-"""An arm that another program holds: who has it, what it says, and a stop from outside."""
+"""An arm that another program holds: its holder, its status, and a stop from outside."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ARM = "sim:teachmover"
 
 @pytest.fixture
 def held(call):
-    """The simulated arm of the command line, held by somebody else, ten times faster than real."""
+    """The simulated arm of the command line, held by another program, at ten times real speed."""
     with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
         arm.confirm_reference()
         yield arm
@@ -30,7 +30,7 @@ def held(call):
 @pytest.mark.parametrize(
     "words", [("home",), ("move", "--z", "60"), ("move", "--z", "60", "--json")]
 )
-def test_commands_that_need_the_arm_say_who_holds_it(call, held, words):
+def test_commands_that_need_the_arm_name_its_holder(call, held, words):
     sentence = call.refused(*words, code=4)
     assert f"{ARM} is held by the program" in sentence
     assert f"(process {os.getpid()})" in sentence
@@ -82,13 +82,13 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
 @pytest.mark.parametrize(
     "words", [("slow", "0"), ("slow", "20"), ("slow", "0.5%"), ("slow", "fast"), ("slow",)]
 )
-def test_a_speed_that_is_none_is_refused(call, held, words):
+def test_an_invalid_speed_is_refused(call, held, words):
     call(*words, code=2)
     assert held.speed_override == 1.0
 
 
 @pytest.mark.parametrize("word", ["pause", "resume"])
-def test_what_nobody_holds_is_neither_paused_nor_resumed(call, word):
+def test_an_arm_without_a_holder_can_be_neither_paused_nor_resumed(call, word):
     assert f"nothing to {word}" in call(word, code=0).out
     assert "no program holds" in call(word, "--sim", "teachmover", code=1).out
 
@@ -144,7 +144,7 @@ def test_a_stop_with_nothing_to_stop_is_no_error(call):
     assert call("stop", "--json", code=0).json == {"stopped": 0, "failures": []}
 
 
-def test_a_stop_of_an_arm_that_nobody_holds_says_so(call):
+def test_a_stop_of_an_arm_without_a_holder_is_reported(call):
     called = call("stop", "--sim", "teachmover", code=1)
     assert f"no program holds {ARM}" in called.out
 

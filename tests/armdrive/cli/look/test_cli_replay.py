@@ -46,7 +46,7 @@ def test_a_replay_that_agrees_prints_the_timeline_and_ends_well(call, recording)
     assert "no difference: " in out.splitlines()[-1]
 
 
-def test_a_replay_that_parts_says_where_and_ends_with_one(call, parted):
+def test_a_replay_that_differs_says_where_and_exits_with_1(call, parted):
     out = call("replay", parted, code=1).out
     assert out.count("they differ at") == 2  # in its place, and at the end
     assert "The simulated device's state: power on" in out

@@ -72,6 +72,19 @@ def test_what_is_unusual_is_shown(view, changes, label, shown):
     assert page(view | changes)[label] == shown
 
 
+@pytest.mark.parametrize(
+    ("trust", "code", "shown"),
+    [
+        ("restored", "E702", "restored: the record agrees"),
+        ("suspect", "E703", "suspect: [E703] the record agrees"),
+        ("referenced", "", "referenced: the record agrees"),
+    ],
+)
+def test_a_position_has_a_code_only_if_something_is_wrong_with_it(view, trust, code, shown):
+    changes = {"trust": trust, "trust_code": code, "trust_reason": "the record agrees"}
+    assert page(view | changes)["position"] == shown
+
+
 def test_an_arm_without_a_position_shows_none(view):
     rows = page(view | {"joints": None, "pose": None, "gripper_mm": None, "inputs": None})
     assert not rows.keys() & {"tip", "joints", "gripper", "inputs"}

@@ -1,4 +1,4 @@
-"""`armdrive run` on program files: rehearsed, run, shown, interrupted, taken up again."""
+"""`armdrive run` on program files: rehearsed, run, shown, interrupted, resumed."""
 
 import argparse
 import json
@@ -76,7 +76,7 @@ def test_for_programs_there_are_json_lines(homed, write):
     assert {"event": "say", "text": "it measures 0"} in lines
 
 
-def test_what_the_rehearsal_refuses_begins_nowhere(homed, write):
+def test_a_program_whose_rehearsal_is_refused_does_not_begin(homed, write):
     path = write("move at(250, 0, 120, -90)\nmove at(900, 0, 120, -90)\n")
     before = pose(homed)
     refused = homed("run", path, code=3)
@@ -102,7 +102,7 @@ def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
     assert f"to go on from there: armdrive run {path} --resume" in ended.err
 
 
-def test_a_run_that_failed_is_taken_up_where_it_was(homed, write):
+def test_a_failed_run_resumes_where_it_was(homed, write):
     path = write(
         "move at(250, 0, 120, -90)\nif not input(2)\n  move at(900, 0, 120, -90)\nend\nready\n"
     )
@@ -143,7 +143,7 @@ def test_a_run_that_was_not_rehearsed_to_its_end_says_so(homed, write, monkeypat
     assert lines[1]["percent"] is None
 
 
-def test_a_program_without_an_end_is_said_to_be_endless(homed, write):
+def test_an_endless_program_is_reported_as_endless(homed, write):
     path = write("move at(250, 0, 120, -90)\nwhile 1 > 0\n  ready\nend\n")
     assert "; endless: it repeats from line 3 on" in homed("run", path, "--check", code=0).out
     view = homed("run", path, "--check", "--json", code=0).json
@@ -278,7 +278,7 @@ with Arm.connect() as arm:
     assert keys.taken == 3
 
 
-def test_why_a_run_is_refused_by_a_program_that_holds_the_arm_is_said(homed, write, monkeypatch):
+def test_a_run_refused_by_the_holder_gives_the_reason(homed, write, monkeypatch):
     path = write("ready\n")
     from armdrive.cli.chosen_arm import connect_remembered
     from armdrive.connect.target import simulated_config
@@ -394,7 +394,7 @@ def test_a_real_arm_has_no_table_to_put_them_on(call, write):
 
 
 @pytest.mark.parametrize("words", ["A", "A,1", "A,1,2,3,4,5", "A,one,2", "A B,1,2", "A,1,2,-3"])
-def test_what_is_no_block_is_refused_with_its_form(words):
+def test_an_invalid_block_is_refused_with_the_right_form(words):
     with pytest.raises(BadRequest):
         block_of(words.split(","))
 

@@ -175,7 +175,7 @@ def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views
     assert "fetch already" in call.refused("teach", "follow", "fetch", code=2)
 
 
-def test_nobody_holds_an_arm(call):
+def test_teaching_without_a_held_arm_is_refused(call):
     assert "no program of yours is driving" in call.refused("teach", "follow", "tour", code=1)
 
 
@@ -187,7 +187,7 @@ def test_the_status_of_an_arm_is_what_a_recording_reads():
         ).keys()
 
 
-def test_a_sequence_is_played_so_often(call, book):
+def test_a_sequence_repeats_as_often_as_requested(call, book):
     call("home", code=0)
     said = call("points", "run", "fetch", "--times", "3", code=0).out
     assert said.count("to above") == 3

@@ -67,7 +67,7 @@ def speak(raw, times):
 
 
 @pytest.mark.parametrize(("times", "ends"), [(1, KeyboardInterrupt), (2, Left)])
-def test_an_interrupt_while_something_is_said_is_heard(monkeypatch, terminal, times, ends):
+def test_an_interrupt_during_output_is_not_lost(monkeypatch, terminal, times, ends):
     def leave(code):
         assert code == INTERRUPTED
         raise Left

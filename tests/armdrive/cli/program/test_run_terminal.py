@@ -116,7 +116,7 @@ def test_a_second_interrupt_leaves_at_once(begin):
     assert journal_file(ARM).exists()
 
 
-def test_from_another_terminal_it_is_seen_paused_resumed_and_stopped(begin, call):
+def test_another_terminal_can_watch_pause_resume_and_stop_the_run(begin, call):
     program = begin(TOUR, "--pace", FAST)
     program.until("act", 3)
     call("pause", code=0)
@@ -171,5 +171,5 @@ def test_a_reader_that_has_gone_ends_the_program_and_not_well(begin):
     program.process.stdout = None
     code, err = program.end_unread()
     assert code == 5
-    assert "nobody reads any more" in json.loads(err)["message"]
+    assert "its output was closed" in json.loads(err)["message"]
     assert journal_file(ARM).exists()

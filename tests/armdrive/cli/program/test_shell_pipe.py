@@ -96,7 +96,7 @@ def test_the_first_error_ends_it_with_its_code_and_place(homed, call):
     assert "standard input: line 1, column 6" in homed("move pikc\n", code=2).err
 
 
-def test_without_a_reference_it_is_said_how_to_get_one(piped):
+def test_without_a_reference_the_error_says_how_to_take_one(piped):
     assert "armdrive home" in piped("ready\n", code=3).err
 
 
@@ -140,14 +140,14 @@ def test_a_new_session_forgets_and_a_name_may_be_that_of_an_own_word(piped):
     assert shown.rstrip().endswith("  speed 100%\nnothing has been carried out yet")
 
 
-def test_switching_off_wants_a_yes_and_nothing_moves_until_it_is_on_again(homed):
+def test_switching_off_needs_a_yes_and_nothing_moves_until_it_is_on_again(homed):
     assert "`disable yes`" in homed("disable\n", code=3).err
     called = homed("disable yes\nenable\nstatus\n", "--sim", "robko01")
     assert "state disabled, motor current off" in called.out
     assert "state standby, motor current held" in called.out
 
 
-def test_after_an_emergency_stop_it_is_said_what_leads_on(capsys):
+def test_after_an_emergency_stop_the_message_names_the_next_step(capsys):
     with closing(Arm(connect_simulated(simulated_config("robko01")))) as arm:
         arm.enable()
         arm.home()

@@ -112,7 +112,7 @@ def test_a_stop_from_another_terminal_ends_what_moves_and_else_nothing(begin, ca
     assert "armdrive" not in prompt.enter("draw 0, 0, 10")
 
 
-def test_while_somebody_has_paused_the_arm_nothing_begins_and_that_is_said(begin, call):
+def test_while_the_arm_is_paused_nothing_begins_and_the_shell_says_so(begin, call):
     call("home", code=0)
     prompt = begin()
     call("pause", code=0)

@@ -76,7 +76,7 @@ def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
     assert display.view()["left_s"] == 200
 
 
-def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monkeypatch):
+def test_the_status_thread_ends_quietly_when_its_reader_has_gone(arm, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_output.REDRAW_S", 1e-3)
 
     class Gone(RunOutput):
@@ -92,7 +92,7 @@ def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monk
         assert not display._thread.is_alive()
 
 
-def test_nothing_is_told_before_anything_began(arm, capsys):
+def test_no_progress_is_shown_before_the_run_began(arm, capsys):
     with Display(LINES, RunOutput(as_json=False, rewrites=False)) as display:
         display.use(arm)
         display._look_once()
@@ -166,7 +166,7 @@ def test_nothing_of_programs_is_loaded_before_one_runs(words):
     assert not [name for name in loaded if name.startswith(("lark", "armdrive.programs"))]
 
 
-def test_who_shows_a_program_hears_of_each_percent_and_each_second_of_it():
+def test_a_display_is_updated_at_each_percent_and_each_second():
     view = {"state": "moving", "trust_for_s": 3, "program": {"line": 2, "percent": 3.0}}
 
     def after(**more):
@@ -177,7 +177,7 @@ def test_who_shows_a_program_hears_of_each_percent_and_each_second_of_it():
     assert _shown({"state": "moving", "program": None})["state"] == "moving"
 
 
-def test_watchers_hear_of_another_line_and_not_of_time_that_passes():
+def test_watchers_are_updated_at_a_new_line_and_not_as_time_passes():
     view = {"state": "moving", "program": {"line": 2, "percent": 3.0, "left_s": 9.0}}
     later = {**view, "program": {**view["program"], "percent": 4.0, "left_s": 8.0}}
     further = {**view, "program": {**view["program"], "line": 3}}

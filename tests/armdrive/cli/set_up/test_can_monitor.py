@@ -58,7 +58,7 @@ CONVERSATION = (
 )
 
 
-def test_a_conversation_is_told_in_words():
+def test_frames_are_described_in_words():
     ear = MksEar()
     for frame, kind, words in CONVERSATION:
         said = ear.hear(frame)
@@ -67,7 +67,7 @@ def test_a_conversation_is_told_in_words():
         assert str(frame) in said.line(1.5)
 
 
-def test_a_wrong_check_byte_is_told():
+def test_a_wrong_check_byte_is_reported():
     said = MksEar().hear(Frame(1, bytes.fromhex("3133")))
     assert said.check is FrameCheck.WRONG
     assert "CHECK BYTE WRONG" in said.line(0.0)
@@ -104,7 +104,7 @@ def bus(tmp_path):
 
 
 @needs_pty
-def test_a_second_adapter_hears_both_sides_and_sends_nothing(call, bus):
+def test_a_second_adapter_shows_both_sides_and_sends_nothing(call, bus):
     master = open_link(bus.port, 0)
     heard = threading.Event()
 
@@ -131,7 +131,7 @@ def test_a_second_adapter_hears_both_sides_and_sends_nothing(call, bus):
 
 
 @needs_pty
-def test_what_a_second_program_sends_the_first_one_hears_too(bus):
+def test_frames_sent_by_a_second_program_reach_the_first_one(bus):
     first, second = open_link(bus.port, 0), open_link(bus.beside, 0)
     try:
         second.write(pack(encode(4, ReadEncoder())), 0.0)
@@ -146,7 +146,7 @@ def test_what_a_second_program_sends_the_first_one_hears_too(bus):
 
 
 @needs_pty
-def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
+def test_the_holder_of_an_arm_reports_its_frames(call, bus):
     with Arm.connect(bus.port, dialect="mks") as arm:
         told = call("can", "monitor", bus.port, "--count", "4", code=0).out
         lines = call("can", "monitor", bus.port, "--id", "3", "--count", "4", "--json", code=0)
@@ -188,7 +188,7 @@ def test_a_silent_bus_is_explained_and_ends_in_time(call, bus):
 
 
 @needs_pty
-def test_frames_of_another_protocol_are_said_to_be_perhaps_that(call, bus):
+def test_frames_of_another_protocol_suggest_that_protocol(call, bus):
     port, beside = open_link(bus.port, 0), ["can", "monitor", bus.beside, "--count", "2"]
     ended = threading.Event()
 
@@ -211,7 +211,7 @@ def test_frames_of_another_protocol_are_said_to_be_perhaps_that(call, bus):
 
 
 @needs_pty
-def test_an_adapter_that_another_program_has_is_said_with_another_way(call, bus):
+def test_a_busy_adapter_is_reported_with_an_alternative(call, bus):
     link = open_link(bus.beside, 0)
     try:
         said = call.refused("can", "monitor", bus.beside, code=4)
@@ -229,7 +229,7 @@ def test_an_adapter_that_another_program_has_is_said_with_another_way(call, bus)
         (("can:nothing:0",), 4, "python-can has no interface"),
     ],
 )
-def test_what_cannot_be_listened_to_is_said(call, words, code, sentence):
+def test_a_bus_that_cannot_be_monitored_is_reported(call, words, code, sentence):
     assert sentence in call.refused("can", "monitor", *words, code=code)
 
 

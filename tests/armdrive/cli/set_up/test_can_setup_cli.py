@@ -119,7 +119,7 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
         (("../x", "--sim", "--yes"), 2, "cannot name a file"),
     ],
 )
-def test_what_cannot_be_is_said(call, words, code, sentence):
+def test_impossible_options_are_refused(call, words, code, sentence):
     assert sentence in call.refused("can", "setup", *words, code=code)
 
 
@@ -155,7 +155,7 @@ def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatc
     )
 
 
-def test_notes_that_cannot_be_read_are_said_with_what_to_do():
+def test_unreadable_notes_are_reported_with_the_remedy():
     path = kept.path_of("bench")
     path.parent.mkdir(parents=True, exist_ok=True)
     for text in ("{", '{"calibration": "x", "motors": {"base": {"gear": "much"}}}', "[]", '"x"'):

@@ -16,7 +16,7 @@ from armdrive.setup import prober as carrying
 # Before anything is opened.
 
 
-def test_without_a_yes_nothing_is_opened_and_it_is_said_why(call, port, lead_to):
+def test_without_consent_nothing_is_opened_and_the_doctor_says_why(call, port, lead_to):
     opened = lead_to(made("teachmover"))
     for words in ((), ("--json",)):
         called = call("doctor", str(port), *words, code=3)
@@ -66,14 +66,14 @@ def test_forced_simulation_opens_nothing(call, port, monkeypatch):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs files as devices")
-def test_a_port_that_is_not_there_is_said_before_anybody_is_asked(call, port, tmp_path):
+def test_a_missing_port_is_reported_before_the_question(call, port, tmp_path):
     said = call("doctor", str(tmp_path / "ttyUSB7"), code=4).out
     assert "there is no port" in said
     assert "check the cable and the name" in said
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
-def test_a_port_that_may_not_be_opened_comes_with_what_mends_it(call, port, monkeypatch):
+def test_a_forbidden_port_is_listed_with_its_remedy(call, port, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     monkeypatch.setattr("armdrive.transports.open_errors.owning_group", lambda name: "dialout")
     said = call("doctor", str(port), "--yes", code=4).out
@@ -119,7 +119,7 @@ def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_
 
 
 @pytest.mark.parametrize("words", [(), ("--json",)])
-def test_an_adapter_that_is_not_plugged_in_is_a_problem_with_its_mend(call, port, words):
+def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
     arm_file("OTHER", port)
     said = call("doctor", "--arm", "bench", "--yes", *words, code=4).out
     assert "no port has the USB serial number OTHER" in said
@@ -167,7 +167,7 @@ def test_a_given_rate_is_the_only_one(call, port, lead_to):
     assert opened == [9600]
 
 
-def test_nobody_there_has_a_code_of_its_own(call, port, lead_to):
+def test_no_answer_has_its_own_exit_code(call, port, lead_to):
     lead_to(Deaf())
     said = call("doctor", str(port), "--yes", code=6).out
     assert "no device answers" in said

@@ -68,7 +68,7 @@ def test_an_arm_file_has_its_settings_compared_and_its_motors_left_as_they_are(c
     assert bench[0].core.state.name == "DISCONNECTED"
 
 
-def test_each_difference_is_shown_with_the_line_that_mends_it(call, bench, monkeypatch):
+def test_each_difference_is_shown_with_the_line_that_corrects_it(call, bench, monkeypatch):
     written = differ(monkeypatch, [MUST, MAY])
     said = call("doctor", "--arm", "bench", "--yes", code=1).out
     assert "problem  step idle delay $1 is 25, expected 255" in said

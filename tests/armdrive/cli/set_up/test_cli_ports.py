@@ -1,4 +1,4 @@
-"""`armdrive ports`: what there is, who has it, whose arm file names it; nothing is opened."""
+"""`armdrive ports`: it lists ports with their holders and arm files, and opens none."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_nothing_is_opened(call, adapter, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
-def test_who_holds_a_port_is_named(call, adapter):
+def test_the_holder_of_a_port_is_named(call, adapter):
     with adapter.open():
         (seen,) = call("ports", "--json", code=0).json["ports"]
         assert seen["holder"]["pid"] == os.getpid()
@@ -78,7 +78,7 @@ def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
-def test_a_port_that_may_not_be_opened_comes_with_what_mends_it(call, adapter, monkeypatch):
+def test_a_forbidden_port_is_listed_with_its_remedy(call, adapter, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     monkeypatch.setattr("armdrive.transports.open_errors.owning_group", lambda port: "dialout")
     (seen,) = call("ports", "--json", code=0).json["ports"]
@@ -87,7 +87,7 @@ def test_a_port_that_may_not_be_opened_comes_with_what_mends_it(call, adapter, m
     assert "sudo usermod -aG dialout $USER" in call("ports", code=0).out
 
 
-def test_arm_files_without_their_port_and_broken_ones_are_told(call, adapter):
+def test_arm_files_that_are_broken_or_lack_their_port_are_listed(call, adapter):
     arm_file("/dev/ttyNOWHERE")
     arm_file("socket://127.0.0.1:4001", "network")
     write_arm_file("broken", "model = 7\n")
@@ -126,7 +126,7 @@ def test_a_port_with_the_name_and_another_number_is_not_the_arms(call, adapter):
     assert "plug the adapter in" in said
 
 
-def test_two_adapters_of_one_number_are_told_apart_by_the_name_or_not_at_all(
+def test_two_adapters_with_one_number_are_distinguished_by_name_if_at_all(
     call, adapter, tmp_path, monkeypatch
 ):
     other = tmp_path / "ttyUSB1"

@@ -39,6 +39,13 @@ def test_a_script_of_every_shell_knows_every_command(call, shell):
     assert "armdrive completion --names arms" in script
 
 
+def test_zsh_asks_for_names_on_tab_and_not_while_it_loads_the_script(call):
+    lines = call("completion", "zsh", code=0).out.splitlines()
+    asking = [line for line in lines if "$(armdrive completion" in line]
+    assert all(line.startswith('  compadd "$@" -- ') for line in asking)
+    assert len(asking) == len(NAMES)
+
+
 def test_every_name_that_a_script_asks_for_is_given(call):
     assert set(COMPLETED) == set(NAMES)
     assert call("completion", "--names", "arms", code=0).out == ""

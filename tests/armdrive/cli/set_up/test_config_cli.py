@@ -1,4 +1,4 @@
-"""`armdrive config` as one calls it: lists, what is shown, what is wrong, the default."""
+"""`armdrive config` as a command: list, show, check and set-default."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_the_default_is_used_where_no_arm_is_named(call, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["bnech", "bench.toml", "sim:gcode", "broken"])
-def test_what_is_no_arm_cannot_be_the_default(call, name):
+def test_an_unknown_arm_cannot_be_the_default(call, name):
     write_arm_file("bench", PLAIN)
     write_arm_file("broken", "model = 3\n")
     call.refused("config", "set-default", name, code=2)
@@ -111,7 +111,7 @@ def test_the_complete_file_is_the_same_arm_to_the_last_bit(call, text):
     assert again.calibration == ours.calibration
 
 
-def test_everything_that_is_wrong_is_told_at_once(call):
+def test_all_problems_are_reported_at_once(call):
     write_arm_file(
         "bench",
         'model = "teachmover"\nspede = 1\n[connection]\nbuad = 9600\nport = "COM1"\n'
@@ -143,7 +143,7 @@ def test_everything_that_is_wrong_is_told_at_once(call):
         ("model = ", "not valid TOML"),
     ],
 )
-def test_what_is_wrong_comes_with_the_key_and_the_mend(call, text, said):
+def test_a_problem_names_the_key_and_the_remedy(call, text, said):
     path = write_arm_file("bench", text)
     called = call("config", "check", str(path), code=2)
     assert said in called.out
@@ -157,7 +157,7 @@ def test_a_right_file_is_fine_with_remarks(call):
     assert "only be simulated" in said
 
 
-def test_an_arm_that_is_not_there_is_met_with_the_nearest_one(call):
+def test_a_missing_arm_is_refused_with_the_nearest_name(call):
     write_arm_file("bench", PLAIN)
     assert "did you mean 'bench'" in call.refused("config", "show", "benhc", code=2)
     assert "did you mean 'bench'" in call("config", "check", "benhc", code=2).out

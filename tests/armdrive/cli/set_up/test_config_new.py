@@ -1,4 +1,4 @@
-"""`armdrive config new` as one calls it: from a pipe, from a file of answers, interrupted."""
+"""`armdrive config new` as a command: from a pipe, from a file of answers, interrupted."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
     assert "problem" not in told
 
 
-def test_what_is_wrong_with_a_drive_is_told_with_what_mends_it():
+def test_a_drives_problem_is_reported_with_its_remedy():
     on = bench()
     on.device.board.drives.set_mode(1, Mode.PULSE_FOC)
     on.device.board.nodes[2].stalled = True
@@ -78,7 +78,7 @@ def test_what_is_wrong_with_a_drive_is_told_with_what_mends_it():
     assert told.count("problem") == 3
 
 
-def test_two_drives_of_one_id_are_told_and_one_late_answer_is_not():
+def test_two_drives_with_one_id_are_reported_and_a_late_answer_is_not():
     on = bench(keeps_angle=True)
     on.device.board.drives.set_id(4, 2)
     found = on.survey((1, 2))
@@ -99,7 +99,7 @@ def test_an_arm_files_drives_are_compared_with_who_answers():
     assert "drives 1 answer that are not in the arm file" in told
 
 
-def test_old_firmware_is_told_as_far_as_it_tells():
+def test_old_firmware_is_reported_as_far_as_it_is_known():
     found = bench(firmware="1.0.4").survey((1,))
     told = words(mks.of_answers(found, BusHealth()))
     assert "it does not report" in told
@@ -118,7 +118,7 @@ def test_old_firmware_is_told_as_far_as_it_tells():
         (BusHealth(sent=9, error_frames=4), "a node uses another bit rate", Grade.PROBLEM),
     ],
 )
-def test_silence_is_told_apart_as_far_as_the_evidence_goes(health, what, grade):
+def test_causes_of_silence_are_distinguished_as_far_as_possible(health, what, grade):
     (finding,) = mks.of_answers(Survey(asked=(1, 2, 3)), health)
     assert what in finding.what
     assert finding.grade is grade
@@ -150,7 +150,7 @@ def test_answers_that_get_lost_point_to_the_wiring():
     assert "120" in told
 
 
-def test_load_is_told_and_who_commands_drives_is_named():
+def test_bus_load_is_reported_and_other_masters_are_named():
     on = bench()
     told = can_findings.of_listening(on.listen(0.1), 0.1, 500_000)
     assert "nothing passed" in told[0].what
@@ -203,7 +203,7 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
 
 
 @needs_pty
-def test_nobody_and_a_wrong_bit_rate_are_told_apart_by_trying(call, served):
+def test_trying_rates_distinguishes_an_empty_bus_from_a_wrong_rate(call, served):
     wrong = served.port.replace("500000", "250000")
     said = call("doctor", wrong, "--ids", "1-2", "--every-rate", code=6).out
     assert "no node acknowledges a frame" in said

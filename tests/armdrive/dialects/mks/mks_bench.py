@@ -1,4 +1,4 @@
-"""Drives on a bus of their own, each a codec's device on a simple motor, and a driver's end."""
+"""Simulated MKS drives on free shafts and on a bus of their own, and a driver's end."""
 
 from __future__ import annotations
 
@@ -13,14 +13,21 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
-from armdrive.sim.mechanics.shafts import ShaftPoint
-from armdrive.sim.mks.motion import state_of
+from armdrive.sim.bus.board import switch_power
+from armdrive.sim.bus.node import NodeMotor
+from armdrive.sim.device import Options
+from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.mks import KIND
+from armdrive.sim.mks.motion import MAKES_UP, Flash
+from armdrive.sim.mks.node import MksNode
+from armdrive.sim.world.arm import World
+from armdrive.sim.world.body import ArmBody
 from armdrive.tasks import MoveAlong, MoveBy
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors, preset
 
-WIRE_S = 0.0003
+WIRE_S, BITS_S = 0.0003, 500_000
 LATEST = (1, 0, 9)
 AHEAD_S = 0.3
 SEGMENT_S = 0.1
@@ -30,156 +37,163 @@ FAR_FROM_ZERO = (50_000,) * 6
 WAY = (6000, -3000, 1500, 0, 700, 20)
 
 
-class MksSetPoint(ShaftPoint):
-    """A set-point in the drive's own measures."""
+class FreeWorld(World):
+    """Motors that turn as far as they are driven: no arm hinders them, and none sags."""
 
-    def move_to(self, goal: int, rpm: float, acc: int, now_s: float) -> None:
-        self.go_to(goal, rpm * mks.COUNTS_S_PER_RPM, mks.slope_of(acc), now_s)
+    def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        follows = [0 if motor in self.stalled else step for motor, step in enumerate(steps)]
+        self._motors = self._motors + Motors(follows)
 
-    def run(self, rpm: float, acc: int, now_s: float) -> None:
-        self.go_at(rpm * mks.COUNTS_S_PER_RPM, mks.slope_of(acc), now_s)
+    def cut_current(self, time_s: float = 0.0) -> None:
+        pass
+
+    def give_way(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        pass
 
 
-class Node:
-    """A drive that does as the manual says; its faults are fields."""
+class FreeShafts(ShaftDrive):
+    """The shafts of those motors. `hangs` is how far each one's load holds it off its set-point."""
 
-    def __init__(self, node: int, firmware=LATEST, at: int = 0) -> None:
-        self.device = mks.Device(node, firmware)
-        self.firmware = firmware
-        self.motor = MksSetPoint(at)
-        self.settings = {
-            mks.Code.MODE: mks.SetMode(mks.Mode.BUS_FOC),
-            mks.Code.MICROSTEPS: mks.SetMicrosteps(16),
-            mks.Code.REPLIES: mks.SetReplies(mks.ReplyMode.FULL),
-            mks.Code.WATCHDOG: mks.SilenceWatchdog(0),
-        }
-        self.enabled = False
-        self.stalled = self.mute = self.blocked = self.never_done = self.armed = False
-        self.slipped = 0
-        self.stored: mks.Asked | None = None
-        self.moving: mks.Asked | None = None
-        self.homing = mks.HomingState.DONE
-        self.homes_in_s = 0.2
-        self.home_at_s = math.inf
-        self.heard_s = 0.0
+    def __init__(self, count: int) -> None:
+        self.hangs = [0] * count
+        model = preset("minimover5-mks")
+        super().__init__(FreeWorld(ArmBody.of_preset(model), motors=[0] * count), MAKES_UP)
+
+    def _errors(self, positions: Sequence[int]) -> tuple[int, ...]:
+        errors = zip(super()._errors(positions), self.hangs, self.holding, strict=True)
+        return tuple(error + hang if held else 0 for error, hang, held in errors)
+
+    def _sag(self, freed: Sequence[int]) -> list[int]:
+        return [0] * len(self.hangs)
+
+    def push(self, motor: int, counts: int) -> None:
+        """Turn a shaft by force, at once."""
+        by = Motors(counts if each == motor else 0 for each in range(len(self.hangs)))
+        self.world._motors = self.world._motors + by
+
+
+class BenchDrive:
+    """A simulated drive on a free shaft, and what a test does to it."""
+
+    def __init__(self, sim: MksNode, shafts: FreeShafts) -> None:
+        self.sim, self._shafts = sim, shafts
         self.orders: list[tuple[float, mks.MoveAbsoluteAxis]] = []
 
+    @property
+    def index(self) -> int:
+        return self.sim.motor.index
+
     def at(self, now_s: float) -> int:
-        return self.motor.at(now_s) + self.slipped
+        """Return where the drive says that its shaft is."""
+        self._shafts.look(now_s)
+        return self.sim.motor.counts
 
-    def hear(self, data: bytes, now_s: float) -> bytes:
-        self.device.receive_data(data)
-        said = b""
-        while (event := self.device.next_event()) is not None:
-            if isinstance(event, mks.Asked) and not self.mute:
-                said += self.carry_out(event, now_s)
-        return said
-
-    def advance(self, now_s: float) -> bytes:
-        """Return what it says by itself: the ends of motions."""
-        watchdog_s = self.settings[mks.Code.WATCHDOG].timeout_ms / 1000.0
-        if watchdog_s and now_s > self.heard_s + watchdog_s and self.motor.moving(now_s):
-            self.motor.run(0, 252, self.heard_s + watchdog_s)
-        if self.home_at_s <= now_s:
-            self.home_at_s, self.homing = math.inf, mks.HomingState.DONE
-            self.motor.hold(0)
-        asked = self.moving
-        if asked is None or self.motor.moving(now_s):
-            return b""
-        self.moving = None
-        done = not (self.never_done or self.mute)
-        return self.device.tell(asked, mks.Outcome.DONE) if done else b""
-
-    def next_s(self) -> float:
-        return min(self.motor.end_s if self.moving else math.inf, self.home_at_s)
-
-    def carry_out(self, asked: mks.Asked, now_s: float) -> bytes:
-        self.heard_s = now_s
-        tell = lambda outcome: self.device.tell(asked, outcome)  # noqa: E731
-        match asked.request:
-            case mks.ReadEncoder():
-                return self.device.answer(asked, mks.EncoderRead(self.at(now_s)))
-            case mks.ReadAngleError():
-                error = round(-self.slipped * mks.ANGLE_ERROR_PER_TURN / mks.COUNTS_PER_TURN)
-                return self.device.answer(asked, mks.AngleErrorRead(error))
-            case mks.ReadState():
-                state = mks.StateRead(state_of(self.motor, now_s))
-                return self.device.answer(asked, state)
-            case mks.ReadEnabled():
-                return self.device.answer(asked, mks.EnabledRead(self.enabled))
-            case mks.ReadStall():
-                return self.device.answer(asked, mks.StallRead(self.stalled))
-            case mks.ReadHoming():
-                return self.device.answer(asked, mks.HomingRead(mks.HomingState.DONE, self.homing))
-            case mks.ReadVersion():
-                version = mks.VersionRead(calibrated=True, board=2, firmware=bytes(self.firmware))
-                return self.device.answer(asked, version)
-            case mks.ReadSetting(code):
-                found = self.settings.get(code)
-                value = None if found is None else found.payload
-                return self.device.answer(asked, mks.SettingRead(code, value))
-            case mks.Enable(on):
-                if not self.works:
-                    return tell(mks.Outcome.FAILED)
-                self.enabled = on
-                return tell(mks.Outcome.DONE)
-            case mks.ClearStall():
-                self.stalled = False
-                return tell(mks.Outcome.DONE)
-            case mks.ArmSynchronous(on):
-                self.armed = on
-                return tell(mks.Outcome.DONE)
-            case mks.GoSynchronous():
-                stored, self.stored = self.stored, None
-                return b"" if stored is None else self.begin(stored, now_s)
-            case mks.MoveAbsoluteAxis():
-                return self.move(asked, now_s)
-            case mks.Stop(_, acc):
-                self.motor.run(0, acc, now_s)
-                self.moving = asked
-                return tell(mks.Outcome.STARTED)
-            case mks.EmergencyStop():
-                self.motor.run(0, 0, now_s)
-                self.moving = None
-                return tell(mks.Outcome.DONE)
-            case mks.Home():
-                self.home_at_s, self.homing = now_s + self.homes_in_s, mks.HomingState.UNDER_WAY
-                return tell(mks.Outcome.STARTED)
-            case setting:
-                self.settings[setting.code] = setting
-                return tell(mks.Outcome.DONE)
+    def turned_to(self, now_s: float) -> int:
+        """Return where its set-point is, from its zero."""
+        return self.sim.motor.point.at(now_s) - self.sim.motor.zero
 
     @property
-    def works(self) -> bool:
-        return self.settings[mks.Code.MODE].mode.on_bus
+    def mute(self) -> bool:
+        """Whether its cable is unplugged: it hears nothing, and says nothing."""
+        return not self.sim.port.plugged
 
-    def move(self, asked: mks.Asked, now_s: float) -> bytes:
-        self.orders.append((now_s, asked.request))
-        retargets = mks.Ability.RETARGET in self.device.abilities
-        if self.stalled or not (self.enabled and self.works):
-            return self.device.tell(asked, mks.Outcome.FAILED)
-        if self.motor.moving(now_s) and not retargets:
-            return self.device.tell(asked, mks.Outcome.FAILED)
-        if self.armed:
-            self.stored = asked
-            return self.device.tell(asked, mks.Outcome.STORED)
-        return self.begin(asked, now_s)
+    @mute.setter
+    def mute(self, on: bool) -> None:
+        self.sim.port.plugged = not on
 
-    def begin(self, asked: mks.Asked, now_s: float) -> bytes:
-        superseded = self.moving
-        said = b""
-        if superseded is not None and isinstance(superseded.request, mks.MoveAbsoluteAxis):
-            said = self.device.tell(superseded, mks.Outcome.FAILED)
-        order = asked.request
-        if not self.blocked:
-            self.motor.move_to(order.counts, order.speed_rpm, order.acc, now_s)
-        self.moving = asked
-        return said + self.device.tell(asked, mks.Outcome.STARTED)
+    def hear(self, frame: Frame, now_s: float) -> list[bytes]:
+        """Take a frame; return what the drive says."""
+        if not self.sim.listens(frame.can_id):
+            return []
+        if frame.data[0] == mks.Code.ABSOLUTE_AXIS and frame.can_id:
+            request = mks.decode_request(frame)
+            if isinstance(request, mks.MoveAbsoluteAxis):
+                self.orders.append((now_s, request))
+        self.sim.hear(frame, now_s)
+        return self.says()
 
-    def reset(self) -> None:
-        """Lose the power for a moment."""
-        self.motor.hold(0)
-        self.enabled, self.moving = False, None
+    def live(self, now_s: float) -> list[bytes]:
+        """Do what is due; return what the drive says by itself."""
+        if now_s < self.due_s():
+            return []
+        self._shafts.look(now_s)
+        self.sim.live(now_s)
+        return self.says()
+
+    def says(self) -> list[bytes]:
+        said, self.sim.port.outgoing = self.sim.port.outgoing, []
+        return said
+
+    def due_s(self) -> float:
+        return min(self.sim.due_s(), self._shafts.look_s)
+
+    # What a test does to it.
+
+    def block(self, now_s: float) -> None:
+        """Have its shaft stand where it is."""
+        self._shafts.look(now_s)
+        self._shafts.world.stalled.add(self.index)
+
+    def free(self) -> None:
+        """Have its shaft turn again."""
+        self._shafts.world.stalled.discard(self.index)
+
+    def hang(self, counts: int) -> None:
+        """Have a load hold its shaft so far from its set-point, whatever that is."""
+        self._shafts.push(self.index, counts - self._shafts.hangs[self.index])
+        self._shafts.hangs[self.index] = counts
+
+    def set_mode(self, mode: mks.Mode, now_s: float) -> None:
+        self.sim.set_mode(int(mode), now_s)
+
+    def setting(self, kind: type) -> mks.Setting:
+        return self.sim.flash.of(kind)
+
+    def stall(self, now_s: float) -> None:
+        """Have its protection let the shaft go."""
+        self.sim.motion.halt(now_s)
+        self.sim.stalled = True
+        self.sim.set_enabled(False, now_s)
+
+    def lose_power(self, now_s: float) -> None:
+        """Take its supply; nothing turns its shaft meanwhile."""
+        switch_power(self.sim, False, now_s)
+
+    def find_power(self, now_s: float, *, at: int = 0, holds: bool = True) -> None:
+        """Give its supply back: it counts from there."""
+        switch_power(self.sim, True, now_s)
+        self.sim.motor.count_from(at)
+        self.sim.set_enabled(holds, now_s)
+
+    def reset(self, now_s: float) -> None:
+        """Take its supply for no time: it counts from zero, and holds nothing."""
+        self.lose_power(now_s)
+        self.find_power(now_s, holds=False)
+
+
+SWITCH = 3000
+"""How far from where it starts a drive finds its switch, in counts."""
+HOMES_RPM = 60
+
+
+def bench_drives(ids, firmware, starts) -> list[BenchDrive]:
+    """Return drives that are set up for an arm, hold nothing yet, and count from their starts."""
+    shafts = FreeShafts(len(ids))
+    quirks = Options(KIND.options, {"enabled_on": False})
+    drives = []
+    for index, (node, start) in enumerate(zip(ids, starts, strict=False)):
+        motor = NodeMotor(shafts, index, SWITCH)
+        own = Flash((mks.SetId(node), mks.SetMode(mks.Mode.BUS_FOC), homing_at(HOMES_RPM)))
+        drives.append(BenchDrive(MksNode(motor, firmware, own, quirks, BITS_S), shafts))
+        motor.count_from(start)
+    return drives
+
+
+def homing_at(rpm: int) -> mks.SetHoming:
+    """Return the setting of a drive that searches for its switch at a speed."""
+    return mks.SetHoming(
+        active_high=False, counter_clockwise=True, speed_rpm=rpm, limits=False, method=0
+    )
 
 
 class MksBench(DriverBench):
@@ -190,9 +204,7 @@ class MksBench(DriverBench):
         config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
-        self.nodes = [
-            Node(node, firmware, at) for node, at in zip(device.ids, starts, strict=False)
-        ]
+        self.nodes = bench_drives(device.ids, firmware, starts)
         super().__init__(MksController(DIALECTS["mks"].abilities, config))
         self.to: list[tuple[float, bytes]] = []
         self.back: list[tuple[float, bytes]] = []
@@ -202,24 +214,25 @@ class MksBench(DriverBench):
     def positions(self) -> Motors:
         return Motors(node.at(self.now_s) for node in self.nodes)
 
-    def node(self, number: int) -> Node:
+    def node(self, number: int) -> BenchDrive:
         return self.nodes[number - 1]
 
     def _step(self, end_s: float) -> None:
         on_the_way = [at_s for at_s, _ in (*self.to, *self.back)]
-        self._pass_to(end_s, [*on_the_way, *(node.next_s() for node in self.nodes)])
+        self._pass_to(end_s, [*on_the_way, *(node.due_s() for node in self.nodes)])
         for data in _due(self.to, self.now_s):
-            for node in self.nodes:
-                self._answer(node.hear(data, self.now_s))
+            for frame in Unpacker().feed(data):
+                for node in self.nodes:
+                    self._answer(node.hear(frame, self.now_s))
         for node in self.nodes:
-            self._answer(node.advance(self.now_s))
+            self._answer(node.live(self.now_s))
         for data in _due(self.back, self.now_s):
             if not self.dead:
                 self.controller.receive(data, self.now_s)
         self._speak()
 
-    def _answer(self, data: bytes) -> None:
-        for frame in Unpacker().feed(data):
+    def _answer(self, said: list[bytes]) -> None:
+        for frame in Unpacker().feed(b"".join(said)):
             if not self.loses(frame, False):
                 self.back.append((self.now_s + WIRE_S, pack(frame)))
 
@@ -330,18 +343,16 @@ def suspend(bench: MksBench, for_s: float) -> None:
 def restart(bench: MksBench, number: int, *, dead_s=0.0, keeps_angle=False) -> Callable[[], int]:
     """Restart a drive's firmware; return what tells where its shaft really is."""
     node = bench.node(number)
-    stood = node.at(bench.now_s)
-    angle = stood % mks.COUNTS_PER_TURN if keeps_angle else 0
-    lost = stood - angle
-    node.moving, node.mute = None, bool(dead_s)
-    node.motor.hold(stood)
-
-    def count_from_zero():
-        node.mute, node.enabled = False, True
-        node.motor.hold(angle)
-
+    stood, motor = node.at(bench.now_s), node.sim.motor
+    zero, angle = motor.zero, stood % mks.COUNTS_PER_TURN if keeps_angle else 0
+    node.lose_power(bench.now_s)
     if dead_s:
-        bench.at_s[bench.now_s + dead_s] = count_from_zero
+        bench.at_s[bench.now_s + dead_s] = lambda: node.find_power(bench.now_s, at=angle)
     else:
-        count_from_zero()
-    return lambda: node.at(bench.now_s) + (0 if node.mute else lost)
+        node.find_power(bench.now_s, at=angle)
+
+    def shaft() -> int:
+        node.at(bench.now_s)
+        return motor.shaft - zero
+
+    return shaft

@@ -20,9 +20,9 @@ TOLD_S = 1.1
 
 def weaken(bench, number, share):
     """Have a motor turn no faster than a share of what its drive is told."""
-    motor = bench.node(number).motor
-    move_to = motor.move_to
-    motor.move_to = lambda counts, rpm, acc, now_s: move_to(counts, rpm * share, acc, now_s)
+    flash = bench.node(number).sim.flash
+    rpm_of = flash.rpm_of
+    flash.rpm_of = lambda rpm: rpm_of(rpm) * share
 
 
 def let_pass(speed):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench
+from mks_bench import MksBench, homing_at
 
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.dialects.mks.settings import MksSettings
@@ -23,7 +23,7 @@ from armdrive.tasks import (
     SwitchOn,
     Timeout,
 )
-from firmware_protocol.mks import Code, Enable, Mode, SetMode, SilenceWatchdog, decode_request
+from firmware_protocol.mks import Code, Enable, Mode, SilenceWatchdog, decode_request
 from kinematics import Motors
 
 STARTS = (100, -200, 300, 0, 5, -6)
@@ -64,7 +64,7 @@ def test_the_arm_file_may_say_the_firmware():
 
 def test_the_oldest_drive_decides():
     bench = MksBench((1, 0, 9))
-    bench.nodes[2] = type(bench.node(3))(3, (1, 0, 4))
+    bench.nodes[2] = MksBench((1, 0, 4)).node(3)
     bench.do(ReadPosition())
     assert bench.controller.abilities.queued_segments == 0
 
@@ -86,7 +86,7 @@ def test_a_silent_bus_is_silence():
 
 def test_two_drives_with_one_id_are_found():
     bench = MksBench()
-    bench.nodes.append(type(bench.node(1))(2, at=7000))
+    bench.nodes.append(MksBench(starts=(7000,) * 6).node(2))
     words = denied(bench.do(ReadPosition()))
     assert "id 2" in words
     assert "one at a time" in words
@@ -101,7 +101,7 @@ def test_frames_that_are_lost_now_and_then_are_asked_for_again():
 
 def test_a_wrong_mode_is_a_difference_that_can_be_mended():
     bench = MksBench()
-    bench.node(2).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
+    bench.node(2).set_mode(Mode.PULSE_FOC, bench.now_s)
     bench.do(ReadPosition())
     found = bench.do(ReadSettings())
     assert isinstance(found, DeviceSettings)
@@ -124,8 +124,8 @@ def test_no_line_moves_a_drive_or_takes_it_elsewhere(line):
 
 def test_switching_on_sets_the_watchdog_and_reads_it_back():
     bench = MksBench(starts=STARTS).ready()
-    assert all(node.enabled for node in bench.nodes)
-    assert bench.node(1).settings[Code.WATCHDOG] == SilenceWatchdog(500)
+    assert all(node.sim.enabled for node in bench.nodes)
+    assert bench.node(1).setting(SilenceWatchdog) == SilenceWatchdog(500)
     assert bench.controller.watched
     assert bench.positions == Motors(STARTS)
 
@@ -145,7 +145,7 @@ def test_firmware_without_a_watchdog_is_never_asked_for_one():
 
 def test_a_stalled_drive_is_not_switched_on_before_it_is_cleared():
     bench = MksBench()
-    bench.node(4).stalled = True
+    bench.node(4).stall(bench.now_s)
     words = denied(bench.do(SwitchOn()))
     assert "drive 4 (right wrist) has stalled" in words
     assert "reset" in words
@@ -156,14 +156,14 @@ def test_a_stalled_drive_is_not_switched_on_before_it_is_cleared():
 def test_switching_off_lets_every_motor_go():
     bench = MksBench().ready()
     assert isinstance(bench.do(DropCurrent()), Done)
-    assert not any(node.enabled for node in bench.nodes)
+    assert not any(node.sim.enabled for node in bench.nodes)
     frames = [decode_request(frame) for _, frame in bench.sent]
     assert Enable(on=False) in frames
 
 
 def test_a_drive_that_was_reset_at_rest_is_noticed():
     bench = MksBench(starts=STARTS).ready()
-    bench.node(3).reset()
+    bench.node(3).reset(bench.now_s)
     assert isinstance(bench.do(ReadPosition()), Registers)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.RESTARTED
@@ -173,7 +173,7 @@ def test_a_drive_that_was_reset_at_rest_is_noticed():
 def test_an_encoder_that_trembles_is_no_motion():
     bench = MksBench(starts=STARTS).ready()
     for node, slip in zip(bench.nodes, (3, -8, 0, 9, 1, 1), strict=True):
-        node.slipped = slip
+        node.hang(slip)
     told = bench.do(ReadPosition())
     assert told == Registers(Motors((*STARTS[:3], 9, *STARTS[4:])))
 
@@ -198,7 +198,7 @@ def test_homing_goes_group_by_group_and_sets_no_zero():
 
 def test_homing_that_finds_nothing_is_ended():
     bench = MksBench(settings={"homing_s": 1.0}).ready()
-    bench.node(5).homes_in_s = 1e9
+    bench.node(5).sim.motor.switch.at = 10**9
     words = denied(bench.do(HomeDevice(((4,),))))
     assert "drive 5 (left wrist) found no switch" in words
 
@@ -217,8 +217,8 @@ def test_settings_that_cannot_be_are_refused(wrong):
 def test_a_search_goes_no_farther_than_the_joints():
     bench = MksBench().ready()
     node = bench.node(5)
-    node.homes_in_s = 1e9
-    bench.at_s[bench.now_s + 0.01] = lambda: node.motor.run(3000, 0, bench.now_s)
+    node.sim.motor.switch.at = 10**9
+    node.sim.flash.put(homing_at(3000))
     words = denied(bench.do(HomeDevice(((4,),))))
     assert "within its joints' limits" in words
     stood = bench.positions

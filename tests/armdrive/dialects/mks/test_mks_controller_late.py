@@ -6,7 +6,7 @@ import pytest
 from mks_bench import BURSTS, MksBench, along, straight, suspend
 
 from armdrive.tasks import Done, MoveBy, ReadPosition, Registers, RequestRejected, SwitchOn
-from firmware_protocol.frames import Unpacker, pack
+from firmware_protocol.frames import pack
 from firmware_protocol.mks import (
     Code,
     EncoderRead,
@@ -37,9 +37,9 @@ def test_late_answers_are_not_taken_for_those_of_a_second_drive(late_s):
     bench = MksBench(starts=STARTS)
     answer = bench._answer
 
-    def later(data):
-        if data:
-            bench.at_s[bench.now_s + late_s + 1e-6 * len(bench.at_s)] = lambda: answer(data)
+    def later(said):
+        if said:
+            bench.at_s[bench.now_s + late_s + 1e-6 * len(bench.at_s)] = lambda: answer(said)
 
     bench._answer = later
     bench.begin(ReadPosition())
@@ -83,8 +83,7 @@ def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.begin(along(straight(20)))
     bench.run(0.3)
-    bench.node(3).blocked = True
-    bench.node(3).motor.hold(bench.node(3).at(bench.now_s))
+    bench.node(3).block(bench.now_s)
     send_late(bench, 0.3)
     assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
@@ -110,12 +109,11 @@ def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():
     bench.do(ReadPosition())
     hear, told = bench.node(3).hear, []
 
-    def late(data, now_s):
-        asked = Unpacker().feed(data)[0]
+    def late(asked, now_s):
         if asked.can_id == 3 and asked.data[0] == Code.READ_SETTING and not told:
             told.append(pack(encode(3, Status(Code.WATCHDOG, Outcome.DONE))))
-            return told[0] + hear(data, now_s)
-        return hear(data, now_s)
+            return [told[0], *hear(asked, now_s)]
+        return hear(asked, now_s)
 
     bench.node(3).hear = late
     assert isinstance(bench.do(SwitchOn()), Done)
@@ -125,7 +123,7 @@ def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():
 
 def test_two_drives_of_one_id_are_told_from_one_that_is_late():
     bench = MksBench()
-    bench.nodes.append(type(bench.node(1))(2, at=7000))
+    bench.nodes.append(MksBench(starts=(7000,) * 6).node(2))
     assert "id 2:" in str(bench.do(ReadPosition()))
 
 

@@ -64,7 +64,7 @@ def test_a_motion_ends_where_it_should_in_its_time():
 def test_drives_that_never_say_done_have_arrived_when_they_stand():
     bench = MksBench().ready()
     for node in bench.nodes:
-        node.never_done = True
+        node.sim.port.withheld = True
     moves = straight(3)
     assert isinstance(bench.do(along(moves)), Done)
     assert bench.positions == total(moves)
@@ -288,7 +288,7 @@ def test_a_bus_that_falls_silent_is_silence():
 
 def test_a_blocked_drive_is_noticed_by_its_encoder():
     bench = MksBench().ready()
-    bench.node(3).blocked = True
+    bench.node(3).block(bench.now_s)
     reply = bench.do(along(straight(20)))
     assert isinstance(reply, RequestRejected)
     (alert,) = bench.alerts()
@@ -300,12 +300,7 @@ def test_a_blocked_drive_is_noticed_by_its_encoder():
 def test_a_stall_names_the_drive_and_says_that_it_let_go():
     bench = MksBench().ready()
 
-    def stall():
-        node = bench.node(2)
-        node.motor.hold(node.at(bench.now_s))
-        node.stalled, node.enabled = True, False
-
-    bench.at_s[bench.now_s + 0.4] = stall
+    bench.at_s[bench.now_s + 0.4] = lambda: bench.node(2).stall(bench.now_s)
     assert isinstance(bench.do(along(straight(20))), RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
@@ -314,7 +309,7 @@ def test_a_stall_names_the_drive_and_says_that_it_let_go():
 
 def test_a_drive_that_is_reset_in_motion_is_recognised():
     bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.at_s[bench.now_s + 0.4] = bench.node(1).reset
+    bench.at_s[bench.now_s + 0.4] = lambda: bench.node(1).reset(bench.now_s)
     assert isinstance(bench.do(along(straight(20))), RequestRejected)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.RESTARTED
@@ -323,7 +318,7 @@ def test_a_drive_that_is_reset_in_motion_is_recognised():
 
 def test_a_drive_in_another_mode_refuses_and_is_named():
     bench = MksBench().ready()
-    bench.node(5).settings[mks.Code.MODE] = mks.SetMode(mks.Mode.PULSE_FOC)
+    bench.node(5).set_mode(mks.Mode.PULSE_FOC, bench.now_s)
     reply = bench.do(along(straight(20)))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
@@ -333,10 +328,10 @@ def test_a_limit_switch_ends_the_motion():
     bench = MksBench().ready()
 
     def reach():
-        node = bench.node(1)
-        node.motor.hold(node.at(bench.now_s))
-        asked, node.moving = node.moving, None
-        bench._answer(node.device.tell(asked, mks.Outcome.LIMIT_STOP))
+        sim = bench.node(1).sim
+        asked = sim.motion.under_way
+        sim.motion.halt(bench.now_s)
+        bench._answer([sim.device.tell(asked, mks.Outcome.LIMIT_STOP)])
 
     bench.at_s[bench.now_s + 0.4] = reach
     assert isinstance(bench.do(along(straight(20))), RequestRejected)
@@ -381,12 +376,12 @@ def test_with_the_synchronous_start_all_begin_at_once_and_it_is_said_twice():
     bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
     went = [frame for _, frame in bench.sent if frame.can_id == mks.BROADCAST]
     assert [frame.data[0] for frame in went] == [mks.Code.GO, mks.Code.GO]
-    assert not any(node.armed for node in bench.nodes)
+    assert not any(node.sim.motion.armed for node in bench.nodes)
 
 
 def test_a_drive_that_stores_nothing_keeps_all_from_moving():
     bench = MksBench(settings=BURSTS).ready()
-    bench.node(2).stalled = True
+    bench.node(2).stall(bench.now_s)
     reply = bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
     assert isinstance(reply, RequestRejected)
     assert not reply.moved

@@ -9,7 +9,7 @@ from mks_bench import BURSTS, MksBench, along, requests, straight
 
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
-from firmware_protocol.mks import Code, Mode, ReadStall, SetMode, Stop
+from firmware_protocol.mks import Code, Mode, ReadStall, Stop
 from kinematics import Motors
 
 TOGETHER = (2000, 0, 0, 2000, 2000, 0)
@@ -21,14 +21,6 @@ WHY = (Code.STALL, Code.ENABLED, Code.MODE)
 """The readings and the setting that tell why a drive takes no orders."""
 
 
-def give_mode(bench: MksBench, number: int, mode: Mode) -> None:
-    """Give a drive another mode as at its keys: what it does ends there."""
-    node = bench.node(number)
-    node.motor.hold(node.at(bench.now_s))
-    node.moving = None
-    node.settings[Code.MODE] = SetMode(mode)
-
-
 def apart(bench: MksBench) -> int:
     """Return how far the wrist's motors, which should go alike, are apart."""
     return abs(bench.positions[3] - bench.positions[4])
@@ -37,12 +29,24 @@ def apart(bench: MksBench) -> int:
 @pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31, 0.4, 0.47])
 def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s):
     bench = MksBench().ready()
-    bench.at_s[bench.now_s + after_s] = lambda: give_mode(bench, 5, Mode.PULSE_FOC)
+    bench.at_s[bench.now_s + after_s] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
     reply = bench.do(along(straight(20, way=TOGETHER)))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
     noticed_s = 2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01
     assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
+
+
+def test_half_a_wrist_that_says_nothing_goes_on_with_the_other_half_until_it_is_found_to():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.begin(along(straight(20, way=TOGETHER)))
+    bench.run(0.3)
+    bench.node(5).sim.port.mute = True
+    farthest = 0
+    while bench.reply() is None:
+        bench.run(0.01)
+        farthest = max(farthest, apart(bench))
+    assert farthest <= SPEED * PERIOD_S
 
 
 def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
@@ -51,7 +55,7 @@ def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
     bench.loses = lambda frame, host: not host and frame.can_id == 5 and frame.data[0] in WHY
     bench.begin(along(straight(20, way=TOGETHER)))
     bench.run(0.2)
-    give_mode(bench, 5, Mode.PULSE_FOC)
+    bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
     bench.run(2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01)
     assert requests(bench, ReadStall)
     bench.controller.stop(hard=False)
@@ -72,7 +76,7 @@ def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():
 def test_a_burst_ends_soon_in_which_a_drive_takes_no_orders():
     bench = MksBench(settings=BURSTS, firmware=(1, 0, 6)).ready()
     ways = Motors(8 * way for way in TOGETHER)
-    bench.at_s[bench.now_s + 0.2] = lambda: give_mode(bench, 5, Mode.PULSE_FOC)
+    bench.at_s[bench.now_s + 0.2] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
     reply = bench.do(MoveBy(ways, SPEED))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason

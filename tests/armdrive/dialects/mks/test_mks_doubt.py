@@ -26,9 +26,7 @@ def moving(moves, after_s, ahead_s=SHORT_AHEAD_S, **settings):
 
 def block(bench, number):
     """Have a shaft stand where it is, whatever its drive is told."""
-    node = bench.node(number)
-    node.blocked = True
-    node.motor.hold(node.at(bench.now_s))
+    bench.node(number).block(bench.now_s)
 
 
 @pytest.mark.parametrize("tail", [0, 1, 6])
@@ -45,17 +43,17 @@ def test_a_drive_that_was_late_before_its_slow_end_is_not_called_blocked(sides, 
     )
 
 
+def run_until_told(bench):
+    """Let time pass until something has alarmed."""
+    while not bench.alerts():
+        bench.run(0.001)
+        bench.reply()
+
+
 def hold_back(bench, number, for_s):
-    """Have a shaft stand for a moment, and then go on by the last order of its drive."""
-    node, motor = bench.node(number), bench.node(number).motor
+    """Have a shaft stand for a moment; then it springs to where its drive wants it."""
     block(bench, number)
-
-    def go_on():
-        order = node.orders[-1][1]
-        node.blocked = False
-        motor.move_to(order.counts, order.speed_rpm, order.acc, bench.now_s)
-
-    bench.at_s[bench.now_s + for_s] = go_on
+    bench.at_s[bench.now_s + for_s] = bench.node(number).free
 
 
 @pytest.mark.parametrize(
@@ -86,9 +84,7 @@ def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, af
     bench = moving(segments(*([way] * 40)), after_s, 0.3, poll_s=poll_s)
     block(bench, 1)
     began_s = bench.now_s
-    while not bench.alerts():
-        bench.run(0.001)
-        bench.reply()
+    run_until_told(bench)
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
@@ -100,16 +96,16 @@ def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
     there, back = (9000, 0, 0, 0, 0, 0), (-3000, 0, 0, 0, 0, 0)
     bench = moving(segments(*([there] * 5 + [back] * 10)), 0.2, 0.3)
     block(bench, 1)
-    assert isinstance(bench.finish(), RequestRejected)
+    run_until_told(bench)
     assert bench.now_s < 1.0
+    assert isinstance(bench.finish(), RequestRejected)
 
 
 @pytest.mark.parametrize("counts", [-60_000, 60_000])
 def test_a_drive_that_keeps_its_distance_and_is_far_off_is_told_of(counts):
     bench = moving(segments(*([FAST] * 20)), 0.5, 0.3)
-    began_s, bench.node(1).slipped = bench.now_s, counts
-    while not bench.alerts():
-        bench.run(0.001)
-        bench.reply()
+    began_s = bench.now_s
+    bench.node(1).hang(counts)
+    run_until_told(bench)
     assert "drive 1 (base)" in bench.alerts()[0].text
     assert bench.now_s < began_s + 0.3

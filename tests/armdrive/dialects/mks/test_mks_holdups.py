@@ -104,8 +104,7 @@ def test_a_stop_in_the_middle_of_it_ends_the_motion():
 def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
     bench = moving(0.3)
     hold_up(bench, 0.4)
-    bench.node(3).blocked = True
-    bench.node(3).motor.hold(bench.node(3).at(bench.now_s))
+    bench.node(3).block(bench.now_s)
     assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert "drive 3 (elbow)" in alert.text
@@ -123,12 +122,10 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
     bench.begin(along(straight(20, way)))
     bench.run(after_s)
     for node in bench.nodes:
-        node.mute = True
-        node.motor.hold(node.at(bench.now_s))
+        node.lose_power(bench.now_s)
     bench.run(dead_s)
     for node in bench.nodes:
-        node.mute, node.moving, node.enabled = False, None, True
-        node.motor.hold(0)
+        node.find_power(bench.now_s)
     assert isinstance(bench.finish(), RequestRejected)
     assert bench.alerts()[0].kind is AlertKind.RESTARTED
     bench.run(2.0)
@@ -191,7 +188,7 @@ def test_nothing_moves_from_the_pause_on_where_answers_alone_were_late():
 
 def test_one_that_is_turned_in_such_a_pause_ends_the_motion():
     bench, _ = paused_in_a_hold_up(ANSWERS)
-    bench.node(2).slipped = 300
+    bench.node(2).hang(300)
     assert isinstance(bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert "drive 2 (shoulder)" in alert.text

@@ -20,6 +20,7 @@ from mks_bench import (
 
 from armdrive.dialects.mks.wire import GIVE
 from armdrive.tasks import AlertKind, Done, Halted, MoveBy, RequestRejected
+from firmware_protocol.mks import Code
 from kinematics import Motors
 
 TOLD_S = 0.15
@@ -115,14 +116,15 @@ def test_one_answer_that_was_late_is_no_leap(late_s):
     node = bench.node(1)
     hear, kept = node.hear, []
 
-    def late(data, now_s):
-        said = hear(data, now_s)
-        if said and not kept and data[4:].startswith(b"1"):
+    def late(frame, now_s):
+        said = hear(frame, now_s)
+        if said and not kept and frame.data[0] == Code.ENCODER:
             kept.append(said)
             bench.at_s[now_s + late_s] = lambda: bench._answer(said)
-            return b""
+            return []
         return said
 
     node.hear = late
     assert isinstance(bench.finish(), Done)
+    assert kept
     assert not bench.alerts()

@@ -73,7 +73,7 @@ def test_one_failure_beside_a_new_target_is_the_old_one_and_stops_no_steering():
     bench.begin(along(straight(10, WAY)))
     bench.run(0.3)
     node = bench.node(2)
-    bench._answer(node.device.tell(node.moving, Outcome.FAILED))
+    bench._answer([node.sim.device.tell(node.sim.motion.under_way, Outcome.FAILED)])
     assert isinstance(bench.finish(), Done)
     assert not oddities(bench)
     asked_s = [at_s for at_s, frame in bench.sent if frame.data[0] == Code.STALL]

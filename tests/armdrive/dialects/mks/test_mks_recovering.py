@@ -20,7 +20,7 @@ def test_a_drive_that_is_reset_while_it_stops_is_not_taken_for_being_where_it_co
     bench.run(0.6)
     bench.controller.stop(hard=False)
     bench._speak()
-    bench.node(1).reset()
+    bench.node(1).reset(bench.now_s)
     bench.finish()
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.RESTARTED

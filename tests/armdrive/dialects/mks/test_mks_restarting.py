@@ -18,16 +18,8 @@ def begins_anew(bench, number, after_s, dead_s=DEAD_S):
     """Have a drive lose its supply for a moment: mute and deaf, then holding, with a count of 0."""
     node = bench.node(number)
 
-    def lose():
-        node.mute = True
-        node.motor.hold(node.at(bench.now_s))
-
-    def find():
-        node.mute, node.moving, node.enabled = False, None, True
-        node.motor.hold(0)
-
-    bench.at_s[bench.now_s + after_s] = lose
-    bench.at_s[bench.now_s + after_s + dead_s] = find
+    bench.at_s[bench.now_s + after_s] = lambda: node.lose_power(bench.now_s)
+    bench.at_s[bench.now_s + after_s + dead_s] = lambda: node.find_power(bench.now_s)
 
 
 @pytest.mark.parametrize("start", [0, -2000, 900])

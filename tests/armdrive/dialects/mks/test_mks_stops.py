@@ -110,20 +110,20 @@ def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
 def hold_up_one(bench, number, for_s):
     """Have what one drive says wait for a time; then all of it passes."""
     node, end_s, said = bench.node(number), bench.now_s + for_s, []
-    hear, advance = node.hear, node.advance
+    hear, live = node.hear, node.live
 
     def late(data):
         if bench.now_s >= end_s:
             return data
-        said.append(data)
-        return b""
+        said.extend(data)
+        return []
 
     def tell_all():
         for index, data in enumerate(said):
             bench.back.append((bench.now_s + (index + 1) * 0.0003, data))
 
     node.hear = lambda data, now_s: late(hear(data, now_s))
-    node.advance = lambda now_s: late(advance(now_s))
+    node.live = lambda now_s: late(live(now_s))
     bench.at_s[end_s] = tell_all
 
 

@@ -123,7 +123,7 @@ def test_from_joints_to_a_line_the_arm_comes_to_rest_between():
     assert arm.here.joints[0] == pytest.approx(turned, abs=1e-9)
 
 
-def test_an_arm_that_has_stood_begins_its_ramp_anew():
+def test_after_standing_still_the_ramp_starts_from_zero():
     arm = Driven()
     arm.hold(Jog.joint(base=1.0), legs=8)
     arm.course.stand()
@@ -183,7 +183,7 @@ def test_a_line_ends_on_the_table_and_the_arm_could_always_stop_before_it(run_on
     assert (arm.pose.x_mm, arm.pose.y_mm) == pytest.approx((start.x_mm, start.y_mm), abs=1e-6)
 
 
-def test_beside_the_table_nothing_is_slowed():
+def test_a_jog_parallel_to_the_table_keeps_its_speed():
     low = ARM.ik(Pose.of(x_mm=250, y_mm=0, z_mm=2, pitch_deg=-90), OVER_THE_TABLE)
     high = ARM.ik(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90), OVER_THE_TABLE)
     jog = Jog.cartesian(y=1.0)
@@ -266,14 +266,14 @@ def test_a_frame_of_the_arm_file_turns_the_line():
     assert (arm.pose.x_mm, arm.pose.z_mm) == pytest.approx((before.x_mm, before.z_mm), abs=1e-6)
 
 
-def test_nobody_jogs_in_a_frame_that_is_not_known():
+def test_a_jog_in_an_unknown_frame_is_refused():
     with pytest.raises(BadRequest, match="no frame is called 'bench'"):
         Driven().leg(Jog.cartesian(frame="bench", x=1.0))
     with pytest.raises(BadRequest, match="a joint jog has no frame"):
         Jog(Jog.joint(base=1.0).space, (("base", 1.0),), "tool")
 
 
-def test_a_wish_for_nothing_ends_at_once_without_a_word():
+def test_a_jog_with_no_direction_ends_at_once_without_a_note():
     arm = Driven()
     assert arm.leg(Jog.joint(base=0.0)) is None
     assert arm.ended == JogEnded("")

@@ -59,7 +59,7 @@ def test_a_hold_that_expires_ends_the_increment_as_well(arm):
     assert stands_after_s(arm) <= 0.2 + bound_s + LOOK_S
 
 
-def test_an_increment_that_nobody_holds_goes_its_whole_way(arm):
+def test_an_increment_without_a_held_key_runs_to_its_end(arm):
     before = arm.twin.world.joints.deg["base"]
     arm.nudge(Jog.joint(base=6.0), speed=0.5)
     wait_for_motion(arm)

@@ -94,7 +94,7 @@ def test_a_held_jog_that_has_ended_at_a_bound_does_not_creep_on():
     assert "table" in arm.status.notice
 
 
-def test_what_ended_a_jog_is_said_no_more_once_it_leads_back():
+def test_the_note_of_a_bound_disappears_when_the_jog_leads_back():
     arm = ready_arm()
     arm.move_j(base_deg=86.0)
     for _ in range(12):

@@ -11,7 +11,7 @@ from armdrive.status import State, Trust
 from kinematics import Joints
 
 
-def test_an_increment_goes_that_far_and_says_where_it_ended():
+def test_an_increment_moves_its_distance_and_reports_where_it_ended():
     arm = ready_arm()
     jogged = arm.jog_j(base_deg=7.0, speed=1.0)
     assert jogged.note == ""
@@ -183,7 +183,7 @@ def test_a_jog_that_means_nothing_is_refused_before_anything_moves(call):
     assert not arm.twin.link.named(b"@STEP")
 
 
-def test_while_homing_the_operator_jogs_and_nobody_plans():
+def test_while_homing_the_operator_can_jog_and_planned_motion_is_refused():
     arm = sim_arm()
     seen = []
 

@@ -58,7 +58,7 @@ def test_shorter_words_are_understood(text, wanted):
     ["", "pick", "to", "go pick", "gripper wide", "delay long", "to pick at fast%", "to pick twice",
      "to 7up", "to pick at 120%", "delay -1", "gripper nan"],
 )  # fmt: skip
-def test_what_is_no_step_is_refused(text):
+def test_an_invalid_step_is_refused(text):
     with pytest.raises(ValueError):  # noqa: PT011 - two families of errors, one meaning
         parse_step(text)
 
@@ -76,7 +76,7 @@ def test_an_old_spelling_is_refused_with_the_new_one(text, words):
 
 
 @given(LISTS, STEPS, st.data())
-def test_what_is_inserted_is_there_and_is_taken_away_again(steps, step, data):
+def test_an_inserted_step_can_be_removed_again(steps, step, data):
     at = data.draw(st.integers(1, len(steps.steps) + 1))
     longer = editing.inserted(steps, at, (step,))
     assert longer.steps[at - 1] == step
@@ -104,7 +104,7 @@ def test_a_step_that_is_moved_and_moved_back_leaves_all_as_it_was(steps, data):
         (lambda _: editing.removed(StepList(), 1), "the sequence is empty"),
     ],
 )
-def test_a_number_that_there_is_not_is_named(edit, sentence):
+def test_a_step_number_out_of_range_is_named(edit, sentence):
     with pytest.raises(BadRequest, match=sentence):
         edit(fetch("to pick", "delay 1"))
 
@@ -120,13 +120,13 @@ def test_speeds_and_waits_are_changed_in_all_steps_or_in_some():
     assert one.steps.steps[0] == steps.steps[0]
 
 
-def test_a_speed_beyond_the_limits_is_clipped_and_said():
+def test_a_speed_above_the_limit_is_clipped_and_reported():
     made = editing.retimed(fetch("to pick at 60%", "to above"), editing.Timing(factor=2.0))
     assert words(made.steps) == ["to pick", "to above"]
     assert made.notes == ("step 1 goes at 100%, not at 120%", "step 2 goes at 100%, not at 200%")
 
 
-def test_the_way_back_lets_go_where_it_gripped():
+def test_a_reversed_sequence_opens_where_the_original_gripped():
     steps = fetch(
         "to above", "gripper open", "to pick line at 30%", "gripper grasp", "delay 0.5",
         "to above line at 50%", "to drop-2", "gripper open",

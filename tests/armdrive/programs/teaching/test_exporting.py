@@ -56,7 +56,7 @@ class Silent:
         """Hear nothing."""
 
     def hold(self, text, over):
-        """Hold nobody up."""
+        """Do not wait."""
 
 
 def exported(steps=FETCH, points=POINTS):
@@ -129,7 +129,7 @@ def test_it_reads_well_and_reads_back():
     )
 
 
-def test_names_that_a_program_cannot_have_are_told_apart():
+def test_point_names_that_a_program_cannot_have_get_different_ones():
     assert program_names(["pick-1", "pick_1", "MOVE", "home", "Drop", "drop"]) == {
         "pick-1": "pick_1",
         "pick_1": "pick_1_2",
@@ -160,7 +160,7 @@ def test_an_angle_of_a_file_keeps_its_four_decimals(tenthousandths):
         ((Step(gripper=-3.0),), "from 0 mm on"),
     ],
 )
-def test_what_no_program_can_say_is_refused(steps, sentence):
+def test_a_sequence_that_no_program_can_express_is_refused(steps, sentence):
     with pytest.raises(Refused, match=sentence):
         exported(StepList(steps))
 

@@ -29,7 +29,7 @@ def rows(*steps):
     return rows_of(CONFIG, StepList(steps), POINTS, ORIGIN)
 
 
-def test_rows_are_absolute_and_the_fingers_stay_until_they_are_told():
+def test_rows_are_absolute_and_the_fingers_stay_until_a_step_moves_them():
     made = rows(Step("above"), Step("pick", speed=0.3), Step(gripper=30.0), Step("above"))
     assert [row.number for row in made.rows] == [1, 2, 3, 4]
     grip = [row.positions[5] for row in made.rows]
@@ -64,7 +64,7 @@ def test_rows_lead_where_the_sequence_leads_but_for_rounding(steps):
         ((), "has no steps"),
     ],
 )
-def test_what_the_memory_cannot_say_is_refused_by_its_step(steps, sentence):
+def test_a_step_that_the_memory_cannot_hold_is_refused_by_its_number(steps, sentence):
     with pytest.raises(Refused, match=sentence):
         rows(*steps)
 

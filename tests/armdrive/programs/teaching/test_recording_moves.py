@@ -37,7 +37,7 @@ def test_every_place_of_rest_is_a_point_and_the_way_there_a_step():
     assert made.sequence.note == "recorded"
 
 
-def test_a_place_that_the_arm_only_passed_is_none():
+def test_a_place_that_the_arm_only_passed_is_not_recorded():
     made = recorded((0, at(0)), (2, MOVING), (3, at(5)), (3.4, MOVING), (4, at(10)))
     assert words(made) == ["to tour-1", "gripper 30 mm", "to tour-2"]
 

@@ -191,7 +191,7 @@ def test_a_step_that_is_refused_stays_the_next_one(arm):
     assert at(arm, "left")
 
 
-def test_what_cannot_be_carried_out_is_said(arm):
+def test_a_step_that_cannot_run_gives_the_reason(arm):
     with pytest.raises(BadRequest, match="no steps"):
         Stepper(arm, StepList(), POINTS)
     stepper = Stepper(arm, StepList((Step("up"), Step(gripper="point"))), POINTS)

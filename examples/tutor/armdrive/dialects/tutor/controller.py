@@ -1,0 +1,136 @@
+"""The driver's end of the Tutor dialect: neutral requests to lines, lines to replies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from armdrive.abilities import Abilities
+from armdrive.config.arm import ArmConfig
+from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
+from armdrive.dialects.dialect import Driver
+from armdrive.dialects.exchange import BITS_A_BYTE
+from armdrive.errors import Refused
+from armdrive.tasks import (
+    ClearFault,
+    DeviceSettings,
+    Done,
+    MoveBy,
+    ProtocolWarning,
+    ReadPosition,
+    ReadSettings,
+    Registers,
+    Reply,
+    Request,
+    RequestRejected,
+    SwitchOn,
+)
+from armdrive.text.toml import within
+from firmware_protocol.tutor import (
+    RATE_MAX_HZ,
+    Answer,
+    Command,
+    Failed,
+    Host,
+    Move,
+    Ok,
+    Positions,
+    Unreadable,
+    Where,
+)
+from kinematics.spaces import Motors
+
+Heard: TypeAlias = Answer | Unreadable
+
+LONGEST_LINE = len("M 2000" + 6 * " -2147483647" + "\n")
+LONGEST_ANSWER = len("p" + 6 * " -2147483647" + "\n")
+HOST_S = 0.03  # what an operating system and an adapter may add to a message's way
+
+
+@dataclass(frozen=True, slots=True)
+class TutorSettings:
+    """The section [tutor] of an arm file: `answer_margin_s` is added to every deadline."""
+
+    answer_margin_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        within("tutor.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
+
+
+class TutorController(ScriptRunner[Heard]):
+    """One Tutor board, seen from the driver."""
+
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        self._host = Host()
+        super().__init__(abilities, self._host)
+        self._settings: TutorSettings = config.device
+        self._byte_s = BITS_A_BYTE / config.connection.baud
+
+    def script(self, request: Request) -> Generator[float, Heard | None, Reply]:
+        """Send one line and wait for its answer."""
+        if isinstance(request, ClearFault | SwitchOn):  # the motors always have current
+            return Done()
+        if isinstance(request, ReadSettings):
+            return DeviceSettings()
+        command = self._command(request)
+        io = self.io
+        began_s = io.now_s
+        data = self._host.send(command)
+        io.say(data, data.decode("ascii").strip())
+        motion_s = self._motion_s(command)
+        wire_s = (len(data) + LONGEST_ANSWER) * self._byte_s
+        until_s = began_s + 2.0 * motion_s + wire_s + self._settings.answer_margin_s
+        heard = yield from io.hear(until_s, lambda each: isinstance(each, Answer))
+        match heard:
+            case Ok():
+                return Done()
+            case Positions(steps):
+                return Registers(Motors(steps))
+            case Failed():
+                return RequestRejected("it did not understand the line", moved=False)
+            case _:
+                self.give_up()
+                return io.silence(began_s)
+
+    def _command(self, request: Request) -> Command:
+        match request:
+            case MoveBy(steps, rate_hz):
+                return Move(int(self.usable_rate_hz(rate_hz)), tuple(steps))
+            case ReadPosition():
+                return Where()
+            case _:
+                raise Refused(f"a Tutor board knows no {type(request).__name__}")
+
+    def _motion_s(self, command: Command) -> float:
+        if not isinstance(command, Move):
+            return 0.0
+        return max(map(abs, command.steps)) / command.rate_hz
+
+    def unasked(self, heard: Heard) -> None:
+        """Tell of a line that answers nothing."""
+        self.io.tell(ProtocolWarning(str(heard)))
+
+    def give_up(self) -> None:
+        """Forget half an answer."""
+        self._host.discard()
+
+    def usable_rate_hz(self, rate_hz: float) -> float:
+        """Return the rate in whole steps a second, at or below the one wanted."""
+        return float(math.floor(min(max(rate_hz, 1.0), RATE_MAX_HZ)))  # asked with infinity too
+
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long so many steps take."""
+        return steps / self.usable_rate_hz(rate_hz)
+
+    def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
+        """Return one burst behind its line, since nothing ends a motion early."""
+        slowest_hz = min((part.rate_hz for part in parts), default=1.0)
+        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
+        stands_s = HOST_S + LONGEST_LINE * self._byte_s + motion_s
+        confirmed_s = stands_s + LONGEST_ANSWER * self._byte_s + HOST_S
+        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
+
+
+DRIVER = Driver(TutorSettings, TutorController)

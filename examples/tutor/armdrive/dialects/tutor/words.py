@@ -1,0 +1,56 @@
+"""What a Tutor board and its host say, in words, and how one is recognised."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from armdrive.dialects.dialect import DeviceTools
+from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk, lines_of
+from armdrive.dialects.words import AnswerLines, Describer, Sentences, answer, moved, standing
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.tutor import (
+    Failed,
+    Move,
+    Ok,
+    Positions,
+    Where,
+    decode_answer,
+    decode_command,
+    encode,
+)
+
+MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")
+
+SENTENCES: Sentences = MappingProxyType(
+    {
+        Move: lambda message: f"move at {message.rate_hz} steps/s: {moved(MOTORS, message.steps)}",
+        Where: lambda _: "read the positions",
+        Ok: lambda _: "done",
+        Failed: lambda _: "not understood",
+        Positions: lambda message: f"at {standing(MOTORS, message.steps)}",
+    }
+)
+
+TALK = Describer(
+    lambda: AnswerLines(b"\r\n", answer), decode_answer, decode_command, sentences=SENTENCES
+)
+
+
+def _sign(heard: bytes) -> Identity | None:
+    for line in lines_of(heard, b"\r\n"):
+        try:
+            message = decode_answer(line)
+        except RemoteProtocolError:
+            continue
+        if isinstance(message, Positions):
+            return Identity("tutor", "Tutor board")
+    return None
+
+
+RECOGNITION = Recognition(
+    _sign,
+    Certainty.WORDED,
+    (Probe("P", "tutor", 115_200, encode(Where()), 0.3, risk=Risk.LINE_END),),
+)
+
+TOOLS = DeviceTools(TALK, RECOGNITION)

@@ -1,0 +1,3 @@
+"""The simulated Tutor board."""
+
+from armdrive.sim.tutor.device import KIND as KIND
