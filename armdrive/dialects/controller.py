@@ -44,7 +44,7 @@ class Stopping:
 class ScriptRunner(ABC, Generic[H]):
     """A dialect's controller. Sans-IO: the engine carries its bytes and has the clock.
 
-    It answers requests with scripts. A dialect adds `script`, `unasked` and its numbers.
+    It answers requests with scripts. A dialect adds `script`, `unsolicited` and its numbers.
     """
 
     look_at = SWITCHED_ON
@@ -54,13 +54,13 @@ class ScriptRunner(ABC, Generic[H]):
         self, abilities: Abilities, codec: Codec[H], io: ScriptIO[H] | None = None
     ) -> None:
         self.abilities = abilities
-        self.io = io or ScriptIO(self.unasked)
-        self._loop = ScriptLoop(codec, self.io, self.unasked)
+        self.io = io or ScriptIO(self.unsolicited)
+        self._loop = ScriptLoop(codec, self.io, self.unsolicited)
 
     @property
     def last_said(self) -> str:
         """The last command sent, as text for people."""
-        return self.io.said
+        return self.io.last_command
 
     @property
     def underruns(self) -> int:
@@ -79,7 +79,7 @@ class ScriptRunner(ABC, Generic[H]):
         """Return the script that carries out a request."""
 
     @abstractmethod
-    def unasked(self, message: H) -> None:
+    def unsolicited(self, message: H) -> None:
         """Take a message that no script waits for; may send a `ProtocolWarning` or an `Alert`."""
 
     def give_up(self) -> None:

@@ -81,21 +81,21 @@ class Received(Generic[H]):
 class ScriptIO(Generic[H]):
     """What a script works with: the wire, the events for the engine, the time, the stop flag.
 
-    `on_unasked` takes messages that no script waits for: see `controller.ScriptRunner.unasked`.
+    `on_unsolicited` takes the messages that no script waits for.
     """
 
     look_at = SWITCHED_ON
     """What to check if the device does not answer."""
 
-    def __init__(self, on_unasked: Callable[[H], None]) -> None:
-        self.on_unasked = on_unasked
-        self.said = ""
+    def __init__(self, on_unsolicited: Callable[[H], None]) -> None:
+        self.on_unsolicited = on_unsolicited
+        self.last_command = ""
         """The last command sent, as text for people."""
         self.now_s = 0.0
         self.stop_asked = False
         self.stop_hard = False
         self.overdue = False
-        """Whether the message that `hear` returned last arrived after its deadline. Then this
+        """Whether the message that `wait_for` returned last arrived after its deadline. Then this
         program was suspended, and the measured time says nothing about the device."""
         self.listened = ListenedTime()
         self.out = bytearray()
@@ -103,16 +103,16 @@ class ScriptIO(Generic[H]):
         self.events: deque[Event] = deque()
         """Events that the engine has not fetched yet."""
 
-    def say(self, data: bytes, text: str = "") -> None:
+    def write(self, data: bytes, text: str = "") -> None:
         """Put bytes on the wire, with a text for people unless they are a mere poll."""
         self.out += data
-        self.said = text or self.said
+        self.last_command = text or self.last_command
 
-    def tell(self, event: Event) -> None:
+    def notify(self, event: Event) -> None:
         """Pass an event to the engine."""
         self.events.append(event)
 
-    def hear(
+    def wait_for(
         self, until_s: float, wanted: Callable[[H], bool], *, until_stop: bool = False
     ) -> Script[H, H | None]:
         """Wait for a wanted message; None at the deadline, or at a stop with `until_stop`.
@@ -129,13 +129,13 @@ class ScriptIO(Generic[H]):
             if wanted(message):
                 self.overdue = self.now_s > until_s
                 return message
-            self.on_unasked(message)
+            self.on_unsolicited(message)
         return None
 
     def collect(
         self,
         seconds: float,
-        enough: Callable[[Sequence[H]], bool] = lambda _heard: False,
+        enough: Callable[[Sequence[H]], bool] = lambda _messages: False,
         linger_s: float = 0.0,
     ) -> Script[H, tuple[H, ...]]:
         """Return the messages of a time span, or until they are `enough`, plus `linger_s`."""
@@ -156,26 +156,26 @@ class ScriptIO(Generic[H]):
         while self.now_s < until_s and self.stop_asked == asked:
             message = yield until_s
             if message is not None:
-                self.on_unasked(message)
+                self.on_unsolicited(message)
 
     def silence(self, since_s: float) -> Timeout:
         """Return the reply to a request that the device did not answer."""
-        return Timeout(self.said, self.now_s - since_s, self.look_at)
+        return Timeout(self.last_command, self.now_s - since_s, self.look_at)
 
 
 class ScriptLoop(Generic[H]):
     """Runs one script at a time over a codec.
 
-    Controllers, surveys and commissioning use it. `unasked` takes messages that no script waits
+    Controllers, surveys and commissioning use it. `unsolicited` takes messages that no script waits
     for.
     """
 
     def __init__(
-        self, codec: Codec[H], io: ScriptIO[H], unasked: Callable[[H], None] | None = None
+        self, codec: Codec[H], io: ScriptIO[H], unsolicited: Callable[[H], None] | None = None
     ) -> None:
         self.io = io
         self._codec = codec
-        self._unasked = unasked or io.on_unasked
+        self._unsolicited = unsolicited or io.on_unsolicited
         self._script: Script[H, Any] | None = None
         self._until_s = math.inf
 
@@ -205,7 +205,7 @@ class ScriptLoop(Generic[H]):
         self._codec.receive_data(data)
         while (message := self._codec.next_event()) is not None:
             if self._script is None:
-                self._unasked(message)
+                self._unsolicited(message)
             else:
                 self.step(message)
 
@@ -219,9 +219,9 @@ class ScriptLoop(Generic[H]):
             turns += 1
             if turns > MOST_TURNS:
                 self._script = None
-                self.io.tell(
+                self.io.notify(
                     RequestRejected(
-                        f"the script of `{self.io.said}` waits for a time that has passed"
+                        f"the script of `{self.io.last_command}` waits for a time that has passed"
                     )
                 )
         data = bytes(self.io.out)
@@ -259,7 +259,7 @@ class ScriptLoop(Generic[H]):
             self._run(message)
         except ValueError as error:  # in mid-script: a message that the dialect cannot express
             self._script = None
-            self.io.tell(RequestRejected(str(error)))
+            self.io.notify(RequestRejected(str(error)))
 
     def _run(self, message: H | None) -> None:
         script = self._script
@@ -269,4 +269,4 @@ class ScriptLoop(Generic[H]):
             self._until_s = script.send(message)
         except StopIteration as end:
             self._script, self._until_s = None, math.inf
-            self.io.tell(end.value)
+            self.io.notify(end.value)

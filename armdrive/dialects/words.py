@@ -149,20 +149,20 @@ def escaped(data: bytes) -> str:
 class Describer:
     """How a dialect's bytes are split into messages and described.
 
-    `sent` decodes what a host writes at once, `heard` one message of the device; both return a
+    `sent` decodes what a host writes at once, `received` one message of the device; both return a
     message or words, and are None if nothing is known of the dialect. `shown` returns bytes as
     text. `sentences` describe messages whose plain words would not explain them.
     """
 
     splitter: Callable[[], Splitter]
-    heard: Callable[[bytes], object] | None
+    received: Callable[[bytes], object] | None
     sent: Callable[[bytes], object] | None = None
     shown: Callable[[bytes], str] = escaped
     sentences: Sentences = field(default_factory=lambda: MappingProxyType({}))
 
     def said(self, data: bytes) -> str:
         """Return one message as text, with its meaning if the bytes do not show it."""
-        words = "" if self.shown is escaped else self.words(data, self.heard)
+        words = "" if self.shown is escaped else self.words(data, self.received)
         return f"{self.shown(data)} ({words})" if words else self.shown(data)
 
     def words(self, data: bytes, read: Callable[[bytes], object] | None) -> str:

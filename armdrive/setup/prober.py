@@ -52,7 +52,7 @@ class ProbeWire(ScriptIO[bytes]):
     ) -> Generator[float, bytes | None, bytes]:
         """Send a probe; return its reply: what comes until it is `enough`, or the time is up."""
         self._tune(probe.baud)
-        self.say(probe.data)
+        self.write(probe.data)
         parts = yield from self.collect(probe.wait_s, lambda got: enough(b"".join(got)), QUIET_S)
         return b"".join(parts)
 

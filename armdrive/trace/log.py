@@ -118,7 +118,7 @@ class Narrator:
         talk = self._describer
         if kind is EntryKind.SENT:
             return talk.words(data, talk.sent)
-        return "; ".join(talk.words(each.data, talk.heard) for each in self._splitter.feed(data))
+        return "; ".join(talk.words(each.data, talk.received) for each in self._splitter.feed(data))
 
     def text(self, entry: TraceEntry) -> str:
         """Return an entry as a line with the arm's clock and the full text of the entry."""

@@ -47,11 +47,11 @@ from firmware_protocol.armdroid import (
     Welcome,
 )
 from firmware_protocol.armdroid.device import wrapped
-from firmware_protocol.armdroid.host import Event as Heard
+from firmware_protocol.armdroid.host import Event as HostEvent
 from firmware_protocol.armdroid.wire import encode_command
 from kinematics.spaces import Motors
 
-Script: TypeAlias = Generator[float, Heard | None, Reply]
+Script: TypeAlias = Generator[float, HostEvent | None, Reply]
 
 ANSWER_TIMEOUT_FACTOR = 2.0  # timeout of a motion: this multiple of the slowest arm's time
 LATENCY_S = 0.03  # delay that this computer and an adapter may add to the transmission time
@@ -66,7 +66,7 @@ class ArmdroidMotion:
 
     def __init__(
         self,
-        io: ScriptIO[Heard],
+        io: ScriptIO[HostEvent],
         board: BoardExchange,
         rates: StepRates,
         settings: ArmdroidSettings,
@@ -100,7 +100,7 @@ class ArmdroidMotion:
 
     def _load(
         self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
-    ) -> Generator[float, Heard | None, bytes | RequestRejected | Halted]:
+    ) -> Generator[float, HostEvent | None, bytes | RequestRejected | Halted]:
         """Load a motion's numbers into the board; return the characters that start it."""
         understood = None
         for _ in range(TRIES):
@@ -132,7 +132,7 @@ class ArmdroidMotion:
         return self._rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
 
 
-class ArmdroidController(ScriptRunner[Heard]):
+class ArmdroidController(ScriptRunner[HostEvent]):
     """One Armdroid, seen from the driver."""
 
     def __init__(self, abilities: Abilities, settings: ArmdroidSettings, baud: int) -> None:
@@ -165,17 +165,17 @@ class ArmdroidController(ScriptRunner[Heard]):
                 return self._firmware()
         raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
 
-    def unasked(self, heard: Heard) -> None:
+    def unsolicited(self, event: HostEvent) -> None:
         """Report an unexpected line; `Welcome` means a restart unless it is the session's first."""
-        if isinstance(heard, Welcome) and self._board.met:
+        if isinstance(event, Welcome) and self._board.met:
             self._board.forget_session()
-            self.io.tell(Alert(AlertKind.RESTARTED, NEW_SESSION))
+            self.io.notify(Alert(AlertKind.RESTARTED, NEW_SESSION))
         else:
-            if isinstance(heard, Stray) and isinstance(heard.answer, SpeedReported):
-                self._board.heard_speed(heard.answer.rpm)
-            if isinstance(heard, Stray) and heard.answer == TorqueReported(on=False):
-                self.io.tell(Alert(AlertKind.SWITCHED_OFF, LET_GO))
-            self.io.tell(ProtocolWarning(str(heard)))
+            if isinstance(event, Stray) and isinstance(event.answer, SpeedReported):
+                self._board.heard_speed(event.answer.rpm)
+            if isinstance(event, Stray) and event.answer == TorqueReported(on=False):
+                self.io.notify(Alert(AlertKind.SWITCHED_OFF, LET_GO))
+            self.io.notify(ProtocolWarning(str(event)))
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""

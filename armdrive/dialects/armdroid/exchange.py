@@ -30,7 +30,7 @@ from firmware_protocol.armdroid import (
     Version,
     VersionReported,
 )
-from firmware_protocol.armdroid.host import Event as Heard
+from firmware_protocol.armdroid.host import Event as HostEvent
 from firmware_protocol.armdroid.wire import encode_answer
 
 Offsets: TypeAlias = tuple[int, ...]
@@ -46,7 +46,7 @@ class BoardExchange:
     """The known state of a board, and the exchanges that read or set it."""
 
     def __init__(
-        self, io: ScriptIO[Heard], host: Host, settings: ArmdroidSettings, byte_s: float
+        self, io: ScriptIO[HostEvent], host: Host, settings: ArmdroidSettings, byte_s: float
     ) -> None:
         self._io = io
         self._host = host
@@ -81,19 +81,19 @@ class BoardExchange:
 
     def exchange(
         self, command: Command, text: bytes = b""
-    ) -> Generator[float, Heard | None, Completed | None]:
+    ) -> Generator[float, HostEvent | None, Completed | None]:
         """Send a command, as `text` if given; return its answer, or None after a timeout."""
         whole = self._host.send(command)
         sent = text or whole
         self._send(sent)
-        heard = yield from self._hear(len(sent), lambda event: isinstance(event, Completed))
-        if not isinstance(heard, Completed):
+        event = yield from self._wait_for(len(sent), lambda event: isinstance(event, Completed))
+        if not isinstance(event, Completed):
             self.give_up()
             return None
         self.met = True
-        return heard
+        return event
 
-    def settle(self) -> Generator[float, Heard | None, Offsets | None]:
+    def settle(self) -> Generator[float, HostEvent | None, Offsets | None]:
         """Clear all left-over input from the board; return its offsets."""
         if not (yield from self._greet()):
             return None
@@ -104,7 +104,7 @@ class BoardExchange:
         letter = Clear.letter.encode("ascii")  # no comma: after five others it would do harm
         return self._take((yield from self.exchange(Clear(), letter)))
 
-    def look(self) -> Generator[float, Heard | None, Offsets | None]:
+    def look(self) -> Generator[float, HostEvent | None, Offsets | None]:
         """Return the offsets, and clear the numbers that a stray `D` could repeat."""
         if not self._host.clean:
             return (yield from self.settle())
@@ -113,7 +113,7 @@ class BoardExchange:
         self._kept = self._kept and offsets is None
         return offsets
 
-    def set_speed(self, rpm: int) -> Generator[float, Heard | None, bool]:
+    def set_speed(self, rpm: int) -> Generator[float, HostEvent | None, bool]:
         """Set the speed if it differs; return False if the board does not accept it."""
         if self._rpm == rpm:
             return True
@@ -133,7 +133,7 @@ class BoardExchange:
         """
         self._rpm = rpm
 
-    def ensure(self, command: Command) -> Generator[float, Heard | None, Completed | None]:
+    def ensure(self, command: Command) -> Generator[float, HostEvent | None, Completed | None]:
         """Send a repeatable command until the board confirms it; return None if it never does."""
         for _ in range(TRIES):
             if not self.clean and (yield from self.settle()) is None:
@@ -142,7 +142,7 @@ class BoardExchange:
             if done is not None and done.as_asked:
                 return done
             if done is not None:  # the board did something else
-                self._io.on_unasked(Stray(done.answer))
+                self._io.on_unsolicited(Stray(done.answer))
             self.give_up()  # an old number preceded the command, or its number or answer was lost
         return None
 
@@ -151,23 +151,23 @@ class BoardExchange:
         self._kept = True
         return self._host.send(drive)
 
-    def repeated(self, numbers: bytes) -> Generator[float, Heard | None, Offsets | None]:
+    def repeated(self, numbers: bytes) -> Generator[float, HostEvent | None, Offsets | None]:
         """Send a motion's numbers without its letter; return them as the board repeats them."""
         text = numbers + ReportArguments.letter.encode("ascii")
         self._send(text)
-        heard = yield from self._hear(len(text), _is_stray_arguments)
-        if not isinstance(heard, Stray) or not isinstance(heard.answer, ArgumentsReported):
+        event = yield from self._wait_for(len(text), _is_stray_arguments)
+        if not isinstance(event, Stray) or not isinstance(event.answer, ArgumentsReported):
             return None
-        return *heard.answer.arguments, heard.answer.accumulator
+        return *event.answer.arguments, event.answer.accumulator
 
     def let_loose(self, rest: bytes, whole: str) -> None:
         """Send the rest of a motion's `whole` text, which starts it."""
-        self._io.say(rest, whole)
+        self._io.write(rest, whole)
         self.offsets = None
 
     def offsets_after(
         self, expected: Offsets, sent: int, longest_s: float
-    ) -> Generator[float, Heard | None, Offsets | None]:
+    ) -> Generator[float, HostEvent | None, Offsets | None]:
         """Wait for the end of a motion; return the latest offsets, as expected or not.
 
         Unexpected offsets may be an earlier answer that the line doubled, so they are returned
@@ -176,18 +176,18 @@ class BoardExchange:
         came: Offsets | None = None
         until_s = self._deadline_s(sent, longest_s)
         while came != expected:
-            heard = yield from self._io.hear(until_s, _is_offsets)
-            if heard is None:
+            event = yield from self._io.wait_for(until_s, _is_offsets)
+            if event is None:
                 self.give_up()
                 return came
-            came = _offsets(heard)
+            came = _offsets(event)
         self.offsets = expected
         self.answer_bytes = len(encode_answer(OffsetsReported(expected)))
         if self._host.outstanding is not None:
             self.give_up()
         return came
 
-    def _greet(self) -> Generator[float, Heard | None, bool]:
+    def _greet(self) -> Generator[float, HostEvent | None, bool]:
         """Ask for the version until the board answers, which takes a while after opening."""
         until_s = self._io.now_s + self._boot_s
         self._boot_s = 0.0
@@ -204,26 +204,26 @@ class BoardExchange:
         return self.offsets
 
     def _send(self, data: bytes) -> None:
-        self._io.say(data, data.decode("ascii"))
+        self._io.write(data, data.decode("ascii"))
 
     def _deadline_s(self, sent: int, longest_s: float = 0.0) -> float:
         wire_s = self.taking_s(sent) + LINE_BYTES * self._byte_s
         return self._io.now_s + wire_s + longest_s + self._settings.answer_margin_s
 
-    def _hear(
-        self, sent: int, wanted: Callable[[Heard], bool]
-    ) -> Generator[float, Heard | None, Heard | None]:
-        return (yield from self._io.hear(self._deadline_s(sent), wanted))
+    def _wait_for(
+        self, sent: int, wanted: Callable[[HostEvent], bool]
+    ) -> Generator[float, HostEvent | None, HostEvent | None]:
+        return (yield from self._io.wait_for(self._deadline_s(sent), wanted))
 
 
-def _is_stray_arguments(heard: Heard) -> bool:
-    return isinstance(heard, Stray) and isinstance(heard.answer, ArgumentsReported)
+def _is_stray_arguments(event: HostEvent) -> bool:
+    return isinstance(event, Stray) and isinstance(event.answer, ArgumentsReported)
 
 
-def _is_offsets(heard: Heard) -> bool:
-    return _offsets(heard) is not None
+def _is_offsets(event: HostEvent) -> bool:
+    return _offsets(event) is not None
 
 
-def _offsets(heard: Heard) -> Offsets | None:
-    answer = heard.answer if isinstance(heard, Completed | Stray) else None
+def _offsets(event: HostEvent) -> Offsets | None:
+    answer = event.answer if isinstance(event, Completed | Stray) else None
     return answer.offsets if isinstance(answer, OffsetsReported) else None

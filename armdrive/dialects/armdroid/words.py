@@ -134,9 +134,9 @@ BAUD = 9600
 _VERSION = encode_command(Version())
 
 
-def _sign(heard: bytes) -> Identity | None:
+def _sign(received: bytes) -> Identity | None:
     firmware, restarted, seen = "", False, False
-    for line in lines_of(heard, b"\r\n"):
+    for line in lines_of(received, b"\r\n"):
         try:
             answer = decode_answer(line)
         except RemoteProtocolError:

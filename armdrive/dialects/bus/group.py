@@ -155,7 +155,7 @@ def run_phases(
         if row is None:
             event = yield stage.step(io.now_s)
             while event is not None:  # read everything that has arrived before judging
-                io.on_unasked(event)
+                io.on_unsolicited(event)
                 event = yield io.now_s
             continue
         following, act = row

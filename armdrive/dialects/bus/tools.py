@@ -26,7 +26,7 @@ LISTEN_S = 1.0
 """Any program that drives an arm sends commands far more often than this."""
 
 Heard: TypeAlias = Mapping[int, Any]
-"""The nodes that sent something unasked, and the state each reported."""
+"""The nodes that sent something on their own, and the state each reported."""
 
 
 # Work on the wire as steps of a talk, and raw frames for scripts that read them.

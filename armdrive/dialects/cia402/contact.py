@@ -141,7 +141,7 @@ class Cia402Contact:
 
     def _recognise(self) -> Script[None]:
         """Identify every drive."""
-        self.io.said = "SDO 1000"
+        self.io.last_command = "SDO 1000"
         results = yield from self._find(
             canopen.SERIAL_NUMBER,
             canopen.DEVICE_TYPE,
@@ -222,7 +222,7 @@ class Cia402Contact:
 
     def _write_required(self) -> Script[None]:
         """Write the settings that every drive needs, while it takes no part in PDOs."""
-        self.io.said = "SDO set-up"
+        self.io.last_command = "SDO set-up"
         cyclic = self.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
         cycle_ms = round(self.exchange.cycle_s * 1000.0) if cyclic else None
         jobs = {
@@ -244,7 +244,7 @@ class Cia402Contact:
         for result in results.values():
             for place, words in result.refused.items():
                 if place.index >= _PROFILE_OBJECTS and not self.group.configured:
-                    self.io.tell(ProtocolWarning(words))
+                    self.io.notify(ProtocolWarning(words))
 
     def _start(self) -> Script[None]:
         """Let the drives take part in PDOs, and read every position."""
@@ -269,7 +269,7 @@ class Cia402Contact:
         """Read every position, and report a drive that has moved although it should hold."""
         yield from self.exchange.look()
         for drive in self.group.astray if self.group.on else ():
-            self.io.tell(astray_alert(drive))
+            self.io.notify(astray_alert(drive))
             drive.rest()
         return self.group.registers()
 
@@ -356,7 +356,7 @@ class Cia402Contact:
     def _watch(self, *, on: bool) -> Script[None]:
         """Make the drives watch this program's heartbeat, or not, and verify that."""
         write = heartbeat_watch(self.settings, on=on)
-        self.io.said = "SDO 1016"
+        self.io.last_command = "SDO 1016"
         yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)
         yield from self.transfers.verify((write,), "without which it would not stop")
 
@@ -430,7 +430,7 @@ def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
     node, write = parsed_line(line)
     if node not in transfers.group.by_node:
         raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
-    transfers.io.said = line
+    transfers.io.last_command = line
     yield from transfers.carry_out({node: (write,)})
     return Done()
 

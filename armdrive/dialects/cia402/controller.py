@@ -140,7 +140,7 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
         return reply
 
-    def unasked(self, event: BusEvent) -> None:
+    def unsolicited(self, event: BusEvent) -> None:
         """Record an event; between requests, report what is wrong."""
         self.group.note(event)
         drive = self.group.by_node.get(getattr(event, "node", 0))
@@ -162,8 +162,8 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         self.io.now_s = now_s
         self._bus.receive_data(data)
         while (event := self._bus.next_event()) is not None:
-            self.unasked(event)
-        self.io.say(self._bus.owed())
+            self.unsolicited(event)
+        self.io.write(self._bus.owed())
         self._loop.step(None)
 
     def advance(self, now_s: float) -> bytes:

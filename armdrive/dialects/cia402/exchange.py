@@ -76,16 +76,16 @@ class Cia402Exchange:
     ) -> None:
         """Send a drive a controlword, a mode and a target, by default its last position."""
         target = drive.seen if target is None else target
-        self.io.say(self.bus.command(drive.node, word, mode, target))
+        self.io.write(self.bus.command(drive.node, word, mode, target))
 
     def order(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
         """Send drives a network management order."""
         for drive in drives:
-            self.io.say(self.bus.order(canopen.Nmt(command, drive.node)))
+            self.io.write(self.bus.order(canopen.Nmt(command, drive.node)))
 
     def sync(self) -> None:
         """Make all drives act on their commands and report their positions."""
-        self.io.say(self.bus.sync())
+        self.io.write(self.bus.sync())
         for drive in self.group.drives:
             drive.ask(self.io.now_s)
 
@@ -96,7 +96,7 @@ class Cia402Exchange:
 
     def progress(self) -> None:
         """Report the positions of the drives."""
-        self.io.tell(Progress(self.group.registers()))
+        self.io.notify(Progress(self.group.registers()))
 
     def mute(self, drives: Collection[Cia402Drive]) -> tuple[Cia402Drive, ...]:
         """Return the drives that have reported nothing for too long."""
@@ -335,7 +335,7 @@ class ObjectTransfers:
         queues: dict[int, SdoQueue] = {}
         due_s: dict[int, float] = {}
         for node, each in jobs.items():
-            self.io.say(self.bus.abandon(node))
+            self.io.write(self.bus.abandon(node))
             answers.pop(node, None)
             results[node] = SdoResult(self.group.by_node[node])
             queues[node] = self._queue(results[node], each, tries, lenient=lenient)
@@ -361,13 +361,13 @@ class ObjectTransfers:
             answer = None
             for tried in range(1, tries + 1):
                 if isinstance(job, canopen.Write):
-                    self.io.say(self.bus.download(node, job.place, job.data))
+                    self.io.write(self.bus.download(node, job.place, job.data))
                 else:
-                    self.io.say(self.bus.upload(node, job))
+                    self.io.write(self.bus.upload(node, job))
                 answer = yield self.exchange.answered_s(last=tried == tries > 1)
                 if answer is not None:
                     break
-                self.io.say(self.bus.abandon(node))
+                self.io.write(self.bus.abandon(node))
             match answer:
                 case None:
                     result.mute = True

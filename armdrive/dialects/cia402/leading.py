@@ -416,7 +416,7 @@ class Cia402Brakes:
         for drive in left:
             if drive.state in NEEDS_STOP:
                 lead.exchange.command(drive, STOP, lead.states.mode_of(drive))
-        lead.io.said = "QUICK STOP"
+        lead.io.last_command = "QUICK STOP"
         return lead.begin_cycle(lead.cycle_ends_s)
 
     def has_looked(self, now_s: float) -> bool:  # noqa: ARG002

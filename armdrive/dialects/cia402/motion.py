@@ -170,7 +170,7 @@ class CyclicMotion:
             self.lead.exchange.command(
                 drive, ENABLE, self.MODE, target
             )  # else a drive might run on
-        self.lead.io.said = self.lead.group.targets
+        self.lead.io.last_command = self.lead.group.targets
         return max(lead.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
 
     def _misses_targets(self, drive: Cia402Drive) -> bool:
@@ -292,7 +292,7 @@ class ProfileMotion:
             point = self.points.get(drive)
             word = ENABLE if point is None else point.host.controlword
             self.lead.exchange.command(drive, word, self.MODE, drive.shaft.goal)
-        self.lead.io.said = self.lead.group.targets
+        self.lead.io.last_command = self.lead.group.targets
         return self.lead.cycle_ends_s
 
     def _judge(self) -> Signal | None:
@@ -356,7 +356,7 @@ class Cia402Homing:
     def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
         yield from self.lead.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
         yield from self.lead.states.take_mode(group, self.MODE)
-        self.lead.io.said = "HOME"
+        self.lead.io.last_command = "HOME"
         ranges = dict(zip(self.lead.group.drives, self.limits.ranges, strict=True))
         listened, timeout_s = self.lead.io.listened, self.lead.settings.homing_s
         search = HomingSearch(

@@ -437,7 +437,7 @@ class DriveGroup:
                 self._warn(str(event))
 
     def _warn(self, words: str) -> None:
-        self._io.tell(ProtocolWarning(words))
+        self._io.notify(ProtocolWarning(words))
 
     def have_reported(self, since_s: float) -> bool:
         """Return whether every drive has reported its position since a moment."""
@@ -459,7 +459,7 @@ class DriveGroup:
         """Send an alert about a drive, or about none in particular."""
         if drive is not None:
             drive.reported = True
-        self._io.tell(alert)
+        self._io.notify(alert)
         if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
             self.on = False
 

@@ -64,7 +64,7 @@ class GrblContact:
         boot_s, every_s = self.settings.boot_s, 2.0 * self.settings.poll_s
         alive = yield from self.exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
         if not alive and not (yield from self.exchange.soft_reset()):
-            self.io.say(b"", "? (and to a reset)")
+            self.io.write(b"", "? (and to a reset)")
             return self.io.silence(began_s)
         if not (yield from self._end_leftover_motion()):
             return self.io.silence(began_s)

@@ -2,7 +2,7 @@
 
     a request   `script` makes contact if necessary, and picks the collaborator that carries it out
     bytes       the codec decodes messages; the running script receives each from
-                `GrblExchange.listen`, and `unasked` receives the others; both update `BoardState`
+                `GrblExchange.listen`, and `unsolicited` the others; both update `BoardState`
     a stop      `stop_asked` is set; the script that moves the arm notices and calls `GrblStops`
     a deadline  the script is resumed without a message
 
@@ -144,7 +144,7 @@ class GrblController(ScriptRunner[HostEvent]):
         firmware = f"{self.board.variant} {self.board.firmware}".strip()
         return DeviceSettings(tuple(found.differences()), firmware)
 
-    def unasked(self, message: HostEvent) -> None:
+    def unsolicited(self, message: HostEvent) -> None:
         """Learn from a message that no script waits for."""
         self.exchange.take(message)
 

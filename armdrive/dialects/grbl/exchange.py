@@ -79,7 +79,7 @@ class GrblExchange:
         self._say(self.host.send_realtime(command), shown)
 
     def _say(self, data: bytes, text: str) -> None:
-        self.io.say(data, text)
+        self.io.write(data, text)
         through_s = max(self.wire_free_s, self.io.now_s)
         self.wire_free_s = through_s + len(data) * self.byte_s
 
@@ -103,7 +103,7 @@ class GrblExchange:
         """Update the board's state from a message, and report any event to the engine."""
         event = self.board.learn(message, self.io.now_s)
         if event is not None:
-            self.io.tell(event)
+            self.io.notify(event)
 
     def listen(self, until_s: float) -> Generator[float, HostEvent | None, HostEvent | None]:
         """Wait for the next message; return None at the deadline or when a stop is requested."""

@@ -209,7 +209,7 @@ class GrblMotion:
             return RequestRejected(f"the board's state is {state}; `reset()` leaves it")
         if not board.located or board.position is None:
             return None
-        self.io.tell(Progress(board.registers()))
+        self.io.notify(Progress(board.registers()))
         left = trip.lines.waiting, trip.lines.start
         idle, planned = board.standing, board.planner_holds()
         on_it = trip.lines.report(board.position, self.io.now_s, idle=idle, planned=planned)
@@ -244,7 +244,7 @@ class GrblMotion:
             f"the arm is off the path that was sent, at {here} steps on the way to {goal}: a byte "
             "was lost, or the board's steps per unit are wrong"
         )
-        self.io.tell(Alert(AlertKind.ASTRAY, text))
+        self.io.notify(Alert(AlertKind.ASTRAY, text))
         return RequestRejected(text)
 
     def _overdue(self, trip: LineTrip) -> Reply | None:

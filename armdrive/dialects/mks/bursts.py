@@ -102,7 +102,7 @@ class MksBursts:
         for node, order in orders.items():
             wire.note_order(node, order)
         until_s = wire.now_s + GO_AGAIN_S
-        yield from wire.hear(until_s, lambda _: False)
+        yield from wire.wait_for(until_s, lambda _: False)
         wire.broadcast(GoSynchronous())
         for node in orders:  # else a stop would be stored as well
             wire.put(node, ArmSynchronous(on=False))

@@ -59,7 +59,7 @@ class MksContact:
     def connect(self) -> WireScript[None]:
         """Find every drive and wait until all stand. Raises `Obstructed` if that fails."""
         wire = self._wire
-        began_s, wire.said = wire.now_s, "READ ENCODER"
+        began_s, wire.last_command = wire.now_s, "READ ENCODER"
         wire.surplus.clear()
         for _ in range(TRIES):
             if missing := (yield from wire.look()):
@@ -132,7 +132,7 @@ class MksContact:
         for drive in wire.drives:
             if not self.on or drive.moving or drive.is_near:
                 continue
-            wire.tell((yield from self._inquiry.found_at_rest(drive)))
+            wire.notify((yield from self._inquiry.found_at_rest(drive)))
             drive.rest_at(drive.count or 0, wire.now_s)
         return wire.registers()
 
@@ -161,7 +161,7 @@ class MksContact:
         for node, off in pushing.items():
             if why := (yield from self._inquiry.mode_words(node)):  # it obeys nothing, and pushes
                 raise Obstructed(why)
-            self._wire.tell(ProtocolWarning(pushing_words(self._wire.drive(node), off)))
+            self._wire.notify(ProtocolWarning(pushing_words(self._wire.drive(node), off)))
         yield from self.adopt_positions()
 
     # -- current ------------------------------------------------------------------------------

@@ -151,9 +151,9 @@ class MksController(ScriptRunner[Event]):
         """Give up all open questions."""
         self._wire.give_up()
 
-    def unasked(self, heard: Event) -> None:
+    def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for."""
-        self._wire.unasked(heard)
+        self._wire.unsolicited(event)
 
     # -- numbers ------------------------------------------------------------------------------
 

@@ -117,5 +117,5 @@ class Searching:
             wire.homing.pop(node, None)
             for question in (ReadEncoder(), ReadHoming(), ReadState()):
                 wire.put(node, question)
-        wire.tell(Progress(wire.registers()))
+        wire.notify(Progress(wire.registers()))
         return self._due_s

@@ -178,7 +178,7 @@ class MotionRun:
         if isinstance(trouble, Verdict):
             trouble = yield from self.inquiry.explain(trouble)
         if trouble is not None:
-            self.wire.tell(trouble)
+            self.wire.notify(trouble)
             self._reply = RequestRejected(trouble.text)
 
     def _find_silent(self, verdict: Verdict) -> WireScript[Verdict | None]:
@@ -478,7 +478,7 @@ class Arriving:
         for node in left:
             wire.states.pop(node, None)
             wire.put(node, ReadState())
-        wire.tell(Progress(wire.registers()))
+        wire.notify(Progress(wire.registers()))
         return min(self._due_s, wire.observer.rejected_s)
 
     def _astray(self, now_s: float) -> Verdict | None:
@@ -515,7 +515,7 @@ def ask_all(wire: MksWire) -> None:
     for node in wire.nodes:
         wire.put(node, ReadEncoder())
     if any(drive.count is not None for drive in wire.drives):
-        wire.tell(Progress(wire.registers()))
+        wire.notify(Progress(wire.registers()))
 
 
 def reread_doubtful(wire: MksWire) -> None:

@@ -96,7 +96,7 @@ class MksBrakes:
             for node in (*sorted(nodes), *witness):
                 wire.put(node, ReadState())
                 wire.put(node, ReadEncoder())
-            wire.tell(Progress(wire.registers()))
+            wire.notify(Progress(wire.registers()))
             self._due_s = now_s + STOP_POLL_S
         return self._due_s
 
@@ -123,9 +123,9 @@ class MksBrakes:
         self._wire.host.settle(drive.node)
         if self._judged and drive.course.max_speed:  # a homing drive has no path
             if drive.has_restarted:
-                self._wire.tell(Alert(AlertKind.RESTARTED, restarted_words(drive)))
+                self._wire.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))
             elif drive.is_elsewhere or drive.rests_off_path:
-                self._wire.tell(Alert(AlertKind.ASTRAY, _off_path_words(drive)))
+                self._wire.notify(Alert(AlertKind.ASTRAY, _off_path_words(drive)))
         drive.rest_at(drive.count or 0, now_s)
 
     def is_mute(self, drive: ObservedDrive) -> bool:
@@ -198,7 +198,7 @@ class MksStops:
         for node, off in pushing.items():
             if judged:
                 words = pushing_words(self._wire.drive(node), off)
-                self._wire.tell(Alert(AlertKind.ASTRAY, words))
+                self._wire.notify(Alert(AlertKind.ASTRAY, words))
 
     def relieve(self, nodes: Collection[int]) -> WireScript[dict[int, int]]:
         """Send drives that push to where they stand; return how far off each one's target was.

@@ -88,7 +88,7 @@ class MksWire(ScriptIO[Event]):
     look_at = ALL_SILENT
 
     def __init__(self, settings: MksSettings, names: Iterable[str]) -> None:
-        super().__init__(self.unasked)
+        super().__init__(self.unsolicited)
         self.host = Host(settings.ids)
         self.settings = settings
         bounds = Bounds(settings.rest_counts, settings.corridor_counts, GIVE, COUNTS_PER_TURN)
@@ -146,7 +146,7 @@ class MksWire(ScriptIO[Event]):
             )
             if earlier == message or alike or replaced:
                 self._give_up(node, earlier)
-        self.say(self.host.send(node, message), text)
+        self.write(self.host.send(node, message), text)
         if self.drive(node).ledger.answers_orders or not isinstance(message, Motion):
             owes = isinstance(message, ReadEncoder | MoveAbsoluteAxis | Stop)
             self.observer.sent(node, self.now_s, owes=owes)
@@ -174,7 +174,7 @@ class MksWire(ScriptIO[Event]):
 
     def broadcast(self, message: Message, text: str = "") -> None:
         """Send a request to all drives, which none of them answers."""
-        self.say(self.host.send(BROADCAST, message), text)
+        self.write(self.host.send(BROADCAST, message), text)
 
     def give_up(self) -> None:
         """Give up all open requests."""
@@ -237,7 +237,7 @@ class MksWire(ScriptIO[Event]):
                 found[node] = event
                 left.discard(node)
             else:
-                self.unasked(event)
+                self.unsolicited(event)
 
     def read(
         self,
@@ -314,7 +314,7 @@ class MksWire(ScriptIO[Event]):
                 self.put(drive.node, ArmSynchronous(on=False))
                 self.put(drive.node, order)
 
-    def unasked(self, event: Event) -> None:
+    def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for, and warn if it is odd."""
         self.note(event)
         self.garbled += isinstance(event, Garbled)
@@ -324,13 +324,13 @@ class MksWire(ScriptIO[Event]):
             case Failed(_, MoveAbsoluteAxis()):
                 pass  # for this order or the one it replaced: see `ledger.Rejections`
             case Stray(node, answer) if not isinstance(answer, Status):
-                self.tell(ProtocolWarning(f"drive {node} answered twice, or late: {answer}"))
+                self.notify(ProtocolWarning(f"drive {node} answered twice, or late: {answer}"))
             case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
-                self.tell(ProtocolWarning(str(event)))
+                self.notify(ProtocolWarning(str(event)))
             case Garbled() | Foreign() | Overrun() | Failed():
-                self.tell(ProtocolWarning(str(event)))
+                self.notify(ProtocolWarning(str(event)))
             case LimitStop(node) if not self.drive(node).moving:
-                self.tell(ProtocolWarning(str(event)))
+                self.notify(ProtocolWarning(str(event)))
             case _:
                 pass  # ends of motions and late replies: the position says more
 

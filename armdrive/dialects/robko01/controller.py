@@ -110,12 +110,12 @@ class RobkoController(ScriptRunner[HostEvent]):
             case _:
                 raise Refused(f"a Robko 01 knows no {type(request).__name__}")
 
-    def unasked(self, heard: HostEvent) -> None:
+    def unsolicited(self, event: HostEvent) -> None:
         """Report unexpected frames, except late answers to the pings that feed the watchdog."""
-        if isinstance(heard, Answered):
-            self._exchange.heed(heard)
-        elif not (isinstance(heard, Stray) and isinstance(heard.answer, Pong)):
-            self.io.tell(ProtocolWarning(str(heard)))
+        if isinstance(event, Answered):
+            self._exchange.heed(event)
+        elif not (isinstance(event, Stray) and isinstance(event.answer, Pong)):
+            self.io.notify(ProtocolWarning(str(event)))
 
     def give_up(self) -> None:
         """Give up on the unanswered request."""

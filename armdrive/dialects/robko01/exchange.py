@@ -76,7 +76,7 @@ class MotorPower:
     def lost(self, kind: AlertKind, words: str) -> None:
         """Raise an alert that the motors are off, because of the watchdog or a restart."""
         self.on = False
-        self._io.tell(Alert(kind, words))
+        self._io.notify(Alert(kind, words))
 
 
 class RobkoExchange:
@@ -145,16 +145,16 @@ class RobkoExchange:
     ) -> Generator[float, HostEvent | None, Answer | None]:
         self._host.forget()
         data = self._host.send(message)
-        self._io.say(data, text)
-        heard = yield from self._io.hear(
+        self._io.write(data, text)
+        event = yield from self._io.wait_for(
             self._io.now_s + self._patience_s(len(data)),
             lambda event: isinstance(event, Answered) and event.request is message,
             until_stop=break_at_stop,
         )
-        if not isinstance(heard, Answered):
+        if not isinstance(event, Answered):
             return None
-        self.heed(heard)
-        return heard.answer
+        self.heed(event)
+        return event.answer
 
     def _get_into_step(self) -> Generator[float, HostEvent | None, bool]:
         """Ping until the board answers; the first time, allow for the board's start-up."""
@@ -162,20 +162,20 @@ class RobkoExchange:
         tries = 0
         while tries < TRIES or self._io.now_s < until_s:
             tries += 1
-            self._io.say(FLUSH)
+            self._io.write(FLUSH)
             if (yield from self._once(self._token(), "PING")) is not None:
                 self._met, self._out_of_step = True, False
                 return True
         return False
 
-    def heed(self, heard: Answered) -> None:
+    def heed(self, event: Answered) -> None:
         """Update the watchdog and the positions from any answer."""
-        if isinstance(heard.request, Ping | Inputs | Position):
+        if isinstance(event.request, Ping | Inputs | Position):
             self._power.fed()
-        if isinstance(heard.answer, Positions):
-            self.seen = Motors(heard.answer.axes.positions_steps)
+        if isinstance(event.answer, Positions):
+            self.seen = Motors(event.answer.axes.positions_steps)
             self.seen_s = self._io.now_s
-            self.turning = any(heard.answer.axes.speeds_steps_s)
+            self.turning = any(event.answer.axes.speeds_steps_s)
 
     def look(self, text: str = "") -> Generator[float, HostEvent | None, Motors | None]:
         """Return the motors' positions as reported, wrapped to 16 bits."""

@@ -160,7 +160,7 @@ class RobkoStart:
         """Free axes that hang as "moving" by setting all speeds to 0, which moves nothing."""
         yield from self._exchange.ask(MoveSpeed(STANDSTILL))
         names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
-        self._io.tell(
+        self._io.notify(
             ProtocolWarning(
                 f"freed axes that another program's speed of 0 had left hanging: {names}"
             )
@@ -236,7 +236,7 @@ class RobkoWatch:
                 yield from self._io.pause(due_s)
                 continue
             astray, going_s = 0, asked_s
-            self._io.tell(Progress(Registers(seen)))
+            self._io.notify(Progress(Registers(seen)))
             if self._io.now_s > way.began_s + way.expected_s and seen == last:
                 still = still + 1 if (yield from self._exchange.mask()) == 0 else 0
             if still >= STILL_LOOKS:
@@ -281,7 +281,7 @@ class RobkoWatch:
             seen, mask = (yield from self._exchange.look()), (yield from self._exchange.mask())
             if seen is None or mask is None:
                 return self._io.silence(began_s)
-            self._io.tell(Progress(Registers(seen)))
+            self._io.notify(Progress(Registers(seen)))
             if (
                 mask or self._exchange.turning or seen != last
             ):  # the mask has gaps when an axis runs by speed
@@ -303,7 +303,7 @@ class RobkoWatch:
             return RequestRejected(words)
         yield from self.halt(way)
         words = f"the controller reports {tuple(seen)}, which is not on the way that was sent"
-        self._io.tell(Alert(AlertKind.ASTRAY, words))
+        self._io.notify(Alert(AlertKind.ASTRAY, words))
         return RequestRejected(words)
 
 

@@ -120,9 +120,9 @@ TALK = Describer(RobkoFrames, _heard, _sent, _hexadecimal, SENTENCES)
 # A Robko 01 is recognised by any frame of the SUPER protocol with correct check bytes.
 
 
-def _sign(heard: bytes) -> Identity | None:
+def _sign(received: bytes) -> Identity | None:
     host = Host()
-    host.receive_data(heard)
+    host.receive_data(received)
     host.silence()
     while (event := host.next_event()) is not None:
         if isinstance(event, Stray):

@@ -222,12 +222,12 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             return (yield from self._dump())
         data = self._host.send(command)
         began_s = self.io.now_s
-        self.io.say(data, data.decode("ascii").strip())
+        self.io.write(data, data.decode("ascii").strip())
         motion_s, timeout_s = self._times.motion_s(command)
         answer = LONGEST_REGISTERS if isinstance(command, Read) else len("1\r")
         wire_s = (len(data) + answer) * self._byte_s
         until_s = began_s + timeout_s + wire_s + self._settings.answer_margin_s
-        message = yield from self.io.hear(until_s, lambda event: isinstance(event, Completed))
+        message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Completed))
         if not isinstance(message, Completed):
             self.give_up()
             return self.io.silence(began_s)
@@ -244,7 +244,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         """Read the program in the arm's memory, waiting until no more rows come."""
         dump = Dump(self._host, self._byte_s, self._settings.answer_margin_s)
         began_s = self._heard_s = self.io.now_s
-        self.io.say(dump.data, dump.data.decode("ascii").strip())
+        self.io.write(dump.data, dump.data.decode("ascii").strip())
         yield from dump.wait(began_s, lambda: self.io.now_s, lambda: self._heard_s)
         reply = dump.reply()
         if reply is None:
@@ -255,16 +255,16 @@ class TeachMoverController(ScriptRunner[HostEvent]):
     def _make_contact(self) -> Generator[float, HostEvent | None, None]:
         """Send the first line, and wait for its answer: a `0`, or nothing at all."""
         self._contacted = True
-        self.io.say(FIRST_LINE, "a line that moves no arm")
+        self.io.write(FIRST_LINE, "a line that moves no arm")
         until_s = self.io.now_s + (len(FIRST_LINE) + len("0\r")) * self._byte_s + CONTACT_S
-        message = yield from self.io.hear(until_s, lambda event: isinstance(event, Stray))
+        message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Stray))
         if message is not None:
             yield from self.io.pause(self.io.now_s + 2.0 * self._byte_s)
         self.give_up()
 
-    def unasked(self, message: HostEvent) -> None:
+    def unsolicited(self, message: HostEvent) -> None:
         """Report a line that answers no request."""
-        self.io.tell(ProtocolWarning(str(message)))
+        self.io.notify(ProtocolWarning(str(message)))
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""

@@ -104,10 +104,10 @@ class Waiting(ScriptRunner):
     """A driver that waits a second for the word `ready`."""
 
     def script(self, request):
-        heard = yield from self.io.hear(self.io.now_s + 1.0, lambda word: word == "ready")
+        heard = yield from self.io.wait_for(self.io.now_s + 1.0, lambda word: word == "ready")
         return Registers(Motors((0,)), 0) if heard else self.io.silence(0.0)
 
-    def unasked(self, heard):
+    def unsolicited(self, heard):
         pass
 
     usable_rate_hz = duration_s = stopping = None  # nobody asks for a motion

@@ -223,7 +223,7 @@ def _upload(
     frame: Frame | None = client.upload(place)
     response_id = cob_id(Service.SDO_RESPONSE, node)
     while frame is not None:
-        wire.say(pack(frame))
+        wire.write(pack(frame))
         frames = yield from wire.collect(wait_s, lambda frames: is_for(frames[-1], response_id))
         frame = None
         for each in frames:
@@ -245,7 +245,7 @@ def _is_shared(wire: FrameWire, node: int) -> Script[Frame, bool]:
 
         surplus.clear()
         for _ in range(TRIES):
-            wire.say(pack(SdoClient(node).upload(place)))
+            wire.write(pack(SdoClient(node).upload(place)))
             frames = yield from wire.collect(ANSWER_S, lambda frames: answers(frames[-1]), LINGER_S)
             count = sum(map(answers, frames))
             if not count:

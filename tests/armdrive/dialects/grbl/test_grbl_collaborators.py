@@ -41,7 +41,7 @@ class Parts(ScriptRunner):
     def script(self, request):
         return request
 
-    def unasked(self, heard):
+    def unsolicited(self, heard):
         self.exchange.take(heard)
 
     usable_rate_hz = duration_s = stopping = None  # not called: no test requests a motion

@@ -78,12 +78,12 @@ class TutorController(ScriptRunner[Heard]):
         io = self.io
         began_s = io.now_s
         data = self._host.send(command)
-        io.say(data, data.decode("ascii").strip())
+        io.write(data, data.decode("ascii").strip())
         motion_s = self._motion_s(command)
         wire_s = (len(data) + LONGEST_ANSWER) * self._byte_s
         until_s = began_s + 2.0 * motion_s + wire_s + self._settings.answer_margin_s
-        heard = yield from io.hear(until_s, lambda each: isinstance(each, Answer))
-        match heard:
+        message = yield from io.wait_for(until_s, lambda each: isinstance(each, Answer))
+        match message:
             case Ok():
                 return Done()
             case Positions(steps):
@@ -108,9 +108,9 @@ class TutorController(ScriptRunner[Heard]):
             return 0.0
         return max(map(abs, command.steps)) / command.rate_hz
 
-    def unasked(self, heard: Heard) -> None:
+    def unsolicited(self, message: Heard) -> None:
         """Tell of a line that answers nothing."""
-        self.io.tell(ProtocolWarning(str(heard)))
+        self.io.notify(ProtocolWarning(str(message)))
 
     def give_up(self) -> None:
         """Forget half an answer."""
