@@ -145,14 +145,10 @@ class ArmdroidBoard(Board):
         """The offsets in the order of the board's channels."""
         return by_channel(self.registers)
 
-    @property
-    def kept(self) -> tuple[int, ...]:
-        """The arguments that a stray `D` would execute."""
-        return self._codec.arguments
-
     def details(self) -> dict[str, Json]:
         """Return the speed, its error, and the arguments that a stray `D` would execute."""
-        return {"rpm": self.rpm, "speed_error": self.motor_speed.error, "kept": list(self.kept)}
+        kept: list[Json] = [*self._codec.arguments]
+        return {"rpm": self.rpm, "speed_error": self.motor_speed.error, "kept": kept}
 
     # Actions of a person.
 
@@ -238,7 +234,7 @@ class ArmdroidBoard(Board):
             case _Report() | DriveNone():
                 self._answer(OffsetsReported(self.offsets))
             case ReportArguments():
-                self._answer(ArgumentsReported(self.kept, self._codec.accumulator))
+                self._answer(ArgumentsReported(self._codec.arguments, self._codec.accumulator))
             case Version():
                 self.shared.outgoing += self._codec.send(VersionReported())
             case InterfaceKind():

@@ -83,8 +83,9 @@ class Cia402Node:
             self._serve(frame, now_s)
         elif frame.can_id == NMT:
             self._order(frame, now_s)
-        else:
-            self._hear_beat(frame.can_id - _HEARTBEAT, now_s)
+        elif (watch := self._watched) is not None and frame.can_id == _HEARTBEAT + watch.node:
+            self.silent_s = now_s + watch.silence_ms / 1000
+            self.states.take_back()
 
     def _say(self, frame: Frame | None) -> None:
         self.port.say(b"" if frame is None else pack(frame))
@@ -114,12 +115,6 @@ class Cia402Node:
             self.restart(now_s)
         elif order is NmtCommand.RESET_COMMUNICATION:
             self._renew_talk(self.number, now_s)
-
-    def _hear_beat(self, sender: int, now_s: float) -> None:
-        watch = self._watched
-        if watch is not None and watch.node == sender:
-            self.silent_s = now_s + watch.silence_ms / 1000
-            self.states.take_back()
 
     def _serve(self, frame: Frame, now_s: float) -> None:
         if not self.nmt.takes("sdo"):

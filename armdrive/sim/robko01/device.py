@@ -294,12 +294,7 @@ class SimRobkoBoard(Board):
     @property
     def busy(self) -> bool:
         """Whether a request is unanswered or a motion under way."""
-        return self.unanswered or self.drive.moving
-
-    @property
-    def unanswered(self) -> bool:
-        """Whether a request is being processed."""
-        return self._codec.unanswered is not None
+        return self._codec.unanswered is not None or self.drive.moving
 
     @property
     def registers(self) -> Motors:
@@ -360,7 +355,8 @@ class SimRobkoBoard(Board):
             self._switch(False, now_s)
 
     def _take_up(self, now_s: float) -> None:
-        while not self.unanswered and (event := self._codec.next_event()) is not None:
+        codec = self._codec
+        while codec.unanswered is None and (event := codec.next_event()) is not None:
             if isinstance(event, Ignored):
                 self._ignored += 1
             else:

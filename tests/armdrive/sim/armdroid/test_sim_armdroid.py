@@ -137,7 +137,7 @@ class TestOpening:
         bench.ask("5,6,7,8,9,20D")
         bench.board.opened()
         assert bench.hear() == WELCOME
-        assert bench.board.kept == (0,) * 5
+        assert bench.board.details()["kept"] == [0] * 5
         assert bench.board.offsets == (5, 6, 7, 8, 9, 20)
 
     def test_a_board_in_motion_does_not_see_who_opens_its_port(self, bench):
