@@ -26,8 +26,10 @@ def _double_frames(stage: Stage) -> str:
 
 
 def _overtake(stage: Stage) -> str:
-    side = stage.draw.choice((HOST, DEVICE))
-    return ask(stage, f"overtake 0.2 {side} --for {stage.draw.choice((0.5, 2.0))}")
+    side, for_s = stage.draw.choice((HOST, DEVICE)), stage.draw.choice((0.5, 2.0))
+    if side == HOST:
+        stage.late_orders_until_s = stage.now_s + for_s
+    return ask(stage, f"overtake 0.2 {side} --for {for_s}")
 
 
 def _bus_off(stage: Stage) -> str:

@@ -131,6 +131,8 @@ class Stage:
         """How far from its target a drive may rest; 0 for steppers, which stand on it."""
         near = max(ON_THE_STEP, near)
         self.unheard_until_s = -math.inf
+        self.late_orders_until_s = -math.inf
+        """Until when frames of the host may come a period late."""
         self._finishes = False
         """Whether the last promise was that of a pause."""
         self.untold_until_s: dict[int, float] = {}
@@ -316,7 +318,18 @@ class Stage:
             if self._finishes:
                 time_s += self.unheard_until_s - self.now_s
             distance_mm = max(distance_mm, bound.silent_distance_mm)
+        if self.catches_up:
+            time_s, distance_mm = 2.0 * time_s, 4.0 * distance_mm
         self.watch.promise(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
+
+    @property
+    def catches_up(self) -> bool:
+        """Whether a SYNC may be a period late, so that drives catch up at twice the speed.
+
+        A stop in that period brakes from there, which takes twice the time and four times the way:
+        the exception that docs/controllers/can.md states.
+        """
+        return self.config.connection.dialect == "cia402" and self.now_s < self.late_orders_until_s
 
     @property
     def unheard(self) -> bool:

@@ -183,6 +183,23 @@ def test_a_pause_may_begin_late_what_was_sent_on_a_spoilt_line_and_a_stop_may_no
     assert bound.time_s == pytest.approx(silent_s + bound_s - 0.5, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("dialect", "longer", "farther"), [("cia402", 2.0, 4.0), ("mks", 1.0, 1.0)]
+)
+def test_only_drives_that_a_late_sync_makes_catch_up_may_stop_from_twice_the_speed(
+    dialect, longer, farther
+):
+    stage = a_stage(dialect)
+    stage.late_orders_until_s = stage.now_s + 0.5
+    for _ in range(2):
+        stage.promise("a stop", 0.1, 5.0)
+        stage.sleep(1.0)
+    assert [(each.time_s, each.distance_mm) for each in stage.watch._bounds] == [
+        (pytest.approx(0.1 * longer), pytest.approx(5.0 * farther)),
+        (0.1, 5.0),
+    ]
+
+
 def test_a_joint_is_no_faster_than_its_limit_nor_than_was_asked_for():
     stage = a_stage("mks")
     limit, name = stage.config.model.joint_speeds_rad_s[BASE], "base"
