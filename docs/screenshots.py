@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 from textual.app import App
 from textual.pilot import Pilot
@@ -31,6 +31,7 @@ from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 from kinematics.textbook.study import named_subject
 from tui.desk import Desk
+from tui.program.screen import ProgramScreen
 from tui.theory.model import ModelDesk
 from tui.watch import Watching
 
@@ -176,15 +177,16 @@ async def question() -> str:
         return await of(arm, ("C",))
 
 
-async def waiting(app: Desk, pilot: Pilot[Any]) -> None:
-    """Let a program go on until it waits for a person, and show that."""
-    await pilot.pause()
-    while not app.link.status.paused:
+async def waiting(app: Desk, pilot: Pilot[Any], after: str = "") -> str:
+    """Let a program go on until it waits for a person with something new; return with what."""
+    run = cast("ProgramScreen", app.place).run
+    while run.asks in ("", after):
         app.poll()
         await pilot.pause()
     for _ in range(TURNS):
         app.poll()
         await pilot.pause()
+    return run.asks
 
 
 async def program() -> str:
@@ -199,9 +201,9 @@ async def program() -> str:
                 await pilot.press(key)
                 await settle(pilot)
                 clock.now_s += KEY_S
-            await waiting(app, pilot)
+            first = await waiting(app, pilot)
             await pilot.press("right")  # the first line that moves only references the arm
-            await waiting(app, pilot)
+            await waiting(app, pilot, after=first)
             picture = picture_of(app)
             app.action_stop_arm()
             await settle(pilot)

@@ -67,7 +67,7 @@ def _late_screen(place: str) -> DeskScreen:
 
 def dropped_words(time_s: float) -> str:
     """Say why a key had no effect: a key that is dropped without a word seems broken."""
-    return f"a key was dropped: this program had stood still for {time_s:.1f} s; press again"
+    return f"a key was dropped: this program was suspended for {time_s:.1f} s; press again"
 
 
 def _first_screen(status: Status, left: ArmMemory) -> str:

@@ -230,7 +230,7 @@ def test_an_exit_code_of_a_rehearsed_script_is_its_refusal(homed, write):
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["--resume"], "cannot be taken up"), (["--loops", "3"], "loops of its own")],
+    [(["--resume"], "cannot be resumed"), (["--loops", "3"], "loops of its own")],
 )
 def test_options_that_scripts_do_not_support_are_refused(call, write, words, said):
     assert said in call.refused("run", write("pass\n"), *words, code=2)

@@ -90,7 +90,7 @@ HEARD = [
 
 @pytest.mark.parametrize(("dialect", "data", "words"), HEARD)
 def test_what_a_device_says_is_told_in_words(dialect, data, words):
-    assert describer(dialect).words(data, describer(dialect).heard).startswith(words)
+    assert describer(dialect).words(data, describer(dialect).received).startswith(words)
 
 
 def test_any_message_has_words_of_its_name_and_its_fields():

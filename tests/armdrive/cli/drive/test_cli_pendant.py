@@ -107,7 +107,7 @@ def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch)
 def test_an_unknown_position_is_reported_before_writing(call, rows, monkeypatch):
     text = rows.read_text(encoding="utf-8").replace("move", "origin 1 2 3 4 5 6\nmove")
     rows.write_text(text, encoding="utf-8")
-    assert "Nobody has homed" in call("pendant", "write", str(rows), code=3).out
+    assert "This arm was not homed" in call("pendant", "write", str(rows), code=3).out
     call("home", code=0)
     assert "count from elsewhere" in call.refused(
         "pendant", "write", str(rows), "--yes", "--json", code=3
