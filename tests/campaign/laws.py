@@ -95,10 +95,13 @@ def call(
 
 
 def arrived(stage: Stage, command: Command, aim: Aim, result: object) -> None:
-    """Check that a call that ended well has brought the physical arm where it was asked to."""
+    """Check that a call that ended well has brought the physical arm where it was asked to.
+
+    A program that was suspended during the call has looked that much earlier.
+    """
     watch = stage.watch
     excused = watch.with_coupled(watch.adrift)
-    if not command.verified or stage.now_s <= watch.changed_s + FRESH_S:
+    if not command.verified or stage.now_s - stage.jumped_s <= watch.changed_s + FRESH_S:
         # it had ended by then, perhaps
         excused |= watch.with_coupled(watch.disturbed | watch.sagged)
     if missed := aim.missed(stage.world, result, excused):

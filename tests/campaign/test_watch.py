@@ -114,9 +114,13 @@ def test_a_sag_is_not_a_way_and_leaves_the_bounds_in_force():
     assert any("stop: it moved" in each for each in stage.watch.broken)
 
 
-@pytest.mark.parametrize(("after_s", "excused"), [(0.01, True), (FRESH_S + 0.1, False)])
-def test_an_arm_that_sags_as_its_command_ends_had_arrived(after_s, excused):
+@pytest.mark.parametrize(
+    ("after_s", "suspended_s", "excused"),
+    [(0.01, 0.0, True), (FRESH_S + 0.1, 0.0, False), (FRESH_S + 0.1, 0.2, True)],
+)
+def test_an_arm_that_sags_as_its_command_ends_had_arrived(after_s, suspended_s, excused):
     stage = a_stage("cia402")
+    stage.jumped_s = suspended_s
     commanded(stage, steps())
     assert stage.watch._command is not None
     aim = JointsAim(stage.world.supposed, {})
