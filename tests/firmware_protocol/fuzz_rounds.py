@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import gc
 import random
+import sys
 import tracemalloc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -203,14 +204,17 @@ def grown_bytes(case: FuzzCase, seed: int, frames: int) -> int:
 def _held_bytes() -> int:
     """Return the memory that codecs have allocated and not freed, whatever other threads hold.
 
-    What they keep for reuse is bounded, and does not count.
+    What they keep for reuse is bounded, and does not count; nor do snapshots taken earlier.
     """
-    for each in gc.get_objects():
-        if isinstance(each, _Cache) and each.__module__.startswith("firmware_protocol"):
-            each.cache_clear()
+    for name, module in list(sys.modules.items()):  # the collector does not list frozen objects
+        if name.startswith("firmware_protocol"):
+            for each in vars(module).values():
+                if isinstance(each, _Cache):
+                    each.cache_clear()
     gc.collect()
     own = tracemalloc.Filter(True, "*/firmware_protocol/*", all_frames=True)
-    found = tracemalloc.take_snapshot().filter_traces([own])
+    snapshots = tracemalloc.Filter(False, tracemalloc.__file__, all_frames=True)
+    found = tracemalloc.take_snapshot().filter_traces([own, snapshots])
     return sum(each.size for each in found.traces)
 
 
