@@ -27,9 +27,6 @@ Script: TypeAlias = Generator[float, H | None, T]
 MOST_TURNS = 10_000
 """A script that is resumed more often than this at one moment is broken, and is ended."""
 
-BITS_A_BYTE = 10
-"""A start bit, eight data bits and a stop bit."""
-
 
 class Codec(Protocol[H_co]):
     """The receiving side of a dialect's codec."""

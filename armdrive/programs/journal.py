@@ -7,7 +7,6 @@ one small file for each arm. It survives a power cut, and is deleted when the pr
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import math
 from collections.abc import Iterator, Sequence
@@ -32,6 +31,7 @@ from armdrive.programs.running import Performer, RunPlan, RunStep, joints_of
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
+from armdrive.storage.record import checksum
 from armdrive.text.json_forms import move_from_json, move_to_json
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
@@ -181,7 +181,7 @@ def to_text(entry: JournalEntry) -> str:
     """Return the text of an entry."""
     move = None if entry.move is None else move_to_json(entry.move)
     entries = {"format": FORMAT, **asdict(replace(entry, move=None)), "move": move}
-    return json.dumps({**entries, _CHECK: _check(entries)})
+    return json.dumps({**entries, _CHECK: checksum(entries)})
 
 
 def from_text(text: bytes) -> JournalEntry:
@@ -198,7 +198,7 @@ def from_text(text: bytes) -> JournalEntry:
         raise ValueError("it does not say its format")
     if number != FORMAT:  # asked first: another format may compute its checksum differently
         raise StateFileError(f"has format {number!s:.9}, and this armdrive reads {FORMAT}")
-    if entries.pop(_CHECK, None) != _check(entries):
+    if entries.pop(_CHECK, None) != checksum(entries):
         raise ValueError("its checksum is wrong")
     del entries["format"]
     began, move = entries.pop("began"), entries.pop("move")
@@ -207,11 +207,6 @@ def from_text(text: bytes) -> JournalEntry:
         began=None if began is None else Standing(**began),
         move=None if move is None else cast(ProgramMove, move_from_json(move)),
     )
-
-
-def _check(entries: dict[str, Any]) -> str:
-    plain = json.dumps(entries, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(plain.encode()).hexdigest()
 
 
 def _removed(path: Path) -> None:

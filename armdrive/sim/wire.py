@@ -17,8 +17,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-BITS_A_BYTE = 10
-"""A start bit, eight data bits and a stop bit."""
+from armdrive.status import BITS_A_BYTE
+
 _ROUNDING = 1e-3
 """Tolerance for floating-point rounding, as a share of one byte's time."""
 

@@ -84,7 +84,7 @@ def to_text(record: Record) -> bytes:
     for name in _OPTIONAL:
         if not entries[name]:
             del entries[name]
-    return json.dumps({**entries, _CHECK: _check(entries)}, indent=1).encode() + b"\n"
+    return json.dumps({**entries, _CHECK: checksum(entries)}, indent=1).encode() + b"\n"
 
 
 def from_text(text: bytes) -> Record:
@@ -115,7 +115,7 @@ def _of_our_format(entries: Any) -> dict[str, Any]:
 
 
 def _checked(entries: dict[str, Any]) -> Record:
-    if entries.pop(_CHECK) != _check({"format": FORMAT, **entries}):
+    if entries.pop(_CHECK) != checksum({"format": FORMAT, **entries}):
         raise ValueError("its checksum does not match")
     record = Record(
         arm=_text(entries.pop("arm")),
@@ -137,7 +137,7 @@ def _checked(entries: dict[str, Any]) -> Record:
     return record
 
 
-def _check(entries: Mapping[str, Any]) -> str:
+def checksum(entries: Mapping[str, Any]) -> str:
     """Return a checksum of the entries, independent of their layout in the file."""
     plain = json.dumps(entries, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(plain.encode()).hexdigest()

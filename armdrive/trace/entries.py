@@ -235,3 +235,8 @@ class EntryRing:
             self._opening_bytes += size
         else:
             self.dropped += 1
+
+
+def counts_text(counts: tuple[int, ...]) -> str:
+    """Return motor counts as an entry holds them."""
+    return " ".join(map(str, counts))

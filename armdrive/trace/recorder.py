@@ -31,7 +31,13 @@ from armdrive.tasks import (
 )
 from armdrive.text.json_forms import move_to_json
 from armdrive.trace.calls import Tracer
-from armdrive.trace.entries import EntryCondition, EntryKind, EntryRing, TraceEntry
+from armdrive.trace.entries import (
+    EntryCondition,
+    EntryKind,
+    EntryRing,
+    TraceEntry,
+    counts_text,
+)
 from kinematics.errors import KinematicsError
 
 WRITE_TIMEOUT_S = 10.0  # closing the arm waits this long for a slow disk; the writer then goes on
@@ -274,7 +280,7 @@ _CONDITION: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
 def _request_text(request: Request) -> str:
     """Return a request as text, without the functions and iterators that it carries."""
     if isinstance(request, MoveBy):
-        return f"MoveBy({_counts(request.steps)}; {request.rate_hz:g} steps/s)"
+        return f"MoveBy({counts_text(request.steps)}; {request.rate_hz:g} steps/s)"
     if isinstance(request, MoveAlong):
         return f"MoveAlong({'jogging, ' if request.jog else ''}{request.ahead_s:g} s ahead)"
     return repr(request)
@@ -283,7 +289,7 @@ def _request_text(request: Request) -> str:
 def _event_text(event: Event) -> tuple[EntryKind, str]:
     """Return the kind and the text of a reply or an alert; position counts come first."""
     if isinstance(event, Registers):
-        return EntryKind.REGISTERS, f"{_counts(event.positions)}; {event}"
+        return EntryKind.REGISTERS, f"{counts_text(event.positions)}; {event}"
     if isinstance(event, Alert):
         return EntryKind.ALERT, f"{event.kind.value}: {event.text}"
     if isinstance(event, ProtocolWarning):
@@ -304,7 +310,3 @@ def _argument(value: object) -> str:
 
 def _error_text(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
-
-
-def _counts(counts: tuple[int, ...]) -> str:
-    return " ".join(map(str, counts))

@@ -30,7 +30,7 @@ from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.saved import Json
 from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
-from armdrive.trace.entries import EntryKind, TraceEntry
+from armdrive.trace.entries import EntryKind, TraceEntry, counts_text
 from armdrive.trace.files import Recording
 from armdrive.trace.log import Divergence, describer
 from kinematics.errors import KinematicsError
@@ -334,7 +334,7 @@ class Comparison:
             self.compared += 1
             return
         why = "the motor counts differ" if at_rest else "the simulated device still moves"
-        self._differ(index, entry, why, _words(counts), _words(twin))
+        self._differ(index, entry, why, counts_text(counts), counts_text(twin))
 
     def timed_out(self, index: int, entry: TraceEntry) -> None:
         """Check that the simulated device has been as silent as the arm was."""
@@ -374,10 +374,6 @@ class Comparison:
             self.divergence = Divergence(
                 index, entry.time_s, why, arm, twin, bench.words, bench.view
             )
-
-
-def _words(counts: tuple[int, ...]) -> str:
-    return " ".join(map(str, counts))
 
 
 # The replay itself.

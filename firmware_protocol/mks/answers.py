@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import boolean
 from firmware_protocol.mks.forms import (
     Message,
     Switch,
@@ -13,7 +14,6 @@ from firmware_protocol.mks.forms import (
     one_of,
     signed,
     sized,
-    switch,
     unsigned,
 )
 from firmware_protocol.mks.requests import MOTION_CODES, READ_CODES, SETTING_CODES
@@ -138,7 +138,7 @@ class VersionRead(Message, code=Code.VERSION):
     firmware: bytes
 
     def __post_init__(self) -> None:
-        switch("calibrated", self.calibrated)
+        boolean("calibrated", self.calibrated)
         whole("board", self.board, 0, 0x0F)
         if not isinstance(self.firmware, bytes) or len(self.firmware) not in (2, 3):
             raise BadField("firmware", self.firmware, "two or three bytes")

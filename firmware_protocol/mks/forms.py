@@ -13,6 +13,7 @@ from enum import Enum
 from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_origin, get_type_hints
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import boolean
 from firmware_protocol.mks.values import Ability, Code
 
 Choice = TypeVar("Choice", bound=Enum)
@@ -77,13 +78,6 @@ def one_of(field: str, value: object, choices: type[Choice]) -> Choice:
     return value
 
 
-def switch(field: str, value: object) -> bool:
-    """Return `value` if it is True or False, or raise `BadField`."""
-    if not isinstance(value, bool):
-        raise BadField(field, value, "True or False")
-    return value
-
-
 def sized(payload: bytes, *sizes: int) -> bytes:
     """Return a payload if it has one of these lengths. Raises `RemoteProtocolError`."""
     if len(payload) not in sizes:
@@ -98,7 +92,7 @@ def _read_switch(data: bytes) -> bool:
     return bool(data[0])
 
 
-Switch: TypeAlias = Annotated[bool, Form(1, switch, lambda value: bytes((value,)), _read_switch)]
+Switch: TypeAlias = Annotated[bool, Form(1, boolean, lambda value: bytes((value,)), _read_switch)]
 """An on/off field."""
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import boolean
 from firmware_protocol.mks.forms import (
     Form,
     Message,
@@ -22,7 +23,6 @@ from firmware_protocol.mks.forms import (
     sized,
     unsigned,
 )
-from firmware_protocol.mks.forms import switch as checked_switch
 from firmware_protocol.mks.values import (
     NODE_MAX,
     SPEED_MAX_RPM,
@@ -155,7 +155,7 @@ _Node: TypeAlias = Annotated[int, unsigned(2, 1, NODE_MAX)]
 _Word: TypeAlias = Annotated[int, unsigned(2)]
 _Kept: TypeAlias = Annotated[  # empty if the current is stored
     bool,
-    Form(0, checked_switch, lambda value: b"" if value else b"\0", lambda data: data != b"\0"),
+    Form(0, boolean, lambda value: b"" if value else b"\0", lambda data: data != b"\0"),
 ]
 
 

@@ -18,8 +18,8 @@ from kinematics.chains.links import JointKind
 from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
-from kinematics.frames.orientations import RPY, solve_rpy
-from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of, rotation_of
+from kinematics.frames.orientations import RPY
+from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of
 from kinematics.textbook.study import (
     FRAME_COORDINATES,
     Study,
@@ -30,7 +30,7 @@ from kinematics.textbook.study import (
     subject_of_system,
     table_branches,
 )
-from kinematics.textbook.systems.named import NamedBranch, Quantity, System
+from kinematics.textbook.systems.named import NamedBranch, Quantity, System, frame_coordinates
 
 
 def work_system(
@@ -98,12 +98,6 @@ def _work_numerically(
 
 def _posture(chain: Chain, joints: Sequence[float] | None) -> tuple[float, ...]:
     return example_posture(chain) if joints is None else chain.checked(joints)
-
-
-def frame_coordinates(frame: Transform) -> tuple[float, ...]:
-    """Return x, y, z, phi, theta and psi of a frame."""
-    angles = solve_rpy(rotation_of(frame)).first
-    return *position_of(frame), angles.phi_rad, angles.theta_rad, angles.psi_rad
 
 
 def _frame_of(goal: Sequence[float]) -> Transform:

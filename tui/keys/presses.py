@@ -99,6 +99,9 @@ class StaleInput:
 QUIET_S = 0.3
 """The pause after the second press: a key that is held repeats sooner."""
 
+STEP_QUIET_S = 0.7
+"""A step key counts after this long without one: a key that is held repeats sooner."""
+
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
 

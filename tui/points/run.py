@@ -7,12 +7,9 @@ from typing import Protocol
 
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
-from tui.keys.presses import SinglePress
+from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.points.list import PointList
 from tui.screens import ScreenHost
-
-STEP_QUIET_S = 0.7
-"""A step key counts after this long without one: a key that is held repeats sooner."""
 
 
 class StepCall(Protocol):

@@ -11,6 +11,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmError, BadRequest
 from armdrive.programs.problems import ProgramError, lines_of
 from armdrive.programs.program import ENDING, ArmProgram, Program, read_program
+from armdrive.storage.files import stamp_of
 from armdrive.text.reading import read_text
 from tui.screens import ScreenHost
 
@@ -89,7 +90,7 @@ class ProgramFiles:
     def follow(self) -> None:
         """Have the chosen file read in a thread if it, or the arm's points, have changed."""
         path = self.chosen
-        stamp = None if path is None else (path, _stamp(path), self._desk.arm.points.stamp)
+        stamp = None if path is None else (path, stamp_of(path), self._desk.arm.points.stamp)
         if self._reading or stamp == self._read_as:
             return
         self._read_as = stamp
@@ -110,11 +111,3 @@ class ProgramFiles:
         if checked.path == self.chosen:
             self.checked = checked
         self._desk.show()
-
-
-def _stamp(path: Path) -> tuple[int, int] | None:
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size

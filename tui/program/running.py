@@ -21,14 +21,11 @@ from armdrive.programs.rehearsal import Rehearsal
 from armdrive.programs.run_view import RunView, duration, line_words
 from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunStep
 from kinematics.errors import KinematicsError
-from tui.keys.presses import SinglePress
+from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.program.files import CheckedProgram
 from tui.program.rehearsing import arm_of, plan_of
 from tui.program.text import reason
 from tui.screens import ScreenHost
-
-STEP_QUIET_S = 0.7
-"""A step key counts after this long without one: a key that is held repeats sooner."""
 
 PRINTS_KEPT = 50
 """Lines that a program has printed and that are kept for the screen."""

@@ -40,10 +40,9 @@ from kinematics.textbook.study import (
 )
 from kinematics.textbook.systems import MODEL_NAMES, system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
-from kinematics.textbook.systems.named import NamedBranch, System
+from kinematics.textbook.systems.named import NamedBranch, System, frame_coordinates
 from kinematics.textbook.worked_example import (
     coordinates_text,
-    frame_coordinates,
     frame_text,
     joints_text,
     violation_text,

@@ -17,8 +17,9 @@ from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExc
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE, ScriptIO
+from armdrive.dialects.exchange import ScriptIO
 from armdrive.errors import Refused
+from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     Alert,
     AlertKind,

@@ -35,6 +35,15 @@ class Obstructed(Exception):
 HOST_S = 0.03
 """Delay that an operating system, an adapter and other traffic may add to a frame."""
 
+ANSWER_S = 0.12
+"""Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
+
+LINGER_S = 0.03
+"""A second drive with the same id answers within this time of the first."""
+
+LAST_REPLY_S = 0.2
+"""An answer that is later than this will never come, even on a busy computer."""
+
 
 def absent_words(drives: Sequence[object], number: str) -> str:
     """Return which drives do not answer and what to check; `number` is what identifies them."""

@@ -19,7 +19,6 @@ from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import Answering, GrblExchange, refusal
@@ -28,6 +27,7 @@ from armdrive.dialects.grbl.planner import MotionBounds
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, GrblSettings, idle_key
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
+from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     ClearFault,
     DeviceSettings,

@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from armdrive.dialects.bus.drives import LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
 from armdrive.dialects.mks.stops import restarted_words
 from armdrive.dialects.mks.wire import MksWire, WireScript, obeys_bus
@@ -87,10 +88,6 @@ TELLTALES: tuple[Read, ...] = (ReadEncoder(), ReadRawEncoder(), ReadAngleError()
 """Readings that hardly ever agree in two drives, because encoders tremble."""
 TELLTALE_READS = 3
 """How often each of them is read."""
-LINGER_S = 0.03
-"""A second drive with the same id answers within this time of the first."""
-LAST_REPLY_S = 0.2
-"""An answer that is later than this will never come, even on a busy computer."""
 
 
 def is_shared(wire: MksWire, node: int) -> WireScript[bool]:

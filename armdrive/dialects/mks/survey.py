@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from armdrive.dialects.bus.drives import ANSWER_S
 from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.inquiry import UNKNOWN_FIRMWARE, Firmware, firmware_of, is_shared
@@ -43,9 +44,6 @@ from firmware_protocol.mks import (
     VersionRead,
     abilities_of,
 )
-
-ANSWER_S = 0.12
-"""Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
 
 
 def scripts(ids: Sequence[int]) -> ScriptLoop[Event]:

@@ -15,12 +15,12 @@ from typing import TypeAlias
 from armdrive.abilities import Abilities
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion, RobkoStart, RobkoWatch
 from armdrive.dialects.robko01.settings import SLACK_S, TOLD_BY_S, Pacing, RobkoSettings
 from armdrive.dialects.speed_table import PaceMeter
 from armdrive.errors import Refused
+from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     AlertKind,
     ClearFault,

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from armdrive.abilities import Abilities
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.errors import Refused
+from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     ClearFault,
     DeviceProgram,

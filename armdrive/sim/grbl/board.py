@@ -26,6 +26,7 @@ from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSetting
 from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, BoardOutputs, Switches
 from armdrive.sim.grbl.parser import GcodeParser
 from armdrive.sim.mechanics.planner import SEGMENT_S
+from armdrive.status import BITS_A_BYTE
 from firmware_protocol.grbl import (
     GRBLHAL_ONLY,
     Answer,
@@ -156,7 +157,6 @@ class BoardScript(Generic[T]):
 
 GAP_S = 0.005
 """The minimum time between reports. Several requests within it get one report."""
-BITS_A_BYTE = 10
 _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
 _MPOS, _BUFFERS = 1, 2

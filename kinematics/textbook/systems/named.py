@@ -19,6 +19,7 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.frames.numbers import goal_numbers, numbers
+from kinematics.frames.orientations import solve_rpy
 from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
 from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
@@ -38,6 +39,12 @@ Span = tuple[float, float]
 """Lowest and highest value of a joint, in rad or mm."""
 
 ENDLESS: Span = (-math.inf, math.inf)
+
+
+def frame_coordinates(frame: Transform) -> Values:
+    """Return x, y, z in mm and phi, theta, psi in rad of a frame (sections 8 and 10)."""
+    angles = solve_rpy(rotation_of(frame)).first
+    return *position_of(frame), angles.phi_rad, angles.theta_rad, angles.psi_rad
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,14 +19,13 @@ from kinematics.chains.goals import frame_goal
 from kinematics.chains.links import DHLink
 from kinematics.errors import OutOfReach
 from kinematics.frames.numbers import atan2, cos, sin
-from kinematics.frames.orientations import RPY, solve_rpy
+from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import (
     LAST_ROW,
     Transform,
     compose,
     homogeneous,
     position_of,
-    rotation_of,
     translation,
 )
 from kinematics.textbook.systems.named import (
@@ -37,6 +36,7 @@ from kinematics.textbook.systems.named import (
     Solved,
     System,
     Values,
+    frame_coordinates,
     steps,
 )
 from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
@@ -102,9 +102,7 @@ def _frame_of(goal: Sequence[float]) -> Transform:
 
 
 def _coordinates_of(_one: System, frame: Transform) -> Values:
-    """Return x, y, z in mm and phi, theta, psi in rad."""
-    angles = solve_rpy(rotation_of(frame)).first
-    return *position_of(frame), angles.phi_rad, angles.theta_rad, angles.psi_rad
+    return frame_coordinates(frame)
 
 
 def _formulas(one: System, goal: Values, side: float, bend: float, flip: float) -> Solved:

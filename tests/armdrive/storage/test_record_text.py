@@ -92,7 +92,7 @@ def test_any_value_in_any_place_is_a_typed_refusal_or_a_record(key, value):
     entries = json.loads(to_text(RECORD)) | {key: value}
     if key != "check":
         del entries["check"]
-        entries["check"] = record_text._check(entries)
+        entries["check"] = record_text.checksum(entries)
     try:
         record = from_text(json.dumps(entries).encode())
     except StateFileError:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.ledger import SurplusAnswers
 from armdrive.dialects.bus.tools import (
     Answers,
@@ -66,14 +67,8 @@ from firmware_protocol.canopen.sdo_client import Aborted, GarbledResponse, SdoCl
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
-ANSWER_S = 0.12
-"""Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
-LINGER_S = 0.03
-"""A second node with the same number answers within this time of the first."""
 ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
-LAST_REPLY_S = 0.2
-"""An answer that is later than this will never come."""
 PAUSE_S = 0.005
 ROUNDS, TRIES = 2, 3
 LONGEST = 256

@@ -11,8 +11,8 @@ from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
-from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.errors import Refused
+from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     ClearFault,
     DeviceSettings,
