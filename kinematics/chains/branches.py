@@ -15,7 +15,7 @@ from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, X, Z
+from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, X, Z, functions_of
 from kinematics.chains.layout import Layout
 from kinematics.chains.placing import PLACING, Placed, carried, first_by_height, height_of, triangle
 from kinematics.chains.structure import Family, FirstThree, Structure
@@ -90,9 +90,8 @@ def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = Fals
         "return found",
     ]
     source = "def branches(goal, free):\n" + "\n".join(f"    {line}" for line in body)
-    made: dict[str, object] = dict(CALLED)
-    exec(compile(source, "<generated inverse kinematics>", "exec"), made)  # noqa: S102 - our own
-    return BranchCode(made["branches"], source)  # type: ignore[arg-type]
+    made = functions_of(source, CALLED, "inverse kinematics")
+    return BranchCode(made["branches"], source)
 
 
 # The joints beyond the third, whose axes meet: they turn the hand.

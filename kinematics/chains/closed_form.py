@@ -15,6 +15,7 @@ from functools import lru_cache
 
 from kinematics.chains.branches import BranchFinder, Posture, branch_code
 from kinematics.chains.chain import Chain
+from kinematics.chains.code_lines import functions_of
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
@@ -75,9 +76,8 @@ def fit_code(limits: Sequence[tuple[float, float]]) -> Fit:
     names = [", ".join(f"{letter}{index}" for index in range(len(limits))) for letter in "qn"]
     body = [f"{names[0]} = angles", f"{names[1]} = near", *lines, f"return {names[0]}"]
     source = "def fit(angles, near):\n" + "\n".join(f"    {line}" for line in body)
-    made: dict[str, object] = {"fitted": fitted, "inf": math.inf}
-    exec(compile(source, "<generated limits>", "exec"), made)  # noqa: S102 - our own source
-    return made["fit"]  # type: ignore[return-value]
+    found: Fit = functions_of(source, {"fitted": fitted, "inf": math.inf}, "limits")["fit"]
+    return found
 
 
 @dataclass(frozen=True, slots=True)

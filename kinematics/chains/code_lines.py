@@ -9,9 +9,9 @@ source.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Term(NamedTuple):
@@ -46,6 +46,16 @@ class Line(NamedTuple):
     source: str
     needs: tuple[str, ...]
     name: str = ""
+
+
+def functions_of(source: str, called: Mapping[str, object], what: str) -> dict[str, Any]:
+    """Return the functions that our own source defines; `what` names it in tracebacks.
+
+    `called` are the names that the source uses.
+    """
+    made = dict(called)
+    exec(compile(source, f"<generated {what}>", "exec"), made)  # noqa: S102 - our own source
+    return made
 
 
 @dataclass(slots=True)

@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from math import sqrt
 
+from kinematics.chains.code_lines import functions_of
+
 Rows = Sequence[Sequence[float]]
 
 StepFinder = Callable[[Rows, Sequence[float], float], tuple[float, ...]]
@@ -20,9 +22,8 @@ StepFinder = Callable[[Rows, Sequence[float], float], tuple[float, ...]]
 @lru_cache(maxsize=16)
 def damped_step(rows: int, columns: int) -> StepFinder:
     """Return the function for a Jacobian of this size."""
-    made: dict[str, object] = {"sqrt": sqrt}
-    exec(compile(_source(rows, columns), "<generated steps>", "exec"), made)  # noqa: S102 - our own
-    return made["step"]  # type: ignore[return-value]
+    found: StepFinder = functions_of(_source(rows, columns), {"sqrt": sqrt}, "steps")["step"]
+    return found
 
 
 def _source(rows: int, columns: int) -> str:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, text
+from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, functions_of, text
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import cos_sin, is_own_kind
@@ -56,14 +56,8 @@ def generated(chain: Chain) -> Generated:
             _function("fk_and_jacobian", chain, walk.lines, [frame, jacobian]),
         )
     )
-    made: dict[str, Callable[..., object]] = {"sin": math.sin, "cos": math.cos}
-    exec(compile(source, "<generated kinematics>", "exec"), made)  # noqa: S102 - our own source
-    return Generated(
-        made["fk"],  # type: ignore[arg-type]
-        made["jacobian"],  # type: ignore[arg-type]
-        made["fk_and_jacobian"],  # type: ignore[arg-type]
-        source,
-    )
+    made = functions_of(source, {"sin": math.sin, "cos": math.cos}, "kinematics")
+    return Generated(made["fk"], made["jacobian"], made["fk_and_jacobian"], source)
 
 
 @dataclass(slots=True)

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.code_lines import functions_of
 from kinematics.chains.generated import generated
 from kinematics.chains.reach import Spread, spans_of, spread_over
 from kinematics.errors import KinematicsError
@@ -84,8 +85,8 @@ def _tips(chain: Chain, blocks: Iterator[Array], count: int) -> Array:
 @lru_cache(maxsize=8)
 def _forward(chain: Chain) -> Callable[[Array], Sequence[Sequence[Array]]]:
     """Return the generated function with numpy's sine and cosine in the place of `math`'s."""
-    made: dict[str, Any] = {"sin": np.sin, "cos": np.cos}
-    exec(compile(generated(chain).source, "<generated kinematics>", "exec"), made)  # noqa: S102 - our own source
+    called = {"sin": np.sin, "cos": np.cos}
+    made = functions_of(generated(chain).source, called, "kinematics of many")
     forward: Callable[[Array], Sequence[Sequence[Array]]] = made["fk"]
     return forward
 

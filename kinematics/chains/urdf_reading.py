@@ -80,9 +80,8 @@ def read_urdf(text: str, *, base: str = "", tip: str = "") -> UrdfArm:
 
     `base` and `tip` name links. The default base is the link that no joint moves. The default tip
     is a link named as in `TIP_NAMES`, else the link where moving joints branch, as at a gripper,
-    else the last link. Raises
-    `KinematicsError` for a document that describes no such chain, and for one that is too large or
-    nested too deeply, or declares entities.
+    else the last link. Raises `KinematicsError` for a document that describes no such chain, and
+    for one that is too large or nested too deeply, or declares entities.
     """
     robot = _tree(text)
     if robot.tag != "robot":
