@@ -101,10 +101,6 @@ class Cia402Bus:
         """Return a SYNC: every drive acts on its command and reports."""
         return pack(canopen.Sync().frame)
 
-    def order(self, order: canopen.Nmt) -> bytes:
-        """Return a network management order."""
-        return pack(order.frame)
-
     def upload(self, node: int, place: canopen.Place) -> bytes:
         """Begin to read an object."""
         return pack(self._clients[node].upload(place))

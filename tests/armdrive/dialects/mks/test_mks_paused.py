@@ -7,7 +7,7 @@ from test_mks_arm import ready
 
 from armdrive.status import State, Trust
 
-PAUSED_S = 300.0
+PAUSED_S = 60.0
 
 
 def paused_in_a_hold_up(for_s):
