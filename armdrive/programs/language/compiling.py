@@ -83,6 +83,10 @@ class CompiledCode:
     points: Mapping[str, SourceMark]
 
 
+NO_CODE = CompiledCode((), {}, {})
+"""The instructions of a program that has not been checked yet."""
+
+
 def compiled(tree: Tree, names: ProgramNames) -> CompiledCode:
     """Return the instructions of a tree that has been checked, and whose names are known."""
     return _Compiler(tree, names).whole()
