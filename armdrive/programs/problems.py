@@ -60,6 +60,12 @@ def lines_of(text: str) -> list[str]:
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
+def mark_of(error: BaseException, otherwise: SourceMark | None) -> SourceMark | None:
+    """Return the place of an error; `otherwise` if the error does not say it."""
+    mark = error.mark if isinstance(error, ProgramError) else None
+    return mark or otherwise
+
+
 SourceLines: TypeAlias = Mapping[tuple[str, int], str]
 """The lines of programs, by their file and number."""
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.errors import BadRequest
+from armdrive.programs.acts import RunStep
 from armdrive.programs.language.compiling import NO_CODE
 from armdrive.programs.language.grammar import LineMistake, ProgramReader, read_values
 from armdrive.programs.language.syntax import (
@@ -48,7 +49,6 @@ from armdrive.programs.running import (
     ProgramRun,
     RunPerson,
     RunPlan,
-    RunStep,
 )
 from armdrive.storage.files import DISK, replace_durably
 
@@ -135,9 +135,7 @@ class Session:
             raise BadRequest(f"{name} has no subprograms, points or values to take")
         tree, lines = Tree(body), {**self.context.lines, **program.lines}
         known = replace(self.context, defines=_needed(tree, self.context))
-        return PromptEntry(
-            checked_program(replace(program, tree=tree, context=known, lines=lines))
-        )
+        return PromptEntry(checked_program(replace(program, tree=tree, context=known, lines=lines)))
 
     def _finished(self) -> PromptEntry | None:
         """Return the entry of the lines typed; None if there is nothing in them."""
@@ -176,7 +174,7 @@ class Session:
         return low == HERE or (known and low not in RESERVED)
 
     def _like_values(self, line: str) -> bool:
-        """Return whether an unreadable line is meant to be values, such as `2 * (3` or `width +`."""
+        """Return whether an unreadable line is meant to be values, such as `width +`."""
         first = NAME.match(line.lstrip())
         return first is None or self._has_value(first[0]) or first[0].lower() in FUNCTIONS
 

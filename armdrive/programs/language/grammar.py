@@ -1,8 +1,8 @@
 """The grammar of programs, the parser made from it, and the sentences about mistakes.
 
-One grammar describes a whole program. The parser is fed line by line, so one mistake hides no other:
-a line that does not fit is left out, and the parser goes on where it was before that line. A prompt
-feeds the same parser with the lines as they are typed.
+One grammar describes a whole program. The parser is fed line by line, so one mistake hides no
+other: a line that does not fit is left out, and the parser goes on where it was before that line. A
+prompt feeds the same parser with the lines as they are typed.
 """
 
 from __future__ import annotations
@@ -435,10 +435,10 @@ def _noted(line: Statement, note: str) -> Statement:
     match line:
         case If(branches=(branch, *_)):  # `if ... then goto ...`
             return replace(line, branches=(replace(branch, note=note),))
-        case Remark():
-            return line
-        case _:
+        case Do() | Assign() | Call() | Label() | Goto():
             return replace(line, note=note)
+        case _:
+            return line
 
 
 # Reading line by line.
@@ -541,7 +541,7 @@ class ProgramReader:
                 if token.type in _OPENING and before == DEEPEST_BLOCK:
                     raise self._mistake(number, 1, f"at most {DEEPEST_BLOCK} blocks are nested")
         except UnexpectedInput as error:
-            accepted = self._parser.accepts()
+            accepted = self._parser.accepts()  # type: ignore[no-untyped-call] # lark's
             column, text = mistake(error, line, accepted, statement=end == "BREAK")
             if not first:
                 self._back_to(depth)
@@ -576,7 +576,7 @@ class ProgramReader:
             text = f"a line has at most {LONGEST_LINE} characters"
             raise self._mistake(number, LONGEST_LINE + 1, text)
         lexer = _shared().lark.parse_interactive(line, start="program").lexer_thread
-        for token in lexer.lex(self._state):
+        for token in lexer.lex(self._state):  # type: ignore[no-untyped-call] # lark's
             token.line = number
             yield token
         yield Token(end, "", line=number, column=1)
