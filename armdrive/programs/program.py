@@ -35,8 +35,7 @@ from armdrive.programs.interpreter import (
     MachineState,
     by_name,
 )
-from armdrive.programs.language.checking import checked
-from armdrive.programs.language.compiling import NO_CODE, STOP, CompiledCode, Instruction
+from armdrive.programs.language.compiling import NO_CODE, STOP, CompiledCode, Instruction, checked
 from armdrive.programs.language.grammar import read_tree
 from armdrive.programs.language.syntax import Define, JointsOf, Tree, within
 from armdrive.programs.language.values import (
@@ -410,7 +409,7 @@ def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Progr
     own = tuple(line for line in body if isinstance(line, Define))
     rest = tuple(line for line in body if not isinstance(line, Define))
     code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
-    if code is None or problems or wrong:
+    if problems or wrong:
         raise program.error([*problems, *wrong])
     return replace(program, code=code)
 
