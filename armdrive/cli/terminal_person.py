@@ -7,8 +7,7 @@ import sys
 
 from armdrive.arm import Arm
 from armdrive.cli.options import typed_number
-from armdrive.cli.presenter import say
-from armdrive.cli.screens import agreed, typed
+from armdrive.cli.presenter import agreed, say, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS

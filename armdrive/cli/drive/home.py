@@ -11,9 +11,7 @@ from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.options import typed_number
-from armdrive.cli.presenter import Result, as_json, say, tell
-from armdrive.cli.reporter import TerminalReporter
-from armdrive.cli.screens import agreed
+from armdrive.cli.presenter import Result, TerminalReporter, agreed, as_json, say, tell
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view

@@ -9,8 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType, ModuleType
 
-from armdrive.cli.presenter import Result, as_json, put_error, say, tell
-from armdrive.cli.screens import agreed
+from armdrive.cli.presenter import Result, agreed, as_json, put_error, say, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced

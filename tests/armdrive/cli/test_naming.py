@@ -6,7 +6,7 @@ from argparse import Namespace
 
 import pytest
 
-from armdrive.cli.remedies import with_arm
+from armdrive.cli.presenter import with_arm
 
 
 @pytest.mark.parametrize(
