@@ -5,8 +5,7 @@ Each motor turns alone, slowly, a few degrees at most. Nothing moves before the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from armdrive.arm import Arm
 from armdrive.dialog.conversation import Look, Talk, agreed, say
@@ -67,7 +66,7 @@ def _try(arm: Arm, check: DirectionCheck) -> Talk[None]:
     _turn(arm, check)
     word, roll = yield from ask_way(trial)
     if word != AGAIN:
-        check.answer(word, roll)
+        check.note(trial.seen(word, roll))
 
 
 def _turn(arm: Arm, check: DirectionCheck) -> None:
@@ -88,20 +87,3 @@ def _make_ready(arm: Arm) -> None:
     """Switch the motors on if they are off. Moves nothing."""
     if arm.status.state is State.DISABLED:
         arm.enable()
-
-
-def lines_for(table: Mapping[str, Any], signs: Signs) -> list[str]:
-    """Return the lines of the arm file that reverse the directions found."""
-    if "motors" in table:
-        lines = [
-            f"[[motors]] {name}: reverse the signs of sees and follows" for name in signs.motors
-        ]
-        lines += [f"[[motors]]: reverse the sign of {each} in every sees" for each in signs.joints]
-        return lines or ["every direction is right as it is"]
-    lines = []
-    for section, names in (("motor_signs", signs.motors), ("joint_signs", signs.joints)):
-        known = dict(table.get(section, {}))
-        turned = known | {name: -known.get(name, 1) for name in names}
-        if names:
-            lines += [f"[{section}]", *(f'"{name}" = {sign}' for name, sign in turned.items())]
-    return lines or ["every direction is right as it is"]

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import tomllib
+from dataclasses import replace
 
 import pytest
 from cli_calls import write_arm_file
 
+from armdrive import Arm
+from armdrive.cli.set_up import config_new
+from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.arm_files import load_arm
+from armdrive.registry.simulate import simulate
 from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 
@@ -150,8 +156,6 @@ def test_directions_are_found_on_a_twin_whose_motors_are_reversed(call, typing, 
     of_preset = twins.ArmBody.of_preset
 
     def body(model):
-        from dataclasses import replace
-
         return replace(of_preset(model), transmission=truth)
 
     monkeypatch.setattr(twins.ArmBody, "of_preset", body)
@@ -164,6 +168,35 @@ def test_directions_are_found_on_a_twin_whose_motors_are_reversed(call, typing, 
         "gripper": -1,
         "elbow": -1,
     }
+
+
+def test_a_reversed_motor_is_shown_as_a_change_and_written_only_for_a_real_arm(
+    call, typing, monkeypatch
+):
+    path, find = write_arm_file("bench", PLAIN), config_new._found_signs
+
+    @contextlib.contextmanager
+    def connected(config, **_):
+        truth = config.model.transmission.with_signs((1, 1, -1, 1, 1, 1))
+        twin = simulate(replace(config, model=replace(config.model, transmission=truth)))
+        with Arm(connect_simulated(config, twin=twin)) as arm:
+            yield arm
+
+    def found_on_a_real_arm(arm, *, alone):
+        signs = find(arm, alone=alone)
+        arm.simulated = False
+        return signs
+
+    monkeypatch.setattr(config_new, "_connected", connected)
+    found = call("config", "signs", "bench", "--sim", "--json", code=0).json
+    assert found["reversed_motors"] == ["elbow"]
+    assert any(line.startswith("+elbow = -1") for line in found["lines"])
+    assert path.read_text(encoding="utf-8") == PLAIN
+    monkeypatch.setattr(config_new, "_found_signs", found_on_a_real_arm)
+    motors = ["", ""] * 4 + ["", "", ""] * 2
+    typing("yes", *motors, "yes")
+    assert f"written: {path}" in call("config", "signs", "bench", code=0).out
+    assert tomllib.loads(path.read_text(encoding="utf-8"))["motor_signs"] == {"elbow": -1}
 
 
 def test_the_directions_of_a_file_are_looked_at_later(call):
