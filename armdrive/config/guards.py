@@ -59,7 +59,7 @@ FOREARM_SHARES = (("shoulder", 1.0), ("elbow", 1.0))
 def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
     """Return the known guards of an arm with the file's corrections."""
     before = table.problems.count
-    given = table.section(GuardSettings, others=(FOREARM, *ARRAYS)) or GuardSettings()
+    given = table.section(GuardSettings, elsewhere=(FOREARM, *ARRAYS)) or GuardSettings()
     changed: dict[str, Any] = {
         each.name: value
         for each in fields(given)

@@ -204,15 +204,15 @@ class TomlTable:
         return {name: value for name, value in found.items() if value is not None}
 
     def section(
-        self, kind: type[S], own: Mapping[str, Any] | None = None, others: Iterable[str] = ()
+        self, kind: type[S], own: Mapping[str, Any] | None = None, elsewhere: Iterable[str] = ()
     ) -> S | None:
         """Read this table as a section; return None if its problems leave none.
 
-        `own` are values in the place of the section's defaults, `others` keys that are read
-        elsewhere.
+        `own` are values in the place of the section's defaults. The keys `elsewhere` are known
+        too, and are read by the caller.
         """
         keys, needed = _keys_of(typing.cast(typing.Hashable, kind))
-        self.allow([*keys, *others])
+        self.allow([*keys, *elsewhere])
         given = {
             name: self.value(name, read, None)
             for name, read in keys.items()

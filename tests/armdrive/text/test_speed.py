@@ -3,7 +3,7 @@
 import pytest
 
 from armdrive.errors import BadRequest
-from armdrive.text.speed import parse_speed
+from armdrive.text.numbers import parse_speed
 
 
 @pytest.mark.parametrize(

@@ -240,7 +240,7 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
         ("drop 0.1 --from nobody", "not from 'nobody'"),
         ("drop 0.1 --side host", "there is no --side"),
         ("drop 0.1 --seed", "--seed needs a value"),
-        ("drop 0.1 --seed one", "no whole number"),
+        ("drop 0.1 --seed one", "not a whole number"),
         ("drop 0.1 @-1", "0 or more"),
         ("drop 0.1 @nan", "0 or more"),
         ("drop 0.1 @soon", "no number"),
