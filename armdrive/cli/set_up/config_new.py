@@ -26,22 +26,22 @@ from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm
+from armdrive.setup.arm_checks import (
+    SawSwitch,
+    all_work,
+    check_switches,
+    find_signs,
+    limit_remarks,
+    make_ready,
+    record,
+    switches_of,
+)
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.dialog_runner import DialogPerson, converse
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import FileProposal, checked, propose, write
 from armdrive.setup.interview import Interview, surroundings
-from armdrive.setup.limits import (
-    SawSwitch,
-    all_work,
-    check_switches,
-    limit_remarks,
-    make_ready,
-    record,
-    switches_of,
-)
-from armdrive.setup.signs import find_signs
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
 from armdrive.text.reading import read_toml

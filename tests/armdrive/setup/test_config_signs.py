@@ -17,7 +17,8 @@ from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
-from armdrive.setup import signs as finding_signs
+from armdrive.setup import arm_checks as finding_signs
+from armdrive.setup.arm_checks import find_signs
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.dialog_runner import converse
 from armdrive.setup.directions import (
@@ -31,7 +32,6 @@ from armdrive.setup.directions import (
 )
 from armdrive.setup.draft import Surroundings
 from armdrive.setup.interview import Interview
-from armdrive.setup.signs import find_signs
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
