@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 import tomllib
 from dataclasses import replace
 
 import pytest
-from cli_calls import write_arm_file
+from cli_calls import Caller, write_arm_file
+from pages import page
 
 from armdrive import Arm
 from armdrive.cli.set_up import config_new
+from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
+from armdrive.setup.questions import ROWS
+from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
 from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 
@@ -205,3 +210,33 @@ def test_the_directions_of_a_file_are_looked_at_later(call):
     found = call("config", "signs", "bench", "--sim", "--json", code=0).json
     assert found["reversed_motors"] == found["unclear"] == []
     assert "you have to watch" in call.refused("config", "signs", "bench", "--yes", code=3)
+
+
+# The page about arm files names every action, template and answer.
+
+PAGE = page("describing-the-arm")
+
+
+def test_every_action_template_and_length_is_on_the_page():
+    for action in CONFIG_ACTIONS:
+        assert f"armdrive config {action}" in PAGE
+    for template in TEMPLATES:
+        assert f"| `{template}` |" in PAGE
+    for length in PRINTED_SIX.lengths:
+        assert f"| `{length.key}` |" in PAGE
+
+
+def test_every_answer_is_on_the_page():
+    for row in ROWS:
+        stem = row.key.replace(".{one}", ".")
+        assert re.search(rf"(?m)(^|`|\[){re.escape(stem.rstrip('.'))}", PAGE), row.key
+
+
+def test_the_answers_of_the_page_make_an_arm(capsys, tmp_path):
+    shown = next(b for b in re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL) if "lab3" in b)
+    answers = tmp_path / "answers.toml"
+    answers.write_text(shown, encoding="utf-8")
+    Caller(capsys)("config", "new", "--answers", str(answers), code=0)
+    path = places.arm_files() / "lab3.toml"
+    assert load_arm(path).park.x_mm == 200
+    assert tomllib.loads(path.read_text())["motor_signs"] == {"elbow": -1}
