@@ -401,7 +401,7 @@ def test_an_invalid_block_is_refused_with_the_right_form(words):
 
 def test_the_command_says_what_is_wrong_with_a_block(call, write):
     refused = call("run", write("home\n"), "--put", "A,one,2", code=2)
-    assert "'one' is no number" in refused.err
+    assert "'one' is not a number" in refused.err
     assert "NAME,X,Y[,WIDTH[,HEIGHT]]" in refused.err
 
 
