@@ -50,7 +50,7 @@ class Bench:
     def __init__(self, values=MACHINE, *, baud=BAUD, config=None, saved=None, **options):
         config = config or config_of()
         self.device = simulate_device(config, saved, settings=options)
-        self.board = self.device.board.grbl
+        self.board = self.device.board
         self.board.settings.values.update(values)
         self.board.drive.rack.limits = self.board.settings.limits()
         if not saved:
