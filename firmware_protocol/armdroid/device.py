@@ -31,7 +31,7 @@ from firmware_protocol.armdroid.messages import (
     Welcome,
     ZeroOffsets,
 )
-from firmware_protocol.armdroid.wire import encode_answer
+from firmware_protocol.armdroid.messages import encode_answer
 from firmware_protocol.errors import LocalProtocolError
 
 # The sketch's character machine: an accumulator, an argument index and the arguments it keeps.

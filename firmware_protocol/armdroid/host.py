@@ -26,7 +26,7 @@ from firmware_protocol.armdroid.messages import (
     Welcome,
     ZeroOffsets,
 )
-from firmware_protocol.armdroid.wire import END, decode_answer, encode_command
+from firmware_protocol.armdroid.messages import END, decode_answer, encode_command
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.lines import AnswerLines, Dropped
 

@@ -1,12 +1,12 @@
 """CANopen (CiA 301) and its drive profile (CiA 402), for the master and for drives."""
 
-from firmware_protocol.canopen.cob import (
+from firmware_protocol.canopen.services import (
     NODE_MAX,
     Service,
     cob_id,
     service_of,
 )
-from firmware_protocol.canopen.drive_device import (
+from firmware_protocol.canopen.set_points import (
     DriveDevice,
     SetPoint,
     SetPoints,
@@ -29,16 +29,16 @@ from firmware_protocol.canopen.drives import (
     transition,
     way,
 )
-from firmware_protocol.canopen.eds import (
+from firmware_protocol.canopen.objects import (
     read_eds,
 )
-from firmware_protocol.canopen.emcy import (
+from firmware_protocol.canopen.services import (
     ERROR_WORDS,
     Emergency,
     ErrorRegister,
     error_words,
 )
-from firmware_protocol.canopen.nmt import (
+from firmware_protocol.canopen.services import (
     ALL_NODES,
     SPEAKS,
     Heartbeat,
@@ -122,7 +122,7 @@ from firmware_protocol.canopen.sdo import (
     AbortCode,
     abort_words,
 )
-from firmware_protocol.canopen.sdo_client import (
+from firmware_protocol.canopen.sdo import (
     Aborted,
     Downloaded,
     GarbledResponse,
@@ -141,7 +141,7 @@ from firmware_protocol.canopen.sdo_server import (
     SdoServerEvent,
     WriteAsked,
 )
-from firmware_protocol.canopen.set_point_host import (
+from firmware_protocol.canopen.set_points import (
     Disabled,
     FollowingError,
     Phase,
@@ -151,7 +151,7 @@ from firmware_protocol.canopen.set_point_host import (
     Stood,
     Taken,
 )
-from firmware_protocol.waiting import (
+from firmware_protocol.events import (
     Overrun,
 )
 

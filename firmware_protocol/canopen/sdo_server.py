@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from firmware_protocol.canopen.cob import Service, checked_node, cob_id, is_for
+from firmware_protocol.canopen.services import Service, checked_node, cob_id, is_for
 from firmware_protocol.canopen.objects import Dictionary, ObjectEntry, Place, Value
 from firmware_protocol.canopen.sdo import (
     EVENTS_MAX,
@@ -37,7 +37,7 @@ from firmware_protocol.canopen.sdo import (
 )
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.frames import Frame
-from firmware_protocol.waiting import Overrun, Waiting
+from firmware_protocol.events import Overrun, Waiting
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,9 +34,9 @@ from firmware_protocol.grbl.commands import (
 )
 from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
 from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
-from firmware_protocol.grbl.realtime import Realtime, is_picked_out, realtime_of
-from firmware_protocol.grbl.reports import Answer, encode_answer
-from firmware_protocol.grbl.words import take_number
+from firmware_protocol.grbl.commands import Realtime, is_picked_out, realtime_of
+from firmware_protocol.grbl.answers import Answer, encode_answer
+from firmware_protocol.grbl.dialect import take_number
 
 # Splits bytes into lines as GRBL's main loop does: without spaces and comments, in upper case.
 #

@@ -23,8 +23,8 @@ from firmware_protocol.grbl.answers import Alarm, Banner, Bracketed, Error, Ok, 
 from firmware_protocol.grbl.codes import alarm_code, error_code
 from firmware_protocol.grbl.commands import Command, check_command, writes_eeprom
 from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
-from firmware_protocol.grbl.realtime import Realtime
-from firmware_protocol.grbl.reports import (
+from firmware_protocol.grbl.commands import Realtime
+from firmware_protocol.grbl.answers import (
     PADDING,
     Answer,
     Info,
@@ -32,7 +32,7 @@ from firmware_protocol.grbl.reports import (
     WordedError,
     decode_answer,
 )
-from firmware_protocol.grbl.status import StatusReport
+from firmware_protocol.grbl.answers import StatusReport
 from firmware_protocol.lines import AnswerLines, Dropped
 
 # The host's events.

@@ -28,7 +28,7 @@ from firmware_protocol.mks.host import (
     EVENTS_MAX,
     Host,
 )
-from firmware_protocol.mks.replies import (
+from firmware_protocol.mks.host import (
     Answered,
     Done,
     Event,
@@ -132,13 +132,13 @@ from firmware_protocol.mks.values import (
     slope_of,
     true_rpm,
 )
-from firmware_protocol.mks.wire import (
+from firmware_protocol.mks.answers import (
     as_setting,
     decode_answer,
     decode_request,
     encode,
 )
-from firmware_protocol.waiting import (
+from firmware_protocol.events import (
     Overrun,
 )
 

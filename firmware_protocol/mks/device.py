@@ -36,8 +36,8 @@ from firmware_protocol.mks.values import (
     Version,
     abilities_of,
 )
-from firmware_protocol.mks.wire import decode_request, encode
-from firmware_protocol.waiting import Overrun, Waiting
+from firmware_protocol.mks.answers import decode_request, encode
+from firmware_protocol.events import Overrun, Waiting
 
 WAITING_MAX = 256
 """Most queued frames; the newest are kept."""

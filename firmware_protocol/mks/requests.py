@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import boolean
-from firmware_protocol.mks.forms import (
+from firmware_protocol.mks.values import (
     Form,
     Message,
     Switch,

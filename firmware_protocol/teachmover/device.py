@@ -30,7 +30,7 @@ from firmware_protocol.teachmover.messages import (
     Status,
     attention_character,
 )
-from firmware_protocol.teachmover.wire import CR, NOISE, decode_command, encode_reply
+from firmware_protocol.teachmover.messages import CR, NOISE, decode_command, encode_reply
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from firmware_protocol.teachmover.messages import (
     Status,
     attention_character,
 )
-from firmware_protocol.teachmover.wire import CR, NOISE, decode_reply, encode_command
+from firmware_protocol.teachmover.messages import CR, NOISE, decode_reply, encode_command
 
 MAX_ROWS = 64
 """The most rows in a dump: they fill the arm's 1 KB of memory."""

@@ -1,4 +1,4 @@
-"""A bounded event queue that keeps the newest events."""
+"""Events that several codecs share: unreadable input, and a bounded queue of events."""
 
 from __future__ import annotations
 
@@ -6,7 +6,25 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from firmware_protocol.frames import Frame
+
 _Event = TypeVar("_Event")
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """Bytes that are no message, or not one that belongs here, and the reason."""
+
+    data: bytes
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class UnreadableFrame:
+    """A CAN frame that is no message, or not one that belongs here, and the reason."""
+
+    frame: Frame
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,8 +34,11 @@ class Overrun:
     count: int
 
 
-class Waiting(Generic[_Event]):
-    """A queue of at most `most` events that reports how many it has dropped."""
+class EventQueue(Generic[_Event]):
+    """A queue of at most `most` events that reports how many it has dropped.
+
+    It keeps the newest events: they say where the device is now.
+    """
 
     def __init__(self, most: int) -> None:
         self._events: deque[_Event] = deque()
