@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -45,8 +46,8 @@ class EventQueue(Generic[_Event]):
         self._most = most
         self._lost = 0
 
-    def __len__(self) -> int:
-        return len(self._events)
+    def __iter__(self) -> Iterator[_Event]:
+        return iter(self._events)
 
     def put(self, event: _Event) -> None:
         """Add an event; drop the oldest if the queue is full."""

@@ -9,14 +9,14 @@ A record holds one frame:
 Frames are classic CAN. Remote frames have no data, and their requested length is not stored.
 """
 
-
 from __future__ import annotations
 
 import re
 from binascii import crc_hqx
 from dataclasses import dataclass
-from firmware_protocol.errors import BadField, whole
 from functools import lru_cache
+
+from firmware_protocol.errors import BadField, whole
 
 STANDARD_ID_MAX, EXTENDED_ID_MAX = 0x7FF, 0x1FFF_FFFF
 DATA_MAX = 8

@@ -5,15 +5,15 @@ protocol 1.0a) and Armdroid.cpp. Counts are whole motor steps, 48 per turn, as s
 numbers, like the sketch's on an AVR board. Invalid values raise `BadField`.
 """
 
-
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar, TypeAlias
+
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.fields import BYTE, boolean, checks, optional, row_of, whole_from
-from typing import ClassVar, TypeAlias
 
 MOTORS = 6
 """1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base."""
@@ -295,8 +295,11 @@ ANSWER_TO: dict[str, type[Answer]] = {
 """The answer to each command letter; the sketch ignores all other letters."""
 
 
-# The characters of commands and answers. A command has no line end; its letter ends it. A minus sign
-# follows its number, because the sketch negates the accumulated value. Answers are lines with CR LF.
+# The characters of commands and answers.
+#
+# A command has no line end; its letter ends it. A minus sign follows its number, because the sketch
+# negates the accumulated value. Answers are lines with CR LF.
+
 END = b"\r\n"
 WELCOME = b"Welcome, Armdroid!"
 _TORQUE = {True: "enabled", False: "disabled"}

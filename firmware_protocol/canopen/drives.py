@@ -4,16 +4,15 @@ The mode defines the meaning of bits 4, 5, 6 and 9 of the controlword and bits 1
 statusword. They are named for profile position; comments give the meaning in homing if it differs.
 """
 
-
 from __future__ import annotations
-
 
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
-from firmware_protocol.errors import BadField, LocalProtocolError, whole
 from functools import lru_cache
 from typing import TypeAlias
+
+from firmware_protocol.errors import BadField, LocalProtocolError, whole
 
 WORD_MAX = 0xFFFF
 

@@ -1,6 +1,5 @@
 """Object dictionaries: places, types and values, and the objects of CiA 402 drives."""
 
-
 from __future__ import annotations
 
 import re
@@ -9,10 +8,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from configparser import Error, RawConfigParser, SectionProxy
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from firmware_protocol.canopen.services import checked_node
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 from functools import cached_property
 from typing import TypeAlias
+
+from firmware_protocol.canopen.services import checked_node
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 
 Value: TypeAlias = bool | int | float | str | bytes
 """An object's value: bool, int, float, ASCII text, or bytes without a known meaning."""

@@ -1,18 +1,17 @@
 """SDO, the service that reads and writes objects: messages, abort codes and segments."""
 
-
 from __future__ import annotations
-
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from firmware_protocol.canopen.services import Service, cob_id, is_for
-from firmware_protocol.canopen.objects import Place
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.frames import Frame
-from firmware_protocol.events import Overrun, Waiting
 from typing import Self, TypeAlias
+
+from firmware_protocol.canopen.objects import Place
+from firmware_protocol.canopen.services import Service, cob_id, is_for
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.frames import Frame
 
 EVENTS_MAX = 64
 """Most queued events of a client or a server; the newest are kept."""
@@ -398,15 +397,7 @@ class StrayResponse:
     response: Response
 
 
-@dataclass(frozen=True, slots=True)
-class GarbledResponse:
-    """A frame from the server that is not a valid response, and the reason."""
-
-    frame: Frame
-    reason: str
-
-
-SdoEvent: TypeAlias = Uploaded | Downloaded | Aborted | StrayResponse | GarbledResponse | Overrun
+SdoEvent: TypeAlias = Uploaded | Downloaded | Aborted | StrayResponse | UnreadableFrame | Overrun
 
 
 @dataclass(slots=True)
@@ -430,7 +421,7 @@ class SdoClient:
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
         self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
         self._current: _Reading | _Writing | None = None
-        self._events: Waiting[SdoEvent] = Waiting(EVENTS_MAX)
+        self._events: EventQueue[SdoEvent] = EventQueue(EVENTS_MAX)
 
     @property
     def busy(self) -> Place | None:
@@ -466,7 +457,7 @@ class SdoClient:
         try:
             response = decode_response(frame.data)
         except RemoteProtocolError as error:
-            self._events.put(GarbledResponse(frame, str(error)))
+            self._events.put(UnreadableFrame(frame, str(error)))
             return None
         request = self._hear(response)
         return None if request is None else self._frame(request)

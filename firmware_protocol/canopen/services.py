@@ -3,15 +3,14 @@
 id = base of the service + node (1 to 127); NMT, SYNC and TIME belong to no node
 """
 
-
 from __future__ import annotations
-
 
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
+from typing import Self
+
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.frames import DATA_MAX, Frame
-from typing import Self
 
 NODE_MAX = 0x7F
 """The highest node number; 0 addresses all nodes, in NMT commands only."""

@@ -3,20 +3,28 @@
 Fields are checked when a message is built; each message can format its line.
 """
 
-
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any, ClassVar, TypeAlias
+
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.fields import checks, each, optional, row_of, whole_from
 from firmware_protocol.grbl.commands import SETTING_MAX
-from firmware_protocol.grbl.dialect import RING_BYTES_MAX, Variant
-from firmware_protocol.grbl.answers import StatusReport, decimals, read_status
-from firmware_protocol.grbl.dialect import AXIS_LETTERS, Template, coordinates, number, printable, within, written
-from typing import Any, ClassVar, TypeAlias
+from firmware_protocol.grbl.dialect import (
+    AXIS_LETTERS,
+    RING_BYTES_MAX,
+    Template,
+    Variant,
+    coordinates,
+    number,
+    printable,
+    within,
+    written,
+)
 
 CODE_MAX = 255
 CODE = whole_from(1, CODE_MAX)

@@ -7,18 +7,16 @@ eight digits leave room for, four at most; beyond 16,777,216 a float32 no longer
 number, and such numbers are refused.
 """
 
-
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from string import Formatter
+from typing import overload
+
 from firmware_protocol.errors import BadField, whole
 from firmware_protocol.fields import Rule, row_of
-from string import Formatter
-from types import MappingProxyType
-from typing import overload
 
 AXIS_LETTERS = "XYZABCUVW"
 """Letters that the firmwares of this family can give to an axis, in the order they are written."""
@@ -102,27 +100,6 @@ def axis_letters(value: object, field: str = "axes") -> str:
     if len(set(value)) != len(value):
         raise BadField(field, value, "letters that differ from one another")
     return value
-
-
-def axis_values(field: str, values: object) -> Mapping[str, float]:
-    """Return a read-only copy of numbers by axis letter, at least one, or raise `BadField`."""
-    if not isinstance(values, Mapping) or not values:
-        raise BadField(field, values, "a number for at least one axis letter")
-    for letter in values:
-        if not isinstance(letter, str) or letter not in AXIS_LETTERS or len(letter) != 1:
-            raise BadField(field, letter, f"numbers by axis letter, out of {AXIS_LETTERS}")
-    return MappingProxyType(
-        {
-            letter: number(f"{field}[{letter}]", values[letter])
-            for letter in AXIS_LETTERS
-            if letter in values
-        }
-    )
-
-
-def write_axes(values: Mapping[str, float]) -> str:
-    """Return axis words, as in `X1.5Y-2`."""
-    return "".join(f"{letter}{write_number(value)}" for letter, value in values.items())
 
 
 def line_text(field: str, value: object) -> str:

@@ -1,18 +1,47 @@
 """An MKS drive's answers: readings, settings, and the outcomes of commands."""
 
-
 from __future__ import annotations
-
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated, Self, TypeAlias, TypeVar, get_args
+
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 from firmware_protocol.fields import boolean
 from firmware_protocol.frames import DATA_MAX, Frame
-from firmware_protocol.mks.values import Message, Switch, choice, one_of, signed, sized, unsigned
-from firmware_protocol.mks.requests import ACTIONS, Calibrate, GoToZero, Home, MOTION_CODES, MOVES, READS, READ_CODES, ReadSetting, ReportByItself, Request, RunAtSpeed, RunFor, SETTINGS, SETTING_CODES, Setting, Stop
-from firmware_protocol.mks.values import Code, HomingState, MotorState, Outcome, check_byte
-from typing import Annotated, Self, TypeAlias, TypeVar, get_args
+from firmware_protocol.mks.requests import (
+    ACTIONS,
+    MOTION_CODES,
+    MOVES,
+    READ_CODES,
+    READS,
+    SETTING_CODES,
+    SETTINGS,
+    Calibrate,
+    GoToZero,
+    Home,
+    ReadSetting,
+    ReportByItself,
+    Request,
+    RunAtSpeed,
+    RunFor,
+    Setting,
+    Stop,
+)
+from firmware_protocol.mks.values import (
+    Code,
+    HomingState,
+    Message,
+    MotorState,
+    Outcome,
+    Switch,
+    check_byte,
+    choice,
+    one_of,
+    signed,
+    sized,
+    unsigned,
+)
 
 _Int48: TypeAlias = Annotated[int, signed(6)]
 _Int32: TypeAlias = Annotated[int, signed(4)]
@@ -259,8 +288,10 @@ class Status:
 Answer: TypeAlias = Reading | SettingRead | Status
 
 
-# The bytes of frames: code, payload, check byte. A drive's answer has the id of the request, so a frame
-# alone does not say which of the two it is.
+# -- the bytes of frames: code, payload, check byte ----------------------------------------------
+#
+# A drive's answer has the id of the request, so a frame alone does not say which of the two it is.
+
 _Message = TypeVar("_Message")
 
 

@@ -17,22 +17,40 @@ that is wrong, the new motion stays unanswered. Duplicate, lost and reordered re
 but may be assigned to the wrong motion: the position is more reliable.
 """
 
-
 from __future__ import annotations
-
 
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks.answers import Answer, Reading, SettingRead, Status
-from firmware_protocol.mks.requests import EmergencyStop, GoSynchronous, Motion, Read, ReadSetting, ReportByItself, Request, Restart, SetGroup, SetId, Stop, answer_code
-from firmware_protocol.mks.values import BROADCAST, Code, NODE_MAX, Outcome
-from firmware_protocol.mks.answers import decode_answer, encode
-from firmware_protocol.events import Overrun, Waiting
 from itertools import chain
 from typing import TypeAlias
+
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.mks.answers import (
+    Answer,
+    Reading,
+    SettingRead,
+    Status,
+    decode_answer,
+    encode,
+)
+from firmware_protocol.mks.requests import (
+    EmergencyStop,
+    GoSynchronous,
+    Motion,
+    Read,
+    ReadSetting,
+    ReportByItself,
+    Request,
+    Restart,
+    SetGroup,
+    SetId,
+    Stop,
+    answer_code,
+)
+from firmware_protocol.mks.values import BROADCAST, NODE_MAX, Code, Outcome
 
 # -- events --------------------------------------------------------------------------------------
 
@@ -105,14 +123,6 @@ class Stray:
 
 
 @dataclass(frozen=True, slots=True)
-class Garbled:
-    """A frame with a drive's id that is not a valid answer, and the reason."""
-
-    frame: Frame
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
 class Foreign:
     """A frame from another device on the bus."""
 
@@ -129,7 +139,7 @@ Event: TypeAlias = (
     | Superseded
     | Reported
     | Stray
-    | Garbled
+    | UnreadableFrame
     | Foreign
     | Overrun
 )
@@ -364,7 +374,7 @@ class Host:
     def __init__(self, nodes: Iterable[int], groups: Iterable[int] = ()) -> None:
         self._drives: dict[int, Expecting] = {}
         self._unpacker = Unpacker()
-        self._events: Waiting[Event] = Waiting(EVENTS_MAX)
+        self._events: EventQueue[Event] = EventQueue(EVENTS_MAX)
         for node in nodes:
             self.add(node)
         self._groups = frozenset(whole("groups", group, 1, NODE_MAX) for group in groups)
@@ -470,7 +480,7 @@ class Host:
         try:
             answer = decode_answer(frame, setting=isinstance(awaited, ReadSetting))
         except RemoteProtocolError as error:
-            return Garbled(frame, str(error))
+            return UnreadableFrame(frame, str(error))
         event = drive.hear(answer)
         if isinstance(event, Stray) and answer.code is Code.NODE:
             return self._by_new_id(frame.can_id, event)

@@ -6,16 +6,16 @@ manual's examples and its note on speed; the sentences above two of its examples
 so find the sign by a small move.
 """
 
-
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum, auto
+from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_origin, get_type_hints
+
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import boolean
-from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_origin, get_type_hints
 
 BROADCAST = 0
 NODE_MAX = 0x7FF

@@ -4,17 +4,17 @@ Motor counts are half-steps, relative in `Step`, the arm's registers in `Registe
 here raises `BadField` (a `LocalProtocolError`) that names the field, the value and the range.
 """
 
-
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, auto
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, checks, optional, row_of, whole_from
 from types import MappingProxyType
 from typing import ClassVar, TypeAlias
+
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.fields import BYTE, an_instance, checks, optional, row_of, whole_from
 
 # One row of the program in a TeachMover's memory, and its packing into eight words.
 #
@@ -177,28 +177,24 @@ class _Plain:
 class Read(_Plain):
     """Ask for the position registers, the last key and the inputs."""
 
-    __slots__ = ()
     name: ClassVar[str] = "READ"
 
 
 class Reset(_Plain):
     """Zero the position registers **and switch the motor current off**: the arm can sag."""
 
-    __slots__ = ()
     name: ClassVar[str] = "RESET"
 
 
 class Run(_Plain):
     """Run the program in the arm's memory."""
 
-    __slots__ = ()
     name: ClassVar[str] = "RUN"
 
 
 class QDump(_Plain):
     """Ask for the program in the arm's memory."""
 
-    __slots__ = ()
     name: ClassVar[str] = "QDUMP"
 
 
@@ -221,14 +217,12 @@ class _AtSpeed:
 class Close(_AtSpeed):
     """Close the gripper until its switch trips; slow, and nothing stops it from the host."""
 
-    __slots__ = ()
     name: ClassVar[str] = "CLOSE"
 
 
 class Set(_AtSpeed):
     """Hand control to the pendant; the answer comes when the pendant gives it back."""
 
-    __slots__ = ()
     name: ClassVar[str] = "SET"
 
 
@@ -346,11 +340,12 @@ FORMS: Mapping[Due, tuple[type[Reply], str]] = MappingProxyType(
 
 # Lines, one at a time, to messages and back.
 #
-# They are written as the arm's users write them: upper case, decimal integers, commas, CR at the end.
-# They are read with these liberties, each of which a public program takes or a wire causes: spaces
-# around numbers, a trailing comma, spaces instead of commas in a program row, an LF from before the
-# line, NUL bytes before a status or a command. No liberty may change what a line means: a NUL before
-# a register line could have been a minus sign.
+# The host writes upper case, decimal integers, commas, and a CR at the end. Both ends also read
+# what public programs write and what a wire adds: spaces around numbers, a trailing comma, spaces
+# instead of commas in a program row, an LF from before the line, NUL bytes before a status or a
+# command. No such liberty may change what a line means: a NUL before a register line could have
+# been a minus sign.
+
 CR = b"\r"
 PADDING = b" \n"
 """Bytes that mean nothing at either end of a line."""
