@@ -234,6 +234,10 @@ def _forward(example: Study) -> Iterator[str]:
     for violation in example.violations:
         yield f"but: {violation_text(violation)}"
     yield example.condition.sentence
+    system = example.subject.system
+    if system is not None and system.space is not None:
+        reach = system.space(system)
+        yield f"reach: a {reach.shape}, {reach.sentence}"
 
 
 def _how_solved(subject: Subject) -> Iterator[str]:

@@ -38,11 +38,12 @@ from kinematics.textbook.systems.named import (
     Values,
     steps,
 )
-from kinematics.textbook.systems.spans import REACH_MM, broken_bound
 from kinematics.textbook.systems.triangle import (
     FOLDED,
+    REACH_MM,
     STRAIGHT_SINE,
     STRETCHED,
+    broken_bound,
     triangle,
 )
 

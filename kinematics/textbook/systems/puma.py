@@ -39,11 +39,13 @@ from kinematics.textbook.systems.named import (
     frame_coordinates,
     steps,
 )
-from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     FOLDED,
+    REACH_MM,
     STRAIGHT_SINE,
     STRETCHED,
+    broken_bound,
+    brought_within,
     elbow_singularities,
     root,
     to_half_turn,

@@ -30,9 +30,11 @@ from kinematics.textbook.systems.named import (
     Values,
     steps,
 )
-from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
+    REACH_MM,
     Links,
+    broken_bound,
+    brought_within,
     elbow_branches,
     elbow_singularities,
     to_half_turn,

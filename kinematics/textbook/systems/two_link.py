@@ -29,11 +29,13 @@ from kinematics.textbook.systems.named import (
     Workspace,
     steps,
 )
-from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
+    REACH_MM,
     STRAIGHT_SINE,
     Links,
+    broken_bound,
+    brought_within,
     elbow_branches,
     elbow_singularities,
     to_half_turn,
@@ -401,7 +403,8 @@ def _type_5_space(one: System) -> Workspace:
     (low1, high1), (low2, high2) = one.chain().limits
     return Workspace(
         "rectangle",
-        f"the plane x = 0: y from {-high2:g} to {-low2:g} mm, z from {low1:g} to {high1:g} mm",
+        f"the plane x = 0: y from {0.0 - high2:g} to {0.0 - low2:g} mm, "
+        f"z from {low1:g} to {high1:g} mm",
     )
 
 
