@@ -12,7 +12,7 @@ from armdrive.sim.grbl.hardware import LimitInput
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
-from firmware_protocol.grbl.reports import decode_answer
+from firmware_protocol.grbl.answers import decode_answer
 
 BAUD = 115_200
 BYTE_S = 10 / BAUD
@@ -50,7 +50,7 @@ class Bench:
     def __init__(self, values=MACHINE, *, baud=BAUD, config=None, saved=None, **options):
         config = config or config_of()
         self.device = simulate_device(config, saved, settings=options)
-        self.board = self.device.board.grbl
+        self.board = self.device.board
         self.board.settings.values.update(values)
         self.board.drive.rack.limits = self.board.settings.limits()
         if not saved:
