@@ -164,11 +164,12 @@ def test_the_zero_position_and_a_figure_with_the_lengths(one):
 
 @EACH
 def test_the_derivation_tells_forward_and_inverse(one):
-    assert len(one.derivation) >= 2
-    assert all(step.title and step.formula for step in one.derivation)
-    text = " ".join(step.formula for step in one.derivation)
+    derivation = one.notes.derivation
+    assert len(derivation) >= 2
+    assert all(step.title and step.formula for step in derivation)
+    text = " ".join(step.formula for step in derivation)
     assert any(name in text for name in (one.joint_names[0], "theta1", "d1"))
-    assert one.source
+    assert one.notes.source
     assert one.name in SYSTEMS
 
 

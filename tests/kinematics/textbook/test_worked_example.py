@@ -39,7 +39,7 @@ def test_the_text_names_every_joint_branch_and_step(name):
     for expected in (
         *example.subject.chain.joint_names,
         *(branch.name for branch in example.branches),
-        *(step.formula for step in example.subject.system.derivation),
+        *(step.formula for step in example.subject.system.notes.derivation),
         *(f"A{number}: " for number in range(1, len(example.subject.chain) + 1)),
     ):
         assert expected in text
@@ -48,6 +48,7 @@ def test_the_text_names_every_joint_branch_and_step(name):
 def test_the_readers_own_numbers_are_used():
     text = whole_text(work_system(system("two-link-1"), (30 * DEG, 40 * DEG)))
     assert "theta1 30°, theta2 40°" in text
+    assert "reach: a ring in the plane z = 0, 50 mm to 350 mm from the first joint" in text
     assert "[  0.342  -0.9397  0  224.51 ]" in text
     assert "orientation RPY: phi 70°, theta 0°, psi 0°" in text
     assert "D = 329.34 mm, cos(bend) = 0.766, direction = 47.02°, lift = -17.02°" in text
