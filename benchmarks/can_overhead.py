@@ -25,7 +25,7 @@ from armdrive.transports.can_link import CanLink, open_can_link
 from armdrive.transports.can_slcan import Slcan
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import ReadEncoder
-from firmware_protocol.mks.wire import encode
+from firmware_protocol.mks.answers import encode
 from tests.conformance.device_process import DeviceProcess
 
 BATCH = 100

@@ -12,7 +12,7 @@ from armdrive.sim.grbl.hardware import LimitInput
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
-from firmware_protocol.grbl.reports import decode_answer
+from firmware_protocol.grbl.answers import decode_answer
 
 BAUD = 115_200
 BYTE_S = 10 / BAUD

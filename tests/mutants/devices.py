@@ -240,7 +240,7 @@ MUTANTS = (
     Mutant(
         name="a TeachMover's counts lose their sign",
         promise="numbers come out as they went in",
-        path="firmware_protocol/teachmover/wire.py",
+        path="firmware_protocol/teachmover/messages.py",
         old="    return tuple(int(field) for field in fields)",
         new="    return tuple(abs(int(field)) for field in fields)",
         tests=tests_of(
@@ -284,7 +284,7 @@ MUTANTS = (
     Mutant(
         name="an MKS frame's check byte is ignored",
         promise="a frame that was changed on the wire is no frame",
-        path="firmware_protocol/mks/wire.py",
+        path="firmware_protocol/mks/answers.py",
         old="    if data[-1] != wanted:",
         new="    if False:",
         tests=tests_of(
@@ -306,7 +306,7 @@ MUTANTS = (
     Mutant(
         name="an MKS target has its bytes in the wrong order",
         promise="frames are as the firmware writes them",
-        path="firmware_protocol/mks/forms.py",
+        path="firmware_protocol/mks/values.py",
         old='lambda data: int.from_bytes(data, "big", signed=True)',
         new='lambda data: int.from_bytes(data, "little", signed=True)',
         tests=tests_of(
@@ -460,7 +460,7 @@ MUTANTS = (
     Mutant(
         name="a PDO has another drive's id",
         promise="each drive hears its own targets",
-        path="firmware_protocol/canopen/cob.py",
+        path="firmware_protocol/canopen/services.py",
         old='    RPDO1 = "rpdo1", 0x200\n',
         new='    RPDO1 = "rpdo1", 0x280\n',
         tests=tests_of(
@@ -504,7 +504,7 @@ MUTANTS = (
     Mutant(
         name="a following error is not heard of",
         promise="a drive that lags says so",
-        path="firmware_protocol/canopen/set_point_host.py",
+        path="firmware_protocol/canopen/drives.py",
         old="return (FollowingError(),) if self._following and not before else ()",
         new="return ()",
         tests=tests_of(

@@ -419,7 +419,7 @@ class DriveGroup:
                     self._serials.get(node, content.data) != content.data
                 ):  # a repeated frame is equal
                     self.shared.add(node)
-            case SdoAnswered(node, canopen.GarbledResponse(frame, reason)):
+            case SdoAnswered(node, canopen.UnreadableFrame(frame, reason)):
                 self._warn(f"node {node} sent an invalid answer, {frame}: {reason}")
             case canopen.Heartbeat(node) if node == self._settings.master_id:
                 self.rival_s = now_s

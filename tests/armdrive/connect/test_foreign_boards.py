@@ -14,7 +14,7 @@ from armdrive.dialects.recognition import comes_back
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import SettingsDiffer
 from armdrive.runtime.clock import SimulatedPace
-from armdrive.setup import findings as after
+from armdrive.setup import survey as after
 from armdrive.trace.recorder import FlightRecorder
 
 SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"

@@ -32,7 +32,7 @@ from firmware_protocol.armdroid import (
     Welcome,
     ZeroOffsets,
 )
-from firmware_protocol.armdroid.wire import decode_answer, encode_answer
+from firmware_protocol.armdroid.messages import decode_answer, encode_answer
 from firmware_protocol.errors import LocalProtocolError
 
 OFFSETS = OffsetsReported((1, -2, 3, -4, 5, -6))

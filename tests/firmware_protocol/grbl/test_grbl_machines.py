@@ -20,8 +20,8 @@ from firmware_protocol.grbl import (
     Error,
     Feedback,
     Host,
+    Line,
     LineReceived,
-    Move,
     Ok,
     Realtime,
     RealtimeReceived,
@@ -35,7 +35,7 @@ from firmware_protocol.grbl import (
     split_realtime,
 )
 
-X1 = Move({"X": 1}, 100)
+X1 = Line("G90G1X1F100")
 TEXT = X1.text
 NOISE = st.binary(min_size=1, max_size=300)
 

@@ -9,15 +9,15 @@ from firmware_protocol.robko01 import (
     FRAME_MAX,
     Answered,
     Device,
-    Garbled,
     Host,
-    Ignored,
+    Overrun,
     Ping,
     Pong,
     Stop,
     Stray,
+    Unreadable,
 )
-from firmware_protocol.robko01.frames import Frame, FrameSplitter, Noise
+from firmware_protocol.robko01.frames import Frame, FrameSplitter
 from firmware_protocol.robko01.messages import encode_answer, encode_request
 
 FRAMES = st.one_of(REQUESTS.map(encode_request), ANSWERS.map(encode_answer))
@@ -32,7 +32,7 @@ PIECES = st.lists(
 )
 
 
-def split(chunks: list[bytes]) -> tuple[list[Frame | Noise], FrameSplitter]:
+def split(chunks: list[bytes]) -> tuple[list[Frame | Unreadable], FrameSplitter]:
     splitter = FrameSplitter()
     found = []
     for chunk in chunks:
@@ -83,7 +83,7 @@ def test_after_noise_a_good_frame_is_heard_once_a_silence_follows(noise, exchang
     request, answer = exchange
     device, host = Device(), Host()
     for event in carried(data.draw, noise, device):
-        assert isinstance(event, Ignored)
+        assert isinstance(event, Unreadable)
     sent = host.send(request)
     host.receive_data(noise)
     device.receive_data(sent)
@@ -93,7 +93,7 @@ def test_after_noise_a_good_frame_is_heard_once_a_silence_follows(noise, exchang
     host.silence()
     *before, last = events(host)
     assert last == Answered(request, answer)
-    assert all(isinstance(event, Garbled) for event in before)
+    assert all(isinstance(event, Unreadable) for event in before)
 
 
 @given(st.binary(max_size=80), REQUESTS.map(encode_request))
@@ -118,7 +118,7 @@ def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
         host.receive_data(answer + bytes([number % 256]) * 40)
         assert host.buffered <= 256 * 64 + 64 + FRAME_MAX
     first, *others = events(host)
-    assert first == Garbled(b"", "1743 frames or runs of noise were not fetched, and are lost")
+    assert first == Overrun(1743)
     assert len(others) == 256
     assert isinstance(others[-1], Stray)
 

@@ -180,11 +180,13 @@ def test_a_table_with_a_closed_form_has_all_its_solutions(scara):
         assert difference(table.chain.fk(branch.joints), found.frame) < 1e-5
         assert branch.violations == table.chain.violations(branch.joints)
     text = text_of(found, 200)
-    assert "closed form: the last three axes meet in one point" in text
+    assert "class: spherical wrist: the last three axes meet in one point" in text
     assert "> solution" in text
     without = study(scara, example_posture(scara.chain))
     assert (without.branches, without.here) == ((), None)
-    assert "this link table has no closed form" in text_of(without, 200)
+    text = text_of(without, 200)
+    assert "class: none: a joint slides, and the classes are of turning joints" in text
+    assert "solved numerically, from many starts" in text
 
 
 def test_a_table_that_is_stretched_says_why_it_stays(scara):

@@ -134,7 +134,8 @@ def test_a_chain_with_a_closed_form_shows_all_its_solutions():
     example = work_chain(chain)
     text = whole_text(example)
     assert "All solutions, in closed form" in text
-    assert "the last three axes meet in one point" in text
+    assert "class: spherical wrist: the last three axes meet in one point" in text
+    assert "solved in closed form: all postures" in text
     for branch in example.branches:
         assert branch.name in text
         assert branch.within_limits or "not within the limits: " in text

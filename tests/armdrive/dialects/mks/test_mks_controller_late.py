@@ -14,7 +14,7 @@ from firmware_protocol.mks import (
     ReadEncoder,
     Status,
 )
-from firmware_protocol.mks.wire import encode
+from firmware_protocol.mks.answers import encode
 from kinematics import Motors
 
 STARTS = (0, 100, -200, 4000, 5, 16384)
