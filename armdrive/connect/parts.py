@@ -31,7 +31,7 @@ from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
-from armdrive.storage.record import FileRecorder, NoRecorder, PositionRecorder
+from armdrive.storage.record import FileRecorder, PositionRecorder
 from armdrive.storage.verifications import logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
 from armdrive.trace.calls import NO_TRACER, Tracer
@@ -375,7 +375,7 @@ async def connect_simulated(
         twin.link,
         pace_of(pace),
         simulated=True,
-        recorder=recorder or NoRecorder(),
+        recorder=recorder,
         operator=operator or twin.operator,
         allow_restored=allow_restored,
         tracer=tracer or FlightRecorder(),
