@@ -26,7 +26,7 @@ from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
 from armdrive.programs.acts import Say
-from armdrive.programs.language.values import to_json
+from armdrive.programs.interpreter import to_json
 from armdrive.programs.problems import ProgramError, SourceMark, mark_of
 from armdrive.programs.program import Machine
 from armdrive.programs.session import INPUT, ArmSession, PromptEntry, Session
