@@ -8,11 +8,10 @@ from dataclasses import replace
 import pytest
 
 from armdrive import Arm
-from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import ArmError, DeviceFault, Refused, Stopped
+from armdrive.errors import ArmError, DeviceFault, Stopped
 from armdrive.motion.context import _evidence, _refused_words
 from armdrive.registry.simulate import simulate
 from armdrive.status import Current, Evidence, State, Trust
@@ -23,12 +22,10 @@ START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 LOOK_S = 0.02
 
 
-def mks_arm(homing=None, gripper=None, options=None, **settings) -> Arm:
+def mks_arm(homing=None, options=None, **settings) -> Arm:
     """Connect to a fresh twin that stands in the air."""
     config = simulated_config("mks")
     config = replace(config, device=replace(config.device, **settings), homing=homing)
-    if gripper:
-        config = replace(config, gripper=replace(config.gripper, kind=gripper))
     twin = simulate(config, **(options or {}))
     twin.device.bring_to(START, 20.0)
     return Arm(connect_simulated(config, twin=twin))
@@ -167,18 +164,6 @@ def test_a_stall_ends_in_an_error_that_names_the_drive_and_a_reset_clears_it():
     arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     arm.move_j(shoulder_deg=45.0)
     assert arm.twin.world.motors == arm.status.acknowledged
-
-
-def test_a_port_that_is_no_can_adapter_is_refused():
-    config = simulated_config("mks")
-    wrong = replace(config, connection=replace(config.connection, port="/dev/ttyUSB0"))
-    with pytest.raises(Refused, match="can:slcan"):
-        dialects.DIALECTS["mks"].controller(wrong)
-
-
-def test_a_gripper_that_no_drive_moves_is_refused():
-    with pytest.raises(Refused, match=r"gripper\.kind"):
-        mks_arm(gripper="servo")
 
 
 def connected_in_another_mode() -> Arm:
