@@ -14,7 +14,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault, Stopped
 from armdrive.motion.context import _evidence, _refused_words
 from armdrive.registry.simulate import simulate
-from armdrive.status import Current, Evidence, State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.tasks import RequestRejected
 from kinematics import Joints, Pose
 
@@ -149,23 +149,6 @@ def test_drives_as_they_are_shipped_are_one_id_and_that_is_said():
         mks_arm(options={"factory": True})
 
 
-def test_a_stall_ends_in_an_error_that_names_the_drive_and_a_reset_clears_it():
-    arm = ready()
-    arm.twin.faults.add("stall", "2")
-    with pytest.raises(DeviceFault, match=r"drive 2 \(shoulder\)"):
-        arm.move_j(shoulder_deg=60.0)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.trust is Trust.SUSPECT
-    arm.twin.faults.end()
-    arm.reset()
-    arm.enable()
-    assert arm.status.current is Current.HELD
-    world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-    arm.move_j(shoulder_deg=45.0)
-    assert arm.twin.world.motors == arm.status.acknowledged
-
-
 def connected_in_another_mode() -> Arm:
     """Connect to an arm of which one drive is in another mode."""
     config = simulated_config("mks")
@@ -209,27 +192,6 @@ def test_a_mode_that_is_wrong_still_keeps_the_arm_from_moving():
         arm.enable()
     with pytest.raises(ArmError):
         arm.jog_j(base_deg=1.0)
-
-
-@pytest.mark.parametrize("fault", ["drive-reset", "drive-mute"])
-def test_one_drive_that_fails_in_motion_stops_all_and_is_named(fault):
-    arm = ready()
-    arm.twin.device.at(arm.pace.now_s() + 0.5, lambda: arm.twin.faults.add(fault, "3"))
-    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:
-        arm.move_j(base_deg=30, shoulder_deg=60, elbow_deg=-60)
-    assert "garbled" not in str(failed.value)
-    assert "refused a valid motion" not in arm.status.trust_reason
-    stood = arm.twin.world.motors
-    arm.sleep(1.0)
-    assert arm.twin.world.motors == stood
-    assert arm.status.trust is Trust.SUSPECT
-    arm.twin.faults.end()
-    arm.reset()
-    arm.enable()
-    world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-    arm.move_j(base_deg=10)
-    assert arm.twin.world.motors == arm.status.acknowledged
 
 
 @pytest.mark.parametrize(
