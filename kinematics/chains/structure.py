@@ -16,7 +16,7 @@ from enum import Enum
 from kinematics.chains.assignment import AxisLine, AxisPair, Relation, relate
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, JointKind
-from kinematics.frames.transforms import Transform, position_of
+from kinematics.frames.transforms import Transform, position_of, z_axis_of
 from kinematics.frames.vectors import Vector, add, distance, scale
 
 EXACT = 1e-8
@@ -96,7 +96,7 @@ class Axes:
     def pair(self, first: int, second: int) -> AxisPair:
         """Return how two axes lie to each other, within the tolerance."""
         one, other = (
-            AxisLine(position_of(frame), (frame[0][2], frame[1][2], frame[2][2]))
+            AxisLine(position_of(frame), z_axis_of(frame))
             for frame in (self.frames[first], self.frames[second])
         )
         return relate(one, other, one.point, self.tolerance, self.tolerance * self.size_mm)
