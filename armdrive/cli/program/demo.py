@@ -16,8 +16,7 @@ from collections.abc import Iterator
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import Result, as_json, draw_over, put, say, show, tell
-from armdrive.cli.screens import agreed
+from armdrive.cli.presenter import Result, agreed, as_json, draw_over, put, say, show, tell
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated

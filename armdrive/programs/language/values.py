@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.programs.language.words import FIELDS, SPEED, Slot, ValueKind
-from armdrive.text.speed import speed_refusal
+from armdrive.text.numbers import speed_refusal
 from kinematics.spaces import Pose
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]

@@ -142,7 +142,7 @@ SAID = [
     (TWO, ["--input", "3"], 2, "write it like 3=on"),
     (TWO, ["--loops", "-1"], 2, ""),
     (TWO, ["--assume-width", "0"], 2, "is not above 0"),
-    (TWO, ["--put", "A,one,2"], 2, "'one' is no number"),
+    (TWO, ["--put", "A,one,2"], 2, "'one' is not a number"),
     (TWO, ["--put", "A,one,2"], 2, "NAME,X,Y[,WIDTH[,HEIGHT]]"),
     ("ready\n", ["--fresh"], 3, "line 1"),
     ("ready\n", ["--fresh"], 3, "home"),
