@@ -111,7 +111,7 @@ def test_every_exception_is_needed():
         ('x = "teachmover.grip_bit"', True),
         ("from armdrive.dialects.mks import words", True),
         ("from armdrive.sim import grbl", True),
-        ("import firmware_protocol.canopen.cob", True),
+        ("import firmware_protocol.canopen.services", True),
         ('x = "minimover5-mks"', False),
         ('x = "put grbl-Mega-5X on it (docs/controllers/grbl.md)"', False),
         ('"""About the mks dialect."""', False),

@@ -28,6 +28,7 @@ from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
 from armdrive.text.numbers import number
 from kinematics.chains.assignment import assign_frames
+from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
@@ -192,10 +193,11 @@ def example_view(example: Study) -> dict[str, Any]:
             math.degrees(each) for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
         ],
         "rpy_degenerate": degeneracy.value if degeneracy else "",
+        "structure": how_solved(subject.chain).structure,
         "condition": example.condition.sentence,
         "derivation": [
             {"title": step.title, "formula": step.formula, "why": step.why}
-            for step in (() if system is None else system.derivation)
+            for step in (() if system is None else system.notes.derivation)
         ],
         "goal": _goal(example, example.goal),
     }

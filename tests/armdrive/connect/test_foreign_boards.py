@@ -107,7 +107,7 @@ def test_an_echo_is_what_was_sent_in_its_order(sent, heard, echoed):
 )
 def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, value, named):
     board = made("grbl")
-    board.board.grbl.settings.values[key] = value
+    board.board.settings.values[key] = value
     arm = connected("grbl", SimPort(board))
     before = board.world.motors
     assert named in arm.status.notice
