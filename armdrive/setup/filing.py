@@ -66,7 +66,7 @@ class FileProposal:
         replace_file(self.path, self.after.rstrip("\n"))
 
 
-def next_steps(path: Path, config: ArmConfig) -> Iterator[str]:
+def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
     """Yield that a file was written, and the commands to type next, from the safest on."""
     name = config.name
     yield f"written: {path}"
@@ -77,6 +77,7 @@ def next_steps(path: Path, config: ArmConfig) -> Iterator[str]:
     ]
     if config.connection.port:
         lines += [
+            (f"armdrive doctor --arm {name}", "asks who is at its port; moves nothing"),
             (f"armdrive status --arm {name}", "connects; moves nothing"),
             (f"armdrive config signs {name}", "turns each motor a little, to see its direction"),
             (f"armdrive jog --arm {name}", "slowly, by hand; space stops"),

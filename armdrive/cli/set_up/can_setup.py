@@ -26,7 +26,7 @@ from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import CommissioningOutcome, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
-from armdrive.setup.filing import next_steps, propose_drives, signs_of
+from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
@@ -169,7 +169,7 @@ def _end(
         written = parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
         kept.write(plan.name, written.calibration, found)
-        for line in next_steps(path, written):
+        for line in after_writing(path, written):
             say(line)
 
 

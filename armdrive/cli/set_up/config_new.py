@@ -40,7 +40,7 @@ from armdrive.setup.arm_text import files_of
 from armdrive.setup.dialog_runner import DialogPerson, converse
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
-from armdrive.setup.filing import FileProposal, checked, next_steps, propose, write
+from armdrive.setup.filing import FileProposal, after_writing, checked, propose, write
 from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
@@ -71,7 +71,7 @@ def new(options: argparse.Namespace) -> Result:
         return Result(None, "nothing is written", 1)
     write(files, path)
     view = {"arm": draft.name, "file": str(path), "model": config.model.key}
-    return Result(view, next_steps(path, config))
+    return Result(view, after_writing(path, config))
 
 
 def _given(options: argparse.Namespace) -> dict[str, str]:
