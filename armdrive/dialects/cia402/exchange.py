@@ -260,8 +260,6 @@ class DriveStates:
             return
         goals = {drive: drive.seen for drive in drives}
         hosts = {drive: canopen.SetPointHost() for drive in drives}
-        for host in hosts.values():
-            host.begin()
 
         def undecided() -> tuple[Cia402Drive, ...]:
             for drive, host in hosts.items():

@@ -277,8 +277,6 @@ class ProfileMotion:
     def _hand_over(self) -> Script[None]:
         """Wait until every drive is ready for its set-point."""
         given_up_s = self.lead.io.listened.s + RESPONSE_S
-        for point in self.points.values():
-            point.host.begin()
         self._note_states()
         while any(point.host.phase is not canopen.Phase.ASKING for point in self.points.values()):
             if self.lead.io.listened.s >= given_up_s:
@@ -315,9 +313,7 @@ class ProfileMotion:
         return {
             drive
             for drive, point in self.points.items()
-            if drive.word is not None and drive.missed <= 1
-            for event in point.host.hear(drive.word)
-            if isinstance(event, canopen.Reached)
+            if drive.word is not None and drive.missed <= 1 and point.host.hear(drive.word)
         }
 
 
