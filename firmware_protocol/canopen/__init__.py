@@ -76,10 +76,7 @@ from firmware_protocol.canopen.objects import Place as Place
 from firmware_protocol.canopen.objects import Value as Value
 from firmware_protocol.canopen.objects import read_eds as read_eds
 from firmware_protocol.canopen.pdo import EVERY_SYNC as EVERY_SYNC
-from firmware_protocol.canopen.pdo import NO_REMOTE as NO_REMOTE
 from firmware_protocol.canopen.pdo import NOT_VALID as NOT_VALID
-from firmware_protocol.canopen.pdo import ON_EVENT as ON_EVENT
-from firmware_protocol.canopen.pdo import PDO_MAX as PDO_MAX
 from firmware_protocol.canopen.pdo import PDO_SERVICES as PDO_SERVICES
 from firmware_protocol.canopen.pdo import Direction as Direction
 from firmware_protocol.canopen.pdo import Mapped as Mapped

@@ -8,7 +8,7 @@ ORDER = canopen.Mapping.of_objects(canopen.STANDARD, canopen.CONTROLWORD, canope
 STATE = canopen.Mapping.of_objects(canopen.STANDARD, canopen.STATUSWORD, canopen.POSITION)
 SETUPS = (
     canopen.PdoSetup(canopen.Direction.RECEIVED, 1, NODE, ORDER, canopen.EVERY_SYNC),
-    canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, NODE, STATE, canopen.ON_EVENT),
+    canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, NODE, STATE, 255),
 )
 PDO_OBJECTS = [
     canopen.ObjectEntry(write.place, f"PDO {write.place}", write.type, canopen.Access.RW)
