@@ -250,10 +250,9 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         super().turn(steps, now_s)
         self.world.energised = held
 
-    def _follow(self, now_s: float) -> None:
-        if not self.world.energised:
-            self._driven = Motors(self.rack.positions(now_s))
-        super()._follow(now_s)
+    def _turn(self, steps: Motors, now_s: float) -> None:
+        if self.world.energised:
+            super()._turn(steps, now_s)
 
 
 class SimRobkoBoard(Board):
