@@ -766,41 +766,41 @@ class Arm:
         return log_reader(self.pace, self.tracer, self.config.connection.dialect, back)
 
 
-# Rehearsals, runs and tests replace a program's connections with their own.
+# Connection overrides: rehearsals, runs and tests replace a program's connections with their own.
 #
-# A replacement applies to the whole process on purpose: if a thread of a rehearsed program could
+# An override applies to the whole process on purpose: if a thread of a rehearsed program could
 # connect by itself, it would move the real arm.
 
-Standin = Callable[[str | None, ConnectOptions], Arm | None]
+ConnectionOverride = Callable[[str | None, ConnectOptions], Arm | None]
 """Takes the target and options of `Arm.connect`; returns an arm, or None to connect as usual.
 
 The target is None if the program names none.
 """
 
-_STANDINS: list[Standin] = []
+_OVERRIDES: list[ConnectionOverride] = []
 
 
 @contextlib.contextmanager
-def standing_in(standin: Standin) -> Iterator[None]:
-    """Make every connection of this process through `standin`; the innermost one counts."""
-    _STANDINS.append(standin)
+def override_connections(override: ConnectionOverride) -> Iterator[None]:
+    """Make every connection of this process through `override`; the innermost one counts."""
+    _OVERRIDES.append(override)
     try:
         yield
     finally:
-        _STANDINS.remove(standin)
+        _OVERRIDES.remove(override)
 
 
-def stood_in(target: str | None, options: ConnectOptions) -> Arm | None:
-    """Return the arm that replaces a connection; None to connect as usual."""
-    return _STANDINS[-1](target, options) if _STANDINS else None
+def overriding_arm(target: str | None, options: ConnectOptions) -> Arm | None:
+    """Return the arm of the innermost override; None to connect as usual."""
+    return _OVERRIDES[-1](target, options) if _OVERRIDES else None
 
 
 async def connected(target: str | None, options: ConnectOptions) -> Arm:
-    """Connect to an arm, or return its replacement."""
-    instead = stood_in(target, options)
+    """Connect to an arm, or return the arm of an override."""
+    instead = overriding_arm(target, options)
     return Arm(await coroutine_of(connect)(target, options)) if instead is None else instead
 
 
-def anybody() -> bool:
-    """Return whether connections of this process are being replaced."""
-    return bool(_STANDINS)
+def connections_overridden() -> bool:
+    """Return whether an override is in force."""
+    return bool(_OVERRIDES)

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, cast
 
-from armdrive.arm import Arm, standing_in
+from armdrive.arm import Arm, override_connections
 from armdrive.connect.parts import ConnectOptions, connect
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
@@ -133,7 +133,7 @@ class Connections:
         self._given = given
 
     def __call__(self, target: str | None, options: ConnectOptions) -> Arm:
-        """Connect as `armdrive.arm.Standin` says."""
+        """Connect as `armdrive.arm.ConnectionOverride` says."""
         arm = self._own(options) if target is None else self._given(target, options)
         self.arms.append(arm)
         self._made(arm)
@@ -175,7 +175,7 @@ def carry_out(path: Path, words: Sequence[str], connections: Connections) -> int
 
     Raises what the script raises, except `SystemExit`. Closes the arms that it leaves open.
     """
-    with _as_main(path, words), standing_in(connections):
+    with _as_main(path, words), override_connections(connections):
         try:
             runpy.run_path(str(path), run_name="__main__")
         except SystemExit as end:

@@ -42,7 +42,7 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
         assert still(arm)
 
 
-@pytest.mark.parametrize("rounds", range(1, 60, amount(12, 2)))
+@pytest.mark.parametrize("rounds", range(1, 60, amount(20, 2)))
 async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
     async with AsyncArm.connect("sim:teachmover") as arm:
 
