@@ -25,7 +25,7 @@ from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
-from armdrive.motion import reference as reference_tasks
+from armdrive.motion import standing
 from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
@@ -189,7 +189,7 @@ class Arm:
 
         Moves nothing.
         """
-        await self.runner.perform(reference_tasks.enable(self.wire))
+        await self.runner.perform(standing.enable(self.wire))
 
     @blocking
     async def disable(self) -> None:
@@ -198,7 +198,7 @@ class Arm:
         Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
         after(self.core.state, Event.DISABLE)
-        await self.runner.perform(reference_tasks.disable(self.wire))
+        await self.runner.perform(standing.disable(self.wire))
 
     @blocking
     async def reset(self) -> None:
@@ -208,7 +208,7 @@ class Arm:
         """
         after(self.core.state, Event.RESET)
         await self.runner.stop()
-        await self.runner.perform(reference_tasks.reset(self.wire))
+        await self.runner.perform(standing.reset(self.wire))
 
     # -- referencing ----------------------------------------------------------------------------
 

@@ -11,8 +11,6 @@ from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
 from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
 from armdrive.motion import device as device_tasks
-from armdrive.motion.idle import set_outputs
-from armdrive.motion.reference import poll
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
@@ -77,7 +75,7 @@ class InputsOutputs:
     async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
         after(self._core.state, Event.MOVE)
-        await self._parts.runner.perform(set_outputs(self._parts.wire, bits))
+        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.wire, bits))
 
     async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; see `Arm.set_output`."""
@@ -87,7 +85,7 @@ class InputsOutputs:
 
     async def read_inputs(self) -> int:
         """Read the input bits now."""
-        await self._parts.runner.perform(poll(self._parts.wire))
+        await self._parts.runner.perform(self._parts.wire.look())
         return self._core.readings.inputs or 0
 
     async def wait_inputs(

@@ -28,7 +28,7 @@ from armdrive.moves import ParkMove
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import Evidence, State, Trust
-from armdrive.storage.verifications import last_entry, write_down
+from armdrive.storage.record import last_entry, write_down
 from kinematics.errors import finite
 from kinematics.spaces import Joints, Pose
 
