@@ -16,8 +16,7 @@ from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Connection, Handle, finished, log_reader
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.jogging import Jogging
-from armdrive.arm.moving import Moving, Place, move_to_place
+from armdrive.arm.moving import Jogging, Moving, Place, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
