@@ -13,7 +13,7 @@ from armdrive.connect.parts import TaskRunner
 from armdrive.moves import PoseMove
 
 
-@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid", "mks"])
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialect):
     async with AsyncArm.connect(f"sim:{dialect}") as arm:
         await arm.home()
