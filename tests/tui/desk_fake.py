@@ -37,7 +37,7 @@ class FakeGripper:
 
 
 class FakeArm:
-    """Has what `tui.arm_port.DeskArm` asks for."""
+    """Has what the desk asks of an arm."""
 
     def __init__(self, **more):
         joints = Joints.of(20.0, 60.0, -80.0, -60.0, 15.0)

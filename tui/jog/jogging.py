@@ -11,10 +11,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Protocol
 
+from armdrive import Arm
 from armdrive.errors import ArmError
 from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, HeldKey, Increment
 from armdrive.moves import Jog
-from tui.arm_port import DeskArm
 from tui.keys.presses import StaleInput
 from tui.settings import JogSettings
 
@@ -48,7 +48,7 @@ class DeskJogging:
 
     def __init__(
         self,
-        arm: DeskArm,
+        arm: Arm,
         *,
         clock: Callable[[], float],
         say: Callable[[str], None],
