@@ -34,7 +34,7 @@ from tui.app import SUSPENDED_S, KeyApp, action_call
 from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad.jogging import PadDesk
-from tui.gamepad.reader import Pad
+from tui.gamepad.reader import EvdevPad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of
@@ -398,7 +398,7 @@ class Desk(KeyApp):
         keys: Keyboard = DEFAULT_KEYS,
         memory: Path | None = None,
         first: str = "",
-        find_pad: Callable[[], Pad | None] | None = None,
+        find_pad: Callable[[], EvdevPad | None] | None = None,
         program: Path | None = None,
     ) -> None:
         """`screens` makes each screen by its id.
@@ -462,8 +462,13 @@ class Desk(KeyApp):
 
     @property
     def hand(self) -> DeskJogging | None:
-        """The hand on the jog keys, where the current screen has those and there is a link."""
-        return self.current.hand if self.screen_stack and not self.link.lost else None
+        """The hand on the jog keys, where the current screen has those."""
+        return self.current.hand if self.screen_stack else None
+
+    @property
+    def pad_hand(self) -> DeskJogging | None:
+        """The hand that a gamepad moves: none while the link is lost."""
+        return None if self.link.lost else self.hand
 
     @property
     def armed(self) -> bool:
@@ -547,7 +552,7 @@ class Desk(KeyApp):
     # -- what keys ask for --------------------------------------------------------------------
 
     @contextlib.contextmanager
-    def refusals_said(self) -> Iterator[None]:
+    def reporting_refusals(self) -> Iterator[None]:
         """Have the next picture say why what is asked for here is refused."""
         try:
             yield
@@ -557,7 +562,7 @@ class Desk(KeyApp):
     @contextlib.contextmanager
     def acting(self) -> Iterator[None]:
         """Show what came of a key or a click, or say why what it asked for is refused."""
-        with self.refusals_said():
+        with self.reporting_refusals():
             yield
         self.show()
 

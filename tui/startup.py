@@ -14,7 +14,7 @@ from types import MappingProxyType
 from armdrive import Arm
 from armdrive.render.canvas import can_braille
 from tui.desk import Desk, DeskScreen
-from tui.gamepad.reader import Pad, check_gamepads, open_gamepad
+from tui.gamepad.reader import EvdevPad, check_gamepads, open_gamepad
 from tui.jog.screen import JogScreen
 from tui.keys.keyboard import Keyboard
 from tui.keys.remap import load_keys
@@ -99,7 +99,7 @@ def run_desk(
     return DeskEnd(desk.return_code or 0, desk.opens)
 
 
-def _finds_pad(wanted: str) -> Callable[[], Pad | None]:
+def _finds_pad(wanted: str) -> Callable[[], EvdevPad | None]:
     return partial(open_gamepad, wanted, check_gamepads())
 
 

@@ -274,7 +274,7 @@ def _handle(
 def forget_a_closed_terminal() -> None:
     """Send what is still to be painted nowhere if the terminal is gone.
 
-    Else the interpreter fails to paint it while it ends, and ends with an exit code of its own.
+    Otherwise the interpreter fails to write it at exit, and sets its own exit code.
     """
     for stream in (sys.__stdout__, sys.__stderr__):
         if stream is None:

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, cast
+from typing import Any, ClassVar, cast
 
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
@@ -148,23 +148,13 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
     ]
 
 
-# The program that drives the arm: what is asked of it.
+# The program that drives the arm, and what is asked of it.
 
 EVERY_S = 0.05
 
 
-class HeldArmSource(Protocol):
-    """The program that drives the arm."""
-
-    def views(self) -> Iterator[Mapping[str, Any]]:
-        """Yield its status whenever it has changed, until it gives the arm back."""
-
-    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where no program answers."""
-
-
 class HeldArm:
-    """Speaks with the program that holds an arm."""
+    """The program that holds an arm: its reports, and what it is asked for."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -260,7 +250,7 @@ class Watching(KeyApp):
         self,
         name: str,
         model: ArmModel,
-        holder: HeldArmSource,
+        holder: HeldArm,
         *,
         braille: bool,
         keys: Keyboard = DEFAULT_KEYS,

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal, Self, Unpack, overload
 
 from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import Connection, Handle, Recording, finished
-from armdrive.arm.device import InputsOutputs, Lines, PendantMemory
+from armdrive.arm.connected import Connection, Handle, finished, log_reader
+from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.jogging import Jogging
-from armdrive.arm.moving import Moving, Place, Places, move_to_place
+from armdrive.arm.moving import Moving, Place, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
@@ -97,9 +97,8 @@ class Arm:
         self.logbook = parts.logbook
         self.connection = Connection(parts)
         self._parts = parts
-        self.places = Places(parts)
         self._jogging = Jogging(parts)
-        self.moving = Moving(parts, self.places, self._jogging)
+        self.moving = Moving(parts, self._jogging)
         self.referencing = Referencing(self, parts, self.moving)
         self._lines = InputsOutputs(parts)
         self._gripper = Gripper(self, parts)
@@ -496,7 +495,7 @@ class Arm:
     @property
     def points(self) -> Points:
         """The arm's named points, a mapping that is stored in a file: `arm.points["pick"]`."""
-        return self.places.points
+        return self.moving.points
 
     # -- jogging --------------------------------------------------------------------------------
 
@@ -716,7 +715,7 @@ class Arm:
         `origin` ties its rows to the current reference. Raises `Refused` if the arm stores no
         program, and `DeviceFault`.
         """
-        return await PendantMemory(self._parts).read()
+        return await read_pendant_program(self._parts)
 
     @blocking
     async def write_pendant_program(
@@ -734,8 +733,7 @@ class Arm:
         (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
         `leave_others`. If writing ends early, `ProgramHalfWritten` names the rows in the arm.
         """
-        memory = PendantMemory(self._parts)
-        return await memory.write(program, leave_others=leave_others, told=told)
+        return await write_pendant_program(self._parts, program, leave_others, told)
 
     @blocking
     async def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:
@@ -755,7 +753,9 @@ class Arm:
         Without a path, the file goes into the folder of recordings. Raises `StateFileError` if it
         cannot be written, and `WrongState` if nothing is recorded.
         """
-        return Recording(self._parts, self.tracer).save(path)
+        with self.pace.lock:
+            write = self.tracer.snapshot("asked for")
+        return write(None if path is None else Path(path))
 
     def log(self, *, back: int | None = None) -> LogReader:
         """Return a reader of the log: the traffic on the wire and the driver's events, in words.
@@ -763,7 +763,7 @@ class Arm:
         The reader starts with the latest `back` entries (2000 by default), and each `read()`
         continues where the last one ended. Raises `WrongState` if nothing is recorded.
         """
-        return Recording(self._parts, self.tracer).reader(back)
+        return log_reader(self.pace, self.tracer, self.config.connection.dialect, back)
 
 
 # Rehearsals, runs and tests replace a program's connections with their own.

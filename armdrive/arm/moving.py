@@ -54,30 +54,10 @@ from armdrive.status import State, Trust
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
 from armdrive.tasks import TaskBody
-from kinematics.spaces import Joints, Motors, Pose
+from kinematics.spaces import Motors, Pose
 
 Place = Pose | Point | str
 """A pose, a point, or the name of a point."""
-
-
-class Places:
-    """The named points of one arm."""
-
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self._arm = parts.config.model.arm
-        self.points = points_of(parts.config.name, self._arm, self._here)
-
-    def _here(self) -> Point:
-        """Return the current position, on whole steps. Raises `NotReferenced`."""
-        status = self._parts.status
-        self._parts.core.require_reference()
-        now = datetime.now().replace(microsecond=0)
-        return Point(self._parts.known(status.joints), status.gripper_mm, taught=now)
-
-    def joints(self, name: str) -> Joints:
-        """Return the joint angles of a named point. Raises `UnknownPoint`."""
-        return self.points[name].joints
 
 
 def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Motion:
@@ -142,13 +122,20 @@ GRASP_PATIENCE_S = 120.0  # added for a grasp, whose duration is not known in ad
 
 
 class Moving:
-    """The planned motions of one arm."""
+    """The planned motions of one arm, and the named points that they lead to."""
 
-    def __init__(self, parts: Parts, places: Places, jogging: Jogging) -> None:
+    def __init__(self, parts: Parts, jogging: Jogging) -> None:
         self._parts = parts
-        self._places = places
         self._jogging = jogging
         self._core = parts.core
+        self.points = points_of(parts.config.name, parts.config.model.arm, self._here)
+
+    def _here(self) -> Point:
+        """Return the current position, on whole steps. Raises `NotReferenced`."""
+        status = self._parts.status
+        self._core.require_reference()
+        now = datetime.now().replace(microsecond=0)
+        return Point(self._parts.known(status.joints), status.gripper_mm, taught=now)
 
     @overload
     def start(self, move: Motion, stops: int | None = None) -> Handle[Moved]: ...
@@ -224,7 +211,7 @@ class Moving:
             self._parts.config,
             self._parts.speeds,
             core.position.coordinates if here is None else here,
-            self._places.joints,
+            lambda name: self.points[name].joints,
             core.transmission.has_gripper,
         )
 

@@ -21,9 +21,8 @@ from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
-from armdrive.trace import wire_tap
 from armdrive.trace.calls import Tracer
-from armdrive.trace.entries import TraceEntry
+from armdrive.trace.entries import TraceEntry, tap_messages
 from kinematics.errors import KinematicsError
 
 
@@ -140,13 +139,13 @@ def _every_s(words: Mapping[str, Any]) -> float | None:
 
 
 def _wire(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Give the bytes on the arm's wire, in the form of wire_tap.py."""
+    """Yield the bytes on the arm's wire, in the form of `tap_messages`."""
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with arm.pace.lock:
             return arm.tracer.since(number, most, back)
 
-    return wire_tap.tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
+    return tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
 
 
 def _status(arm: ControlledArm, _: Json) -> Json:

@@ -165,7 +165,7 @@ MUTANTS = (
         name="a mouse that is heard of no more holds on",
         promise="what is not heard of ends its jog",
         path="tui/jog/jogging.py",
-        old="        left_s = self._heard_s + MOUSE_HOLDS_S - now_s\n",
+        old="        left_s = self._last_event_s + MOUSE_HOLDS_S - now_s\n",
         new="        left_s = MOUSE_HOLDS_S\n",
         tests=tests_of(
             "tests/tui/jog/test_jogging.py",

@@ -85,7 +85,7 @@ MUTANTS = (
         name="a closed arm writes on",
         promise="nothing is written behind the end",
         path="armdrive/storage/record_writer.py",
-        old=("        if self._ended:\n            return before\n"),
+        old=("        if self._ended:\n            return\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/storage/test_record.py",

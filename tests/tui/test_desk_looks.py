@@ -1,9 +1,7 @@
 """Snapshots of the desk: small and large, and in plain ASCII; and texts that must fit."""
 
-import threading
-
 import pytest
-from desk_fake import MODEL, Clock, FakeArm, unknown_position
+from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
 from desk_planner import settled
 from desk_session import Session
 from waiting import until_seen
@@ -28,22 +26,8 @@ def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
     assert snap_compare(desk, press=["enter", "m"], terminal_size=(80, 24))
 
 
-class Held:
-    """A program that drives an arm and says once how it stands."""
-
-    def __init__(self):
-        self.ended = threading.Event()
-
-    def views(self):
-        yield status_view(FakeArm().status)
-        self.ended.wait()
-
-    def ask(self, request, **words):
-        return {}
-
-
 def test_the_watching_screen(snap_compare):
-    holder = Held()
+    holder = FakeHolder(status_view(FakeArm().status))
     app = Watching("sim", MODEL, holder, braille=True)
 
     async def heard(pilot):
@@ -52,7 +36,7 @@ def test_the_watching_screen(snap_compare):
     try:
         assert snap_compare(app, terminal_size=(120, 40), run_before=heard)
     finally:
-        holder.ended.set()
+        holder.said.put(END)
 
 
 def test_the_first_run(snap_compare, tmp_path):

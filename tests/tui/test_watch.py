@@ -1,9 +1,7 @@
 """Watching somebody else's arm: with a fake holder, then with an arm that is really held."""
 
-import queue
-
 import pytest
-from desk_fake import MODEL, FakeArm, unknown_position
+from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
 from waiting import until_seen
 
 from armdrive import Arm
@@ -17,29 +15,6 @@ from tui.program.lines import LINES_SHOWN
 from tui.safety import SafetyPanel
 from tui.watch import HeldArm, Watching, WatchScreen
 from tui.widgets import PlainText
-
-END = object()
-
-
-class FakeHolder:
-    """A program that says what the test puts, and writes down what it is asked."""
-
-    def __init__(self):
-        self.said = queue.Queue()
-        self.asked = []
-        self.answer = {"done": "it"}
-
-    def views(self):
-        while (view := self.said.get()) is not END:
-            if isinstance(view, Exception):
-                raise view
-            yield view
-
-    def ask(self, request, **words):
-        self.asked.append((request, words))
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
 
 
 class Session:

@@ -14,7 +14,7 @@ from armdrive.motion.frames import BASE
 from armdrive.moves import Jog
 from tui.app import InputFilter
 from tui.gamepad.map import GRIPPER_ROWS, HOLD, STOP, PadMap
-from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadNews, PadReader
+from tui.gamepad.reader import Came, EvdevPad, Gone, PadEvent, PadNews, PadReader
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import AXIS_KEYS
@@ -137,7 +137,7 @@ class PadHost(Protocol):
     input: InputFilter
 
     @property
-    def hand(self) -> DeskJogging | None:
+    def pad_hand(self) -> DeskJogging | None:
         """The hand on the jog keys, where they are shown and the arm can be reached."""
 
     def say(self, message: str) -> None:
@@ -156,14 +156,14 @@ class PadHost(Protocol):
 class PadDesk:
     """Brings the events of a gamepad into the desk's own thread."""
 
-    def __init__(self, desk: PadHost, find: Callable[[], Pad | None]) -> None:
+    def __init__(self, desk: PadHost, find: Callable[[], EvdevPad | None]) -> None:
         """`find` opens a gamepad, or returns None."""
         self._desk = desk
         self._reader = PadReader(find, self._tell)
         self.hand = PadHand(
             desk.keys.pad,
             settings=lambda: desk.settings,
-            hand=lambda: desk.hand,
+            hand=lambda: desk.pad_hand,
             say=desk.say,
             do=self._do,
         )
@@ -200,5 +200,5 @@ class PadDesk:
         """Do what a row of the table of keys does: the stop anywhere, others where keys jog."""
         if row == STOP:
             self._desk.action_stop_arm()
-        elif self._desk.hand is not None:
+        elif self._desk.pad_hand is not None:
             self._desk.do_on_screen(row)

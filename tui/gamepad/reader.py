@@ -12,7 +12,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from armdrive.errors import ArmError, BadRequest
 from tui.gamepad.map import BUTTONS, STICKS
@@ -31,26 +31,6 @@ class PadEvent:
     code: int
     value: float
     button: bool = False
-
-
-class Pad(Protocol):
-    """One gamepad that is open."""
-
-    @property
-    def name(self) -> str:
-        """The name that the device reports."""
-
-    def sticks(self) -> Mapping[int, float]:
-        """Return where its sticks stand, from -1 to 1."""
-
-    def events(self) -> Iterator[PadEvent | None]:
-        """Yield events, and None from time to time while there are none.
-
-        Raises `OSError` when it was unplugged, and `Uncounted` when events were lost.
-        """
-
-    def close(self) -> None:
-        """Close it."""
 
 
 class Uncounted(Exception):
@@ -79,12 +59,14 @@ PadNews = PadEvent | Came | Gone
 class PadReader:
     """Forwards the events of a gamepad until it is closed."""
 
-    def __init__(self, find: Callable[[], Pad | None], tell: Callable[[PadNews], None]) -> None:
+    def __init__(
+        self, find: Callable[[], EvdevPad | None], tell: Callable[[PadNews], None]
+    ) -> None:
         """`find` opens a gamepad, or returns None; `tell` is called in the reader's own thread."""
         self._find = find
         self._tell = tell
         self._closed = threading.Event()
-        self._said = ""
+        self._reported = ""
 
     def start(self) -> None:
         """Begin to look for one."""
@@ -105,16 +87,16 @@ class PadReader:
                 if pad is None:
                     self._say_once(NONE_THERE)
             if pad is not None:
-                self._said = ""
+                self._reported = ""
                 self._read(pad)
             self._closed.wait(LOOK_EVERY_S)
 
     def _say_once(self, reason: str) -> None:
-        if reason != self._said:
-            self._said = reason
+        if reason != self._reported:
+            self._reported = reason
             self._tell(Gone(reason))
 
-    def _read(self, pad: Pad) -> None:
+    def _read(self, pad: EvdevPad) -> None:
         reason = "unplugged"
         try:
             self._tell(Came(pad.name, pad.sticks()))

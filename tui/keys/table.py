@@ -430,7 +430,7 @@ JOG_KEYS = (
             "In Cartesian mode, whose x, y and z are meant: the base's, the tool's, or those "
             "of a frame of the arm file.", "jog"),
 )  # fmt: skip
-"""What the jog screen does beside jogging: the keys that jog follow below."""
+"""What the jog screen does besides jogging: the keys that jog follow below."""
 
 SCREEN_KEYS = tuple(
     DeskKey(

@@ -17,7 +17,7 @@ from armdrive.render.scene import Moment
 from armdrive.status import State, Status
 from kinematics.errors import KinematicsError
 from kinematics.guards.path import Clearance
-from kinematics.spaces import Joints, Pose
+from kinematics.spaces import Joints
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
 from tui.keys.presses import DoublePress
@@ -72,7 +72,7 @@ def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
         share = preview.nearest.share
         part = "" if share >= 1.0 else f" ({share:.0%} of this way)"
         yield f"[{keys.label('move-nearest')}] possible instead{part}:"
-        yield f"  {_pose(preview.nearest.pose)}"
+        yield f"  {preview.nearest.pose}"
     if preview.plan is not None:
         yield _duration(preview)
         yield _stop(preview)
@@ -121,12 +121,6 @@ def _reason(refusal: Exception) -> str:
     return reason.split("; nearest pose")[0]
 
 
-def _pose(pose: Pose) -> str:
-    x, y, z = pose.x_mm, pose.y_mm, pose.z_mm
-    pitch = math.degrees(pose.pitch_rad)
-    return f"x {x:.1f}  y {y:.1f}  z {z:.1f} mm  pitch {pitch:.1f}°"
-
-
 def ready_text(preview: Preview | None, keys: Keyboard) -> str:
     """Say how the motion is begun; nothing where it would be refused."""
     if preview is None or preview.refusal is not None:
@@ -152,7 +146,7 @@ def progress_bar(share: float) -> str:
 
 def arrived(status: Status) -> str:
     """Say where the arm is."""
-    return "arrived" if status.pose is None else f"arrived: {_pose(status.pose)}"
+    return "arrived" if status.pose is None else f"arrived: {status.pose}"
 
 
 @dataclass(slots=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import Protocol
 
 from armdrive.errors import BadRequest
 from armdrive.programs.teaching.sequence import Stepper
@@ -12,12 +12,8 @@ from tui.desk import Desk
 from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.points.list import PointList
 
-
-class StepCall(Protocol):
-    """A call of a stepper; it does nothing if a stop was asked for since it was decided on."""
-
-    def __call__(self, *, since: int) -> object:
-        """Make it."""
+StepCall = Callable[..., object]
+"""Carries out a step; does nothing if a stop was asked for after the count `since`."""
 
 
 class SequenceRun:
@@ -102,7 +98,7 @@ class SequenceRun:
         self._desk.message = ""
         if self.stepper is not None:
             self._desk.arm.program = partial(_program, self._name, self.stepper)
-        self._desk.call(partial(self._carry_out, step, self._desk.arm.stops), self._said)
+        self._desk.call(partial(self._carry_out, step, self._desk.arm.stops), self._progress_words)
 
     def _carry_out(self, step: StepCall, stops: int) -> None:
         try:
@@ -111,7 +107,7 @@ class SequenceRun:
             self.busy = False
             self._desk.arm.program = None
 
-    def _said(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
+    def _progress_words(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
         if self.stepper is None:
             return ""
         step = self.stepper.next

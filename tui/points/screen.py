@@ -72,11 +72,9 @@ def _tip(point: Point, arm: ArmGeometry) -> str:
 
 def point_text(point: Point) -> str:
     """Say all that is known of a point."""
-    lines = [
-        "  ".join(f"{words(name)} {angle:.1f}°" for name, angle in point.joints.deg.items()),
-    ]
+    lines = [words(str(point.joints))]
     if point.opening_mm is not None:
-        lines.append(f"fingers {point.opening_mm:.1f} mm, (unchanged)")
+        lines.append(f"gripper {point.opening_mm:.1f} mm (unchanged)")
     taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"
     lines += [part for part in (taught, point.note) if part]
     return "\n".join(lines)
@@ -200,7 +198,7 @@ class PointsScreen(DeskScreen):
     def show_body(self, status: Status) -> None:
         """Show the list, what is chosen, and what the motion to it would be."""
         self.selection.reread()
-        with self.desk.refusals_said():
+        with self.desk.reporting_refusals():
             self.confirmation.act_if_due()
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))

@@ -153,7 +153,7 @@ class SetupScreen(DeskScreen):
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
         del status
-        with self.desk.refusals_said():
+        with self.desk.reporting_refusals():
             self.stage.due()
         view, moment = self.query_one(SpaceView), self.stage.moment()
         self.query_one("#arm").display = moment is not None

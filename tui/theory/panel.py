@@ -97,7 +97,7 @@ class TheoryPanel(Horizontal):
         view = self.query_one(SpaceView)
         view.show(Moment(joints))
         view.show_drawing(None if self._walk is None else self._walk.drawing)
-        walks = self._walk is not None  # at zero: the present joints are no matter there
+        walks = self._walk is not None  # it shows the zero posture, not the present one
         left = self.query_one("#theory-left").size.width
         numbers, short = self._text("theory-numbers"), self._text("theory-summary")
         numbers.display = short.display = not walks

@@ -62,7 +62,7 @@ def test_a_paused_motion_stands_and_goes_on_to_the_same_step(dialect):
     assert status.paused
     assert status.state is State.MOVING
     assert "PAUSED" in str(status)
-    arm.sleep(20.0)
+    arm.sleep(5.0)
     assert arm.twin.world.motors == stood != goal
     arm.resume()
     handle.wait()

@@ -3,7 +3,7 @@
 from contextlib import asynccontextmanager
 
 import pytest
-from desk_fake import MODEL, FakeArm
+from desk_fake import END, MODEL, FakeArm, FakeHolder
 from desk_logged import busy_arm
 from desk_planner import CONFIG, PlannerArm
 from desk_session import Session
@@ -25,16 +25,6 @@ OPENED_BY = {
     "catalogue": ("f7", "e"),
 }
 """Dialogs, by the keys that lead to them."""
-
-
-class Silent:
-    """A program that drives an arm and says how it stands, once."""
-
-    def views(self):
-        yield status_view(FakeArm().status)
-
-    def ask(self, request, **words):
-        return {}
 
 
 @asynccontextmanager
@@ -73,7 +63,7 @@ def place(name, memory):
     if name in SCREEN_KEYS:
         return at_screen(name)
     if name == "watch":
-        app = Watching("sim", MODEL, Silent(), braille=True)
+        app = Watching("sim", MODEL, FakeHolder(status_view(FakeArm().status), END), braille=True)
         return running(app, tuple(row for row in app.keys.rows if row.place in ("watch", "")))
     if name == "model":
         rows = tuple(row for row in model_keys().rows if row.place in ("theory", ""))
