@@ -305,14 +305,8 @@ class System:
         )
         return tuple((branch, self._miss(branch.joints, checked)) for branch in found)
 
-    def miss(self, joints: Sequence[float], frame: Transform) -> Miss:
-        """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis.
-
-        Raises as `fk` and `check_transform` do.
-        """
-        return self._miss(joints, check_transform(frame))
-
     def _miss(self, joints: Sequence[float], frame: Transform) -> Miss:
+        """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis."""
         reached = self.fk(joints)
         pairs = zip(columns(rotation_of(reached)), columns(rotation_of(frame)), strict=True)
         return Miss(
