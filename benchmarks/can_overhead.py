@@ -19,7 +19,7 @@ from can_codecs import NODE, ROUNDS, Exchange, canopen, mks, mks_answer, row, sd
 from measuring import Row, Section, interleaved, own_home
 from reporting import report
 
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import frame_bits
 from armdrive.transports.can_link import CanLink, open_can_link
 from armdrive.transports.can_slcan import Slcan

@@ -48,8 +48,7 @@ from armdrive.setup.survey import (
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings
 from armdrive.transports import can_link, ports
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
 
 T = TypeVar("T")

@@ -38,8 +38,7 @@ from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.storage.files import file_name
 from armdrive.text.toml import rule_of
 from armdrive.text.toml_document import TomlEntry
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 
 Fill = Callable[[Draft, str], str | None]
 """Returns a default, as the user would type it, from the answers and a name of the row's `each`."""

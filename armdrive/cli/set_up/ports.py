@@ -20,8 +20,7 @@ from armdrive.setup.ports import (
     same_port,
     strangers_to,
 )
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
 

@@ -61,7 +61,7 @@ _AXIS_SETTINGS = {
 }
 
 
-def check_ranges(config: ArmConfig) -> None:
+def _check_ranges(config: ArmConfig) -> None:
     """Raise `ArmFileError` for angles out of reach of any motor, or too large to add up."""
     named = list(zip(config.model.arm.joint_names, config.model.arm.limits, strict=True))
     angles = [
@@ -77,35 +77,7 @@ def check_ranges(config: ArmConfig) -> None:
             )
 
 
-def check_lists(device: GrblSettings, motors: int) -> None:
-    """Raise `ArmFileError` for a list without an entry for each motor."""
-    for name in ("rates", "accelerations", "travel"):
-        given = getattr(device, name)
-        if given and len(given) != motors:
-            raise ArmFileError(
-                f"grbl.{name} must have {motors} entries, one for each motor, not {len(given)}"
-            )
-
-
-def check_gripper(device: GrblSettings) -> None:
-    """Raise `ArmFileError` for a gripper on an output that does not exist."""
-    if not 0 <= device.gripper_output < len(device.outputs):
-        raise ArmFileError(
-            f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
-            f"{len(device.outputs)} outputs, which count from 0: name the gripper's"
-        )
-
-
-def check_unit(motor: int, per_unit: float) -> float:
-    """Return the steps per unit. Raises `ArmFileError` if there are almost none."""
-    if not LEAST <= per_unit <= MOST:
-        raise ArmFileError(
-            f'grbl.unit: motor {motor + 1} has {per_unit:g} steps a unit, use "steps"'
-        )
-    return per_unit
-
-
-def check_settings(values: Mapping[int, float], letters: str, axes: str) -> None:
+def _check_settings(values: Mapping[int, float], letters: str, axes: str) -> None:
     """Raise `ArmFileError` for a per-axis setting that no board can store."""
     for motor, letter in enumerate(letters):
         for group, what in _AXIS_SETTINGS.items():
@@ -115,15 +87,6 @@ def check_settings(values: Mapping[int, float], letters: str, axes: str) -> None
                     f"a GRBL board cannot hold {value:g} as {what} of motor {motor + 1}: correct "
                     "the arm file"
                 )
-
-
-def check_switch(motor: int, steps: float) -> None:
-    """Raise `ArmFileError` for a limit switch farther away than a board can count."""
-    if not abs(steps) < FARTHEST_STEPS:
-        raise ArmFileError(
-            f"motor {motor + 1} would stand at {steps:g} steps at its limit switch, farther than "
-            "a board counts: correct homing or limits_deg"
-        )
 
 
 MPOS_AND_BUFFERS = 3
@@ -157,8 +120,14 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     """
     device = _settings(config)
     turning = _transmission(config)
-    check_ranges(config)
-    check_lists(device, len(turning.motors))
+    _check_ranges(config)
+    for name in ("rates", "accelerations", "travel"):
+        given = getattr(device, name)
+        if given and len(given) != len(turning.motors):
+            raise ArmFileError(
+                f"grbl.{name} must have {len(turning.motors)} entries, one for each motor, "
+                f"not {len(given)}"
+            )
     per_unit = _steps_per_unit(device, turning)
     rates = device.rates or _rates_hz(config, turning)
     slopes = device.accelerations or tuple(rate / device.ramp_s for rate in rates)
@@ -187,7 +156,7 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     if config.gripper.kind == "servo" and device.servo == "M3":
         widest = max(device.servo_closed, device.servo_open)
         values[LEAST_SPEED], values[MOST_SPEED] = 0.0, widest
-    check_settings(values, letters, axes)
+    _check_settings(values, letters, axes)
     return values
 
 
@@ -207,7 +176,11 @@ def switches(
         else:
             turning = _transmission(config)
             home = turning.to_motors(config.homing.joints, config.homing.opening_mm)[motor] + back
-        check_switch(motor, home)
+        if not abs(home) < FARTHEST_STEPS:
+            raise ArmFileError(
+                f"motor {motor + 1} would stand at {home:g} steps at its limit switch, farther "
+                "than a board counts: correct homing or limits_deg"
+            )
         found[axis] = LimitInput(motor, home, 1)
     return Switches(world, found)
 
@@ -221,7 +194,11 @@ def gripper_wiring(config: ArmConfig) -> OutputWiring:
             return OutputWiring("spindle", 0, shut, wide)
         return OutputWiring("analog", int(device.servo.partition("E")[2]), shut, wide)
     if config.gripper.kind == "output":
-        check_gripper(device)
+        if not 0 <= device.gripper_output < len(device.outputs):
+            raise ArmFileError(
+                f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
+                f"{len(device.outputs)} outputs, which count from 0: name the gripper's"
+            )
         name, closes = device.outputs[device.gripper_output], device.gripper_closes
         what = "digital" if name.startswith("P") else name
         port = int(name[1:]) if what == "digital" else 0
@@ -244,13 +221,16 @@ def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float,
     """Return steps per degree of each motor (per mm for fingers), or 1 if the unit is a step."""
     if device.unit == "steps":
         return (1.0,) * len(turning.motors)
-    joints = len(turning.joint_names)
-    return tuple(
-        check_unit(
-            motor, round(abs(one.steps_per_unit) * (math.pi / 180 if motor < joints else 1.0), 3)
-        )
-        for motor, one in enumerate(turning.motors)
-    )
+    found = []
+    for motor, one in enumerate(turning.motors):
+        per_degree = math.pi / 180 if motor < len(turning.joint_names) else 1.0
+        per_unit = round(abs(one.steps_per_unit) * per_degree, 3)
+        if not LEAST <= per_unit <= MOST:
+            raise ArmFileError(
+                f'grbl.unit: motor {motor + 1} has {per_unit:g} steps a unit, use "steps"'
+            )
+        found.append(per_unit)
+    return tuple(found)
 
 
 def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
@@ -337,15 +317,15 @@ KIND = SimDeviceKind(
     board=GrblBoard,
     make=_make,
     options=(
-        Option("firmware", "mega5x", "which one it runs", tuple(FIRMWARES)),
-        Option("axes", "", "the axes of its build, XYZABC say; those that are used if left out"),
-        Option("factory", False, "settings as it leaves the factory, not as the arm needs them"),
-        Option("homing", False, "homing is on ($22=1), whatever the arm file says"),
+        Option("firmware", "mega5x", "the firmware", tuple(FIRMWARES)),
+        Option("axes", "", "the axes of its build, such as XYZABC; empty: those of the arm"),
+        Option("factory", False, "factory settings instead of those that the arm needs"),
+        Option("homing", False, "switch homing on ($22=1), whatever the arm file says"),
         Option(
             "limit_interrupts", False, "a build that acts on $21=1 where the usual one does not"
         ),
-        Option("resets_on_open", False, "a saved arm is found with its board freshly reset"),
-        Option("coast", 1.0, "the arm runs on by this share of the ramp where motors stop dead"),
-        Option("plan_ms", -1.0, "milliseconds for each motion; below 0: those of the firmware"),
+        Option("resets_on_open", False, "a saved arm starts with its board freshly reset"),
+        Option("coast", 1.0, "share of the ramp by which the arm overruns a dead stop"),
+        Option("plan_ms", -1.0, "milliseconds to plan a motion; below 0: the firmware's own"),
     ),
 )

@@ -391,8 +391,12 @@ class PathRack:
 
     def bends(self, start_s: float, end_s: float) -> Iterator[float]:
         """Yield when lines end: between these times the motors are in proportion."""
-        ends = (each.piece.end_s for each in self._stretches if each.last)
-        return (at for at in ends if start_s < at < end_s)
+        for each in self._stretches:
+            at_s = each.piece.end_s
+            if at_s >= end_s:
+                break
+            if each.last and at_s > start_s:
+                yield at_s
 
     def settle(self, now_s: float) -> None:
         """Drop the lines that have ended by now, and stand if held or finished."""
