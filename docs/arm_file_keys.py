@@ -15,6 +15,7 @@ from armdrive.config.sections import (
     FingerModel,
     FrameSettings,
     GripperSettings,
+    HomingKeys,
     MotionSettings,
     YawedPostureSettings,
 )
@@ -39,6 +40,7 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("fingers", FingerModel),
     ("reference", YawedPostureSettings),
     ("park", YawedPostureSettings),
+    ("homing", HomingKeys),
     ("frames.NAME", FrameSettings),
     ("guards", GuardSettings),
 )
