@@ -46,7 +46,7 @@ MEANINGS: Mapping[str, str] = {
     "sees": "joint = share; a negative one where it counts the other way",
     "follows": "whole steps added for each step of an earlier motor",
 } | {each.name: rule_of(each).help for kind in (GuardSettings, HomingKeys) for each in fields(kind)}
-"""The meanings of sections and keys that no settings class declares."""
+"""The meanings of sections, and of keys that are written one by one."""
 
 
 def complete(config: ArmConfig, table: Mapping[str, Any]) -> str:
