@@ -204,7 +204,7 @@ class FrameSettings:
 
 @dataclass(frozen=True, slots=True)
 class HomingKeys:
-    """The keys of [homing] beside the joints; without `groups` the device has its own order."""
+    """The keys of [homing] without its joints; without `groups` the device has its own order."""
 
     opening_mm: float = setting(0.0, "how far open the fingers are after homing")
     groups: tuple[tuple[int, ...], ...] = setting(
