@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.config.guards import GuardSettings
-from armdrive.config.link_model import UrdfSettings
+from armdrive.config.link_model import AxisRow, LinkRow, ModelHead, Placement, Tip, UrdfSettings
 from armdrive.config.sections import (
     Connection,
     FingerModel,
@@ -46,6 +46,21 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
 )
 """The sections that every arm may have, in the order of the file."""
 
+MODEL_HEAD = """# The keys of a model file
+
+An arm file may name a model file (`model = "models/six.toml"`). It has a link table, `[[links]]`
+with `[base]` and `[tool]`, or joint axes, `[[axes]]` with `[tip]`.
+"""
+
+MODEL_SECTIONS: tuple[tuple[str, type[Any]], ...] = (
+    ("[links]", LinkRow),
+    ("base", Placement),
+    ("tool", Placement),
+    ("[axes]", AxisRow),
+    ("tip", Tip),
+)
+"""The sections of a model file; a name in brackets is that of an array."""
+
 
 def page() -> str:
     """Return the whole page."""
@@ -57,6 +72,10 @@ def _sections() -> Iterator[str]:
         yield from _table(f"`[{name}]`", map(_row, fields(kind)))
     for row in DIALECTS.values():
         yield from _table(f"`[{row.name}]`: {row.title}", map(_row, fields(row.settings())))
+    yield MODEL_HEAD
+    yield from _table("At the top", map(_row, fields(ModelHead)))
+    for name, kind in MODEL_SECTIONS:
+        yield from _table(f"`[{name}]`", map(_row, fields(kind)))
 
 
 def _row(key: Field[Any]) -> tuple[str, str, Rule]:
