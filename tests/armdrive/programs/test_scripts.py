@@ -12,7 +12,7 @@ from cli_calls import TRACEBACK, write_bench
 from running_bench import Keys, table_arm
 
 from armdrive import Arm
-from armdrive.arm import standing_in, stood_in
+from armdrive.arm import override_connections, overriding_arm
 from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
@@ -330,13 +330,13 @@ def test_calls_within_calls_are_not_the_scripts(write):
 
 def test_the_latest_override_applies_and_none_remains_afterwards():
     one, two = object(), object()
-    with standing_in(lambda *_: one):
-        with standing_in(lambda *_: two):
+    with override_connections(lambda *_: one):
+        with override_connections(lambda *_: two):
             assert Arm.connect("sim:grbl") is two
         assert Arm.connect() is one
-        with standing_in(lambda *_: None), Arm.connect("sim:grbl") as arm:
+        with override_connections(lambda *_: None), Arm.connect("sim:grbl") as arm:
             assert arm.status.dialect == "grbl"
-    assert stood_in(None, {}) is None
+    assert overriding_arm(None, {}) is None
 
 
 def test_only_simulated_arms_meanwhile(monkeypatch):

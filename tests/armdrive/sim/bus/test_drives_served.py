@@ -95,7 +95,7 @@ def test_its_adapter_leaves_the_bus_until_it_is_opened_anew(served):
     with served.open() as bus:
         say(bus, ask)
         assert answer(bus).code is mks.Code.ENCODER
-        assert served.tell("fault") == "nothing is wrong"
+        assert served.tell("fault") == "no faults"
         served.tell("fault alone")
         say(bus, ask)
         assert hear(bus, 0.1) is None
