@@ -163,41 +163,10 @@ class Evidence(Enum):
     CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
 
 
-# Position records and recordings store the text of the evidence. Those made by earlier versions
-# have these texts, which still need their codes.
-_TEXTS_OF_EARLIER_VERSIONS: Mapping[str, Evidence] = MappingProxyType(
-    {
-        "nothing is recorded of this arm's position": Evidence.NO_RECORD,
-        "recorded by an earlier program, and the registers still agree": Evidence.RECORD_MATCHES,
-        "the registers differ from the recorded ones: it was moved, or lost its power": (
-            Evidence.RECORD_DIFFERS
-        ),
-        "the wire was lost and is back, and the registers still agree": Evidence.LINK_BACK,
-        "the recorded position cannot be used": Evidence.RECORD_UNUSABLE,
-        "a motion was sent and its answer never came": Evidence.ANSWER_LOST,
-        "the controller refused a motion that it should have understood": Evidence.MOTION_REFUSED,
-        "a motion was broken off before its end": Evidence.BROKEN_OFF,
-        "the controller's homing did not end": Evidence.HOMING_FAILED,
-        "verified at its mark, and found off its position": Evidence.OFF_ITS_MARK,
-        "the motors were stopped dead in motion, and may have lost steps": Evidence.STOPPED_DEAD,
-        "the controller went into alarm while it moved": Evidence.ALARM,
-        "the wire was lost while the arm moved": Evidence.LOST_IN_MOTION,
-        "the registers changed with no motion from here: by hand, or by a pendant": (
-            Evidence.MOVED_BY_OTHERS
-        ),
-        "the controller announced that it was restarted": Evidence.RESTARTED,
-    }
-)
-
-_EVIDENCE_BY_TEXT: Mapping[str, Evidence] = MappingProxyType(
-    {each.value: each for each in Evidence} | dict(_TEXTS_OF_EARLIER_VERSIONS)
-)
-
-
 def code_of_reason(reason: str) -> str:
     """Return the catalogue's code for a trust's reason, which begins with its evidence's text."""
-    for text, evidence in _EVIDENCE_BY_TEXT.items():
-        if reason.startswith(text):
+    for evidence in Evidence:
+        if reason.startswith(evidence.value):
             return code_of_name(evidence.name)
     return ""
 

@@ -9,7 +9,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from measuring import Row, Section, interleaved, ratio
+from measuring import Row, Section, each, interleaved, ratio
 from textbook_goals import postures
 from textbook_peers import (
     START,
@@ -31,20 +31,6 @@ from kinematics.textbook.systems.named import System
 from kinematics.textbook.systems.puma import PUMA
 
 Cases = dict[str, Callable[[], object]]
-
-
-def each(call: Callable[[Any], object], values: list[Any]) -> Callable[[], object]:
-    """Return a case that makes a call for every value.
-
-    Each answer is dropped at once: thousands of postures that are kept would have the garbage
-    collector measured too.
-    """
-
-    def run() -> None:
-        for value in values:
-            call(value)
-
-    return run
 
 
 def minimover_inverse(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:

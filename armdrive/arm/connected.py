@@ -1,15 +1,15 @@
-"""A connected arm's connection, recording and motion handles."""
+"""A connected arm's connection, log and motion handles."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
 from armdrive.errors import NoAnswer, WaitTimeout, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls
+from armdrive.runtime.clock import Pace
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import Task
@@ -79,31 +79,16 @@ class Connection:
             call()
 
 
-class Recording:
-    """The contents of an arm's flight recorder: saved to a file, or read in words."""
+def log_reader(pace: Pace, tracer: Tracer, dialect: str, back: int | None) -> LogReader:
+    """Return a reader of a flight recorder's entries in words, starting with the latest `back`."""
+    # imported here to keep start-up fast: few programs read the log
+    from armdrive.trace.log import BACK, LogReader
 
-    def __init__(self, parts: Parts, tracer: Tracer) -> None:
-        self._pace = parts.pace
-        self._dialect = parts.config.connection.dialect
-        self._tracer = tracer
+    def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
+        with pace.lock:
+            return tracer.since(number, most, back)
 
-    def save(self, path: Path | str | None) -> Path:
-        """Save the recorder's current contents, and return the path of the file."""
-        with self._pace.lock:
-            write = self._tracer.snapshot("asked for")
-        return write(None if path is None else Path(path))
-
-    def reader(self, back: int | None) -> LogReader:
-        """Return a reader that describes entries in words, starting with the latest `back`."""
-        # imported here to keep start-up fast: few programs read the log
-        from armdrive.trace.log import BACK, LogReader
-
-        began_s = self._tracer.began_s
-        return LogReader(self._since, self._dialect, began_s, back=BACK if back is None else back)
-
-    def _since(self, number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
-        with self._pace.lock:
-            return self._tracer.since(number, most, back)
+    return LogReader(since, dialect, tracer.began_s, back=BACK if back is None else back)
 
 
 # The handle of a running motion, which a call with `wait=False` returns.

@@ -139,7 +139,7 @@ def _every_s(words: Mapping[str, Any]) -> float | None:
 
 
 def _wire(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Give the bytes on the arm's wire, in the form of `tap_messages`."""
+    """Yield the bytes on the arm's wire, in the form of `tap_messages`."""
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with arm.pace.lock:

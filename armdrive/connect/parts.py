@@ -1,7 +1,7 @@
 """The parts of a connected arm: its state, engine and clock, and the runner of its tasks.
 
-`connect` opens the wire to an arm or to its simulated twin. `assemble` puts the parts together over
-an open link, and connects. `Arm(parts)` adds the calls that a program makes.
+`connect` opens the link to an arm or to its simulated twin. `assemble` puts the parts together on
+an open link and connects. `Arm(parts)` adds the public calls.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
-from armdrive.motion import reference
+from armdrive.motion import standing
 from armdrive.motion.context import MotionContext, alerted
-from armdrive.motion.idle import Idling
 from armdrive.motion.plan import SpeedLimits
 from armdrive.registry import dialect
 from armdrive.registry.simulate import simulate
@@ -31,8 +30,7 @@ from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
-from armdrive.storage.record import FileRecorder, NoRecorder, PositionRecorder
-from armdrive.storage.verifications import logbook_file
+from armdrive.storage.record import FileRecorder, PositionRecorder, logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
 from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.recorder import FlightRecorder
@@ -53,9 +51,9 @@ T = TypeVar("T")
 
 
 class TaskRunner:
-    """Hands tasks to one arm's engine, waits for their end, and stops them.
+    """Submits tasks to one arm's engine, waits for their end, and stops them.
 
-    The methods that wait are coroutines of `Wait`: see blocking.py.
+    The methods that wait are coroutines that await `Wait` objects; see blocking.py.
     """
 
     def __init__(self, core: Core, engine: Engine, pace: Pace) -> None:
@@ -63,12 +61,12 @@ class TaskRunner:
         self.engine = engine
         self.pace = pace
         self.stops = 0
-        """The number of stop requests."""
+        """The number of stops requested so far."""
 
     # -- stopping -----------------------------------------------------------------------------
 
     def request_stop(self, *, hard: bool = False) -> None:
-        """Ask for a stop and return at once. Takes no lock: a signal handler may call this."""
+        """Request a stop and return at once. Takes no lock: a signal handler may call this."""
         self.stops += 1
         self.core.hold = None
         self.engine.stop_hard = self.engine.stop_hard or hard
@@ -83,7 +81,7 @@ class TaskRunner:
     async def stand_still(self) -> bool:
         """Stop; return whether the arm confirms that it stands."""
         self.request_stop()
-        # a stop that the engine has not handled yet would stop the next motion
+        # the engine must have handled the stop, or it would stop the next motion
         return await Wait(self.pace, lambda: self.engine.at_rest, PATIENCE_S)
 
     # -- running ------------------------------------------------------------------------------
@@ -91,10 +89,10 @@ class TaskRunner:
     def submit(
         self, body: TaskBody[T], *, alone: bool = False, within_s: float = math.inf
     ) -> Task[T]:
-        """Hand a task to the engine. Raises `WrongState` while another task waits there.
+        """Submit a task to the engine. Raises `WrongState` while another task is waiting there.
 
-        With `alone` it raises also while a task runs: a motion never waits for its turn. The engine
-        ends a task that takes longer than `within_s`, with `NoAnswer`.
+        With `alone`, also raises while a task is running: a motion never waits for its turn. A task
+        that takes longer than `within_s` ends with `NoAnswer`.
         """
         with self.pace.lock:
             task = self.engine.start(body, alone=alone, within_s=within_s)
@@ -102,7 +100,7 @@ class TaskRunner:
         return task
 
     async def finish(self, task: Task[T], timeout_s: float) -> T:
-        """Wait for a task; an exception during the wait stops the arm."""
+        """Wait for a task to end; an exception during the wait stops the arm."""
         try:
             ended = await self._waited(task, timeout_s)
         except BaseException:
@@ -114,16 +112,16 @@ class TaskRunner:
         return task.result()
 
     async def perform(self, body: TaskBody[T], within_s: float | None = None) -> T:
-        """Hand a task that moves nothing to the engine and wait for its end.
+        """Run a task that moves nothing, and return its result.
 
-        It takes at most `within_s`, by default `call_limit_s`, after the end of a motion that is
-        under way, for which it waits up to a minute.
+        The task takes at most `within_s`, by default `call_limit_s`. If a motion is running, it
+        first waits up to a minute for the end of the motion.
         """
         limit_s = self.engine.call_limit_s if within_s is None else within_s
         return await self.finish(self.submit(body, within_s=limit_s), limit_s + PATIENCE_S)
 
     async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
-        """Wait for a task, longer by the time for which it is paused or slowed down."""
+        """Wait for a task to end; pauses and the speed override extend the timeout."""
         speed_override = self.core.speed_override
         simulated, delay_s = not isinstance(self.pace, RealPace), speed_override.delay_s
         waited_s = -speed_override.waited_s
@@ -150,14 +148,14 @@ class TaskRunner:
         """Raise `Stopped` if this program was suspended since that count was taken."""
         if self.absences() != absences:
             raise Stopped(
-                "the wait was ended: this program or its computer had been suspended, and nothing "
-                "goes on by itself after that"
+                "the wait was ended, because this program or its computer was suspended: after "
+                "that, nothing continues by itself"
             )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """The parts of a connected arm. Call `release` at the end."""
+    """The parts of a connected arm. Call `release` to close them."""
 
     config: ArmConfig
     pace: Pace
@@ -170,19 +168,19 @@ class Parts:
     operator: Operator | None
     simulated: bool
     twin: SimulatedArm | None = None
-    """The simulated device; None of a real arm."""
+    """The simulated device; None for a real arm."""
     logbook: Path | None = None
     """The file of verifications; None for a simulated arm that is not recorded."""
     lock: ArmLock | None = None
-    """Keeps other programs off the arm, and answers them; None if no program can reach it."""
+    """Keeps other programs off the arm and answers them; None if no program can reach the arm."""
     closers: tuple[Callable[[], None], ...] = ()
-    """Called in this order once the arm is closed."""
+    """Functions to call, in this order, once the arm is closed."""
 
-    # -- what is known ------------------------------------------------------------------------
+    # -- status -------------------------------------------------------------------------------
 
     @property
     def status(self) -> Status:
-        """A frozen picture of this moment."""
+        """A frozen snapshot of the arm."""
         with self.pace.lock:
             jitter = self.pace.lateness.view()
             return self.core.status(self.engine, simulated=self.simulated, scheduling_jitter=jitter)
@@ -199,7 +197,7 @@ class Parts:
 
     @property
     def speeds(self) -> SpeedLimits:
-        """The limits that time is computed from; a device may tell its own once it is connected."""
+        """The speed limits for planning; a connected device may report its own limits."""
         config, core = self.config, self.core
         return SpeedLimits(
             config.model.joint_speeds_rad_s,
@@ -212,16 +210,16 @@ class Parts:
         )
 
     def known(self, value: T | None) -> T:
-        """Return what a status tells, or raise `NotReferenced` where it tells nothing."""
+        """Return a value of the status; raises `NotReferenced` if it is None."""
         if value is None:
             self.core.require_reference()
             raise ArmError("the position is not known")
         return value
 
-    # -- the end ------------------------------------------------------------------------------
+    # -- closing ------------------------------------------------------------------------------
 
     def release(self) -> None:
-        """Stop driving the engine, give the wire back, and finish what is being written."""
+        """Stop the engine, close the link, and finish pending writes."""
         self.pace.close()
         self.engine.link.close()
         self.core.memory.finish(CLOSING_S)
@@ -241,7 +239,7 @@ async def assemble(
     tracer: Tracer = NO_TRACER,
     rewiring: NewLink | None = None,
 ) -> Parts:
-    """Connect over an open link. Raises `NoAnswer` if no such arm answers; moves nothing."""
+    """Connect over an open link; moves nothing. Raises `NoAnswer` if the arm does not answer."""
     controller = dialect(config.connection.dialect).controller(config)
     # in simulated time a disk takes no time: the record is written at once
     wake = pace.wake if isinstance(pace, RealPace) else None
@@ -249,7 +247,7 @@ async def assemble(
     core.allow_restored = allow_restored
     core.tracer = tracer
     core.speed_override.others = isinstance(pace, RealPace)
-    core.geometry_known |= simulated  # a simulated arm is what its numbers say
+    core.geometry_known |= simulated  # a simulated arm has the lengths that its file states
     driven = _Driven(core, link, rewiring)
     runner = TaskRunner(core, driven.engine, pace)
     parts = Parts(
@@ -259,7 +257,7 @@ async def assemble(
     tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)
     try:
-        await runner.perform(reference.connect(driven.wire))
+        await runner.perform(standing.connect(driven.wire))
         with pace.lock:
             tracer.opened()
     except BaseException:
@@ -287,7 +285,7 @@ class _Driven:
         self.wire = MotionContext(self.engine, core)
         self.reconnector = None if rewiring is None else Reconnector(self.wire, rewiring)
         self.engine.reconnect = self.reconnector
-        self._idling = Idling(self.wire)
+        self._idling = standing.Idling(self.wire)
 
     def _idle(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         return self._idling.due(now_s)
@@ -310,12 +308,12 @@ class _Driven:
             self.reconnector.lost(self.engine.now_s)
 
 
-# Opens the wire to an arm, and connects.
+# Opening the link to an arm, and connecting.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConnectOptions:
-    """The options of `Arm.connect`, which says what each does."""
+    """The options of `Arm.connect`, which documents each of them."""
 
     dialect: str | None = None
     baud: int | None = None
@@ -325,7 +323,7 @@ class ConnectOptions:
     twin: SimulatedArm | None = None
     reconnect: bool | None = None
     clock: SimulatedClock | None = None
-    """The clock of a simulated arm if `pace` is None; None: a clock of its own."""
+    """The clock of a simulated arm if `pace` is None; by default a clock of its own."""
 
     @property
     def simulated_pace(self) -> PaceChoice:
@@ -335,7 +333,7 @@ class ConnectOptions:
 
 @blocking
 async def connect(target: str | None, options: ConnectOptions) -> Parts:
-    """Connect as `Arm.connect` says."""
+    """Connect; see `Arm.connect`."""
     found = find(target or DEFAULT_TARGET, dialect_name=options.dialect, baud=options.baud)
     if found.simulated:
         return await coroutine_of(connect_simulated)(
@@ -347,7 +345,7 @@ async def connect(target: str | None, options: ConnectOptions) -> Parts:
             reconnect=options.reconnect,
         )
     if options.pace not in (None, "real", 1.0):
-        raise BadRequest("a real arm knows one pace: real time")
+        raise BadRequest("a real arm runs in real time: leave out pace=")
     return await coroutine_of(connect_real)(
         found.config,
         allow_restored=options.allow_restored,
@@ -368,14 +366,14 @@ async def connect_simulated(
     tracer: Tracer | None = None,
     reconnect: bool | None = None,
 ) -> Parts:
-    """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
+    """Connect to a simulated twin in this process, in simulated time unless `pace` says else."""
     twin = twin or simulate(config)
     parts = await coroutine_of(assemble)(
         config,
         twin.link,
         pace_of(pace),
         simulated=True,
-        recorder=recorder or NoRecorder(),
+        recorder=recorder,
         operator=operator or twin.operator,
         allow_restored=allow_restored,
         tracer=tracer or FlightRecorder(),
@@ -392,10 +390,10 @@ async def connect_real(
     operator: Operator | None = None,
     reconnect: bool | None = None,
 ) -> Parts:
-    """Open the arm's port and connect; one program holds an arm at a time.
+    """Open the arm's port and connect; one program at a time holds an arm.
 
-    With `reconnect` (by default as the arm file says) a lost wire is opened again as soon as it can
-    be. If another dialect answers, the `DeviceFault` says which.
+    With `reconnect` (the default is in the arm file), a lost link is opened again as soon as
+    possible. If another dialect answers, the `DeviceFault` names it.
     """
     from armdrive.connect.port import PortOpening, explaining  # a simulated arm has no port
 
@@ -427,10 +425,10 @@ async def connect_real(
 
 
 def _rewiring(twin: SimulatedArm, *, automatic: bool) -> NewLink | None:
-    """Return how a twin's wire is opened again; None if a test has replaced that wire."""
+    """Return how to reopen a twin's link; None if a test has replaced the link."""
     return NewLink(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
 
 
 def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
-    """Return whether to reconnect: as the caller says, else as the arm file does."""
+    """Return whether to reconnect automatically; the arm file has the default."""
     return config.connection.reconnect if reconnect is None else reconnect

@@ -1,4 +1,4 @@
-"""Finds and opens the wire of a real arm, and explains a connection that fails."""
+"""Finds and opens the port of a real arm, and explains a failed connection."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from armdrive.transports.link import Link
 
 
 class PortOpening:
-    """Opens the wire to one arm, found by its adapter's USB serial number or else by its name.
+    """Opens the port of one arm, found by its adapter's USB serial number, otherwise by name.
 
-    If the adapter has a number, later openings go by it: plugged in again, the adapter may have
-    another name, and its old name may belong to another adapter.
+    An adapter with a serial number is later found by that number. When it is plugged in again, it
+    may have a different name, and another adapter may have its old name.
     """
 
     def __init__(self, config: ArmConfig) -> None:
@@ -40,13 +40,13 @@ class PortOpening:
             )
 
     def find(self) -> str:
-        """Return the port's present name. Raises `NoSuchPort` where no port has the number."""
+        """Return the port's present name. Raises `NoSuchPort` if no port has the serial number."""
         if self._serial_number:
             self._port = ports.device_of(self._serial_number, self._port)
         return self._port
 
     def open(self) -> Link:
-        """Open the wire, wherever it is now. Raises `PortUnavailable`; sends nothing."""
+        """Open the port under its present name; sends nothing. Raises `PortUnavailable`."""
         port = self.find()
         link = opening.open_link(
             self._filtered(port),
@@ -59,34 +59,32 @@ class PortOpening:
         return link
 
     def _filtered(self, port: str) -> str:
-        """Return a port; a CAN bus with the ids of the drives, so that it reads no other frames."""
+        """Add the drives' ids to the address of a CAN bus, so that no other frames are read."""
         if not (self._ids and is_can(port)):
             return port
         address = CanAddress.parse(port)
         return port if address.ids else str(replace(address, ids=frozenset(self._ids)))
 
 
-# A connection that failed: which device answered instead of the expected one.
+# Explaining a failed connection: which device answered instead of the expected one.
 
-MOST_BYTES = 4096
-"""A failed connection is explained by at most this many received bytes ..."""
-MOST_WRITES = 64
-"""... and by the first writes, which tell an echo."""
+MOST_BYTES = 4096  # received bytes that are examined
+MOST_WRITES = 64  # writes that are compared with them, to find an echo
 
 
 @cache
 def recogniser() -> Recogniser:
-    """Return what recognises the devices of every dialect that is not spoken on a bus."""
+    """Return the recogniser of all devices that are not on a bus."""
     found = {name: row.tools().recognition for name, row in DIALECTS.items()}
     return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
 
 
 @contextlib.contextmanager
 def explaining(recorded: Callable[[], Iterable[TraceEntry]], wire: Connection) -> Iterator[None]:
-    """Add to the error of a failed connection what was received, and how to find out more.
+    """Add what was received, and how to find out more, to the error of a failed connection.
 
-    `recorded` returns what the recorder of the connection has. A bus that is lost at once is one
-    on which no node acknowledges: `armdrive doctor` finds out which nodes are there.
+    `recorded` returns the entries of the connection's recorder. On a bus that is lost at once, no
+    node acknowledges frames: `armdrive doctor` finds out which nodes are there.
     """
     try:
         yield
@@ -107,14 +105,14 @@ def explaining(recorded: Callable[[], Iterable[TraceEntry]], wire: Connection) -
 def explained(
     fault: DeviceFault, received: bytes, wire: Connection, sent: Sequence[bytes] = ()
 ) -> DeviceFault:
-    """Return the fault of a failed connection with what was received, and how to find out more."""
+    """Return the fault with what was received, and how to find out more."""
     instead = "" if is_can(wire.port) else _instead(received, wire.dialect, sent, str(fault))
     sentences = [str(fault).rstrip(".") + ".", instead, _doctor(wire.port)]
     return type(fault)(" ".join(each for each in sentences if each))
 
 
 def bare(fault: BaseException, wire: Connection) -> str:
-    """Return the sentence of a failed connection without its pointer to the doctor."""
+    """Return the error text of a failed connection without the reference to the doctor."""
     return str(fault).removesuffix(_doctor(wire.port)).rstrip(" .")
 
 

@@ -1,7 +1,7 @@
-"""Reconnects a lost wire: tries to open it, with longer and longer pauses between the tries.
+"""Reconnects a lost link: tries to open it again, with increasing pauses between attempts.
 
-The engine then gets the new wire and a new controller, which repeats no request of the old one. The
-arm ends in a state in which nothing moves (motion/idle.py).
+The engine then gets the new link and a new controller, which repeats no request of the old one.
+Afterwards the arm is in a state in which nothing moves (motion/standing.py).
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ from dataclasses import dataclass
 
 from armdrive.errors import ArmError, LinkLost
 from armdrive.motion.context import MotionContext, without_reset
-from armdrive.motion.idle import resume
+from armdrive.motion.standing import recover
 from armdrive.registry import dialect
 from armdrive.runtime.engine import Engine
 from armdrive.tasks import TaskBody
 from armdrive.transports.link import AbsentLink, Link
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
-"""The pauses before each try; the last one repeats. Opening a port can reset a board."""
+"""The pauses before each attempt; the last one repeats. Opening a port can reset a board."""
 LET_GO_S = 3.0
-"""A new wire waits this long until the old one has closed: it may still send a stop, and it holds
-the port."""
+"""How long an attempt waits for the old link to close: it may still send a stop, and it holds the
+port."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NewLink:
-    """How a lost wire is opened again: `open_again` raises `PortUnavailable` until it is there.
+    """How to reopen a lost link: `open_again` raises `PortUnavailable` while the port is missing.
 
-    With `automatic` the tries begin by themselves. With `in_thread` each runs in a thread of its
-    own, since a network can take seconds to refuse.
+    With `automatic`, attempts start by themselves. With `in_thread`, each attempt runs in its own
+    thread, because a network can take seconds to refuse a connection.
     """
 
     open_again: Callable[[], Link]
@@ -40,10 +40,10 @@ class NewLink:
 
 
 class Opening:
-    """One attempt to open a wire, in the caller's thread or one of its own.
+    """One attempt to open a link, in the caller's thread or its own.
 
-    It waits for the thread `after`, which closes the old wire: this program still holds the port
-    until then.
+    It first waits for the thread `after`, which closes the old link: until then, this program still
+    holds the port.
     """
 
     def __init__(
@@ -65,12 +65,12 @@ class Opening:
 
     @property
     def outcome(self) -> Link | ArmError | None:
-        """The wire, or why there is none; None while the attempt runs."""
+        """The new link, or the error; None while the attempt is running."""
         with self._lock:
             return self._outcome
 
     def give_up(self) -> None:
-        """Close the wire, even if it opens later."""
+        """Close the link, even if it opens later."""
         with self._lock:
             self._given_up = True
             outcome = self._outcome
@@ -86,7 +86,7 @@ class Opening:
         except ArmError as error:
             outcome = error
         except OSError as error:
-            outcome = LinkLost(f"the wire cannot be opened ({error})")
+            outcome = LinkLost(f"the link cannot be opened ({error})")
         with self._lock:
             self._outcome = outcome
             unwanted = self._given_up
@@ -96,11 +96,11 @@ class Opening:
 
 
 class Reconnector:
-    """Reconnects one arm. The engine calls it, under its lock, while the wire is broken."""
+    """Reconnects one arm. The engine calls it, under its lock, while the link is lost."""
 
     def __init__(self, wire: MotionContext, rewiring: NewLink) -> None:
         self.tries = 0
-        """How many attempts have ended, successful or not."""
+        """The number of attempts that have ended, successfully or not."""
         self.trouble: ArmError | None = None
         """Why the last attempt failed."""
         self._wire = wire
@@ -114,7 +114,7 @@ class Reconnector:
 
     @property
     def automatic(self) -> bool:
-        """Whether the tries begin by themselves."""
+        """Whether attempts start by themselves."""
         return self._rewiring.automatic
 
     @property
@@ -122,9 +122,9 @@ class Reconnector:
         return self._wire.engine
 
     def lost(self, now_s: float) -> None:
-        """Close the broken wire, so that its port is free, and begin the tries if automatic.
+        """Close the broken link, which frees its port; schedule an attempt if automatic.
 
-        Called for a wire that was lost, and for a new one behind which the arm did not answer.
+        Called for a link that was lost, and for a new one on which the arm did not answer.
         """
         self._lost_s = now_s
         old = self._engine.link
@@ -139,19 +139,19 @@ class Reconnector:
             self._due_s = now_s + self._pause_s()
 
     def ask(self, now_s: float) -> int:
-        """Try at once; return how many attempts had ended before."""
+        """Try at once; return the number of attempts that had ended before."""
         self._due_s = now_s
         return self.tries
 
     def close(self) -> None:
-        """Try no more."""
+        """Make no more attempts."""
         self._due_s = math.inf
         opening, self._opening = self._opening, None
         if opening is not None:
             opening.give_up()
 
     def __call__(self, now_s: float) -> float:
-        """Do what is due by now; return when to call again."""
+        """Do all that is due; return when to call again."""
         if self._opening is None:
             if now_s < self._due_s:
                 return self._due_s
@@ -168,24 +168,24 @@ class Reconnector:
         return self._due_s
 
     def _take(self, link: Link) -> None:
-        """Go on over a new wire, with a controller that remembers nothing of the old one."""
+        """Continue on a new link, with a controller that remembers nothing of the old one."""
         core, absent = self._wire.core, self._engine.link
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
         absent.close()
         core.diagnostics.notice = f"found {link.description}: checking whether the arm answers"
-        # a motion that was sent before the loss may still run: wait for its end first
+        # a motion that was sent before the loss may still be running: wait for its end first
         runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
         self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
 
     def _resume(self) -> TaskBody[None]:
-        """Check that the same arm answers on the new wire, and take up its state."""
+        """Check that the same arm answers on the new link, and restore its state."""
         try:
-            yield from resume(self._wire, self._lost_s, self._lost_link)
+            yield from recover(self._wire, self._lost_s, self._lost_link)
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(
-                f"the wire is back, but not the arm: {without_reset(error)}. Nothing moves; "
+                f"the link is back, but not the arm: {without_reset(error)}. Nothing moves; "
                 "reconnect again"
             ) from None
         self.tries += 1

@@ -1,4 +1,4 @@
-"""Finds the arm that a name means: an arm file, a port, or a simulated arm."""
+"""Finds the arm for a name: an arm file, a port, or a simulated arm."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from kinematics.errors import suggestion
 
 SIM = "sim:"
 DEFAULT_TARGET = f"{SIM}{DEFAULT}"
-"""What a program connects to if it names no arm."""
+"""The arm for a program that names none."""
 SIM_PLANNED_BURST_S = 0.5
-"""A simulated arm can do no harm, so its planned bursts are longer than a real arm's default."""
+"""Longer than a real arm's default, because a simulated arm can do no harm."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """The arm to connect to, and whether a simulated one stands in for it."""
+    """The arm to connect to, and whether it is simulated."""
 
     config: ArmConfig
     simulated: bool
 
 
 def find(name: str, *, dialect_name: str | None = None, baud: int | None = None) -> Target:
-    """Turn a name into an arm: `sim:DIALECT`, an arm file's name or path, or a port.
+    """Return the arm for a name: `sim:DIALECT`, an arm file's name or path, or a port.
 
-    A port needs a dialect, since nothing is sent to find it out. Raises `BadRequest` or
-    `ArmFileError`, which names the known arms.
+    A port needs a dialect, because nothing is sent to find it out. Raises `BadRequest`, or
+    `ArmFileError`, which lists the known arms.
     """
     if name.startswith(SIM):
         return Target(simulated_config(name.removeprefix(SIM)), simulated=True)
@@ -54,14 +54,14 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
 
 
 def simulation_forced() -> bool:
-    """Return whether the environment replaces every arm by a simulated one."""
+    """Return whether the environment variable replaces every arm with its simulated twin."""
     return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
 
 
 def _real_unless_forced(config: ArmConfig) -> Target:
-    """Return an arm, or if simulation is forced its twin, under a name of its own.
+    """Return a real arm, or its twin if simulation is forced.
 
-    By that name the twin has its own record, lock and socket, and not the real arm's.
+    The twin has a name of its own, and therefore its own record, lock and socket.
     """
     if simulation_forced():
         return Target(replace(config, name=f"{SIM}{config.name}"), simulated=True)

@@ -457,13 +457,15 @@ Way = tuple[ArmCoordinates, float]
 class StreamedCourse:
     """The segments of one motion: absolute targets, rounded once, drawn as the device has room.
 
-    `left` is the rest of a segment that a pause has interrupted. `slow_s` of the `total_s` of
+    A pause ends the segments. `exhausted` is true if the whole way was drawn before that, and
+    `left` is the rest of a segment that the pause has interrupted. `slow_s` of the `total_s` of
     motion are slower than the device can turn its motors without stopping in between.
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
         self.end: ArmCoordinates | None = core.position.coordinates
         self.left: Way | None = None
+        self.exhausted = False
         self.straying_mm = 0.0
         self.slow_s = self.total_s = 0.0
         self._core = core
@@ -480,7 +482,12 @@ class StreamedCourse:
         that a slow motion stays slow.
         """
         waited_s = 0.0
-        for there, duration_s in self._ways:
+        while not self._core.speed_override.paused:
+            way = next(self._ways, None)
+            if way is None:
+                self.exhausted = True
+                return
+            there, duration_s = way
             target = there.motors(self._core.transmission)
             steps, self.end = target - self._at, there
             if not steps.largest:
@@ -520,9 +527,7 @@ class StreamedCourse:
 
     def passes(self, position: Motors) -> bool:
         """Return whether a position lies within the segments drawn so far."""
-        return all(
-            low <= at <= high for low, at, high in zip(self._low, position, self._high, strict=True)
-        )
+        return way_between(self._low, self._high)(position)
 
 
 def _evidence(reply: RequestRejected) -> Evidence:

@@ -17,7 +17,7 @@ from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import joints_between
 from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.tasks import MoveBy
-from kinematics.spaces import Joints, Motors
+from kinematics.spaces import Motors
 
 # Joint angles during an uncoordinated burst, and the order of the motors.
 #
@@ -130,29 +130,36 @@ def has_room(core: Core, target: Motors, rate_hz: float) -> bool:
     if largest <= SMALL_STEPS:
         return bool(in_turn(core, target, rate_hz))
     strays = core.controller.strays_steps(target - start, rate_hz)
-    here, _ = core.transmission.to_joints(start)
+    return _stays_near(core, start, target, strays, core.config.motion.straying_mm, way_out=True)
+
+
+def _stays_near(
+    core: Core,
+    start: Motors,
+    target: Motors,
+    strays: Sequence[float],
+    tolerance_mm: float,
+    *,
+    way_out: bool,
+) -> bool:
+    """Return whether motors that deviate by `strays` steps keep the arm near its path.
+
+    The tip stays within the tolerance, every joint within its limits, and the arm clear of guards.
+    With `way_out`, an arm that is inside a guard may deviate a little on its way out.
+    """
+    here, there = (core.transmission.to_joints(each)[0] for each in (start, target))
     stray_mm = straying_mm(core.config, here, strays)
-    if stray_mm > core.config.motion.straying_mm:
+    if stray_mm > tolerance_mm:
         return False
     if not core.position_known:
         return True
     if not Corridor(core, start, target).holds(start, target, strays):
         return False
-    there, _ = core.transmission.to_joints(target)
-    if _clear_of_guards(core, here, there, stray_mm):
-        return True
-    return stray_mm <= WAY_OUT_MM and _within_a_guard(core, here)
-
-
-def _within_a_guard(core: Core, joints: Joints) -> bool:
-    guards = core.config.model.guards.over(core.config.model.arm)
-    return min(guards.room(joints)) < 0.0
-
-
-def _clear_of_guards(core: Core, here: Joints, there: Joints, stray_mm: float) -> bool:
     guards = core.config.model.guards.over(core.config.model.arm)
     on_the_way = (joints_between(here, there, look) for look in LOOKS)
-    return all(min(guards.room(joints)) >= stray_mm for joints in on_the_way)
+    if all(min(guards.room(joints)) >= stray_mm for joints in on_the_way):
+        return True
+    return way_out and stray_mm <= WAY_OUT_MM and min(guards.room(here)) < 0.0
 
 
 def strays_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]:
@@ -182,17 +189,11 @@ def may_lag(core: Core, steps: Motors, rate_hz: float) -> bool:
 
     The tolerance is `motion.line_tolerance_mm` if the device coordinates its motors.
     """
-    start, target = core.position.commanded, core.position.commanded + steps
+    start, motion = core.position.commanded, core.config.motion
+    coordinated = core.controller.abilities.coordinated
+    tolerance_mm = motion.line_tolerance_mm if coordinated else motion.straying_mm
     strays = strays_steps(core, steps, rate_hz)
-    here, there = (core.transmission.to_joints(each)[0] for each in (start, target))
-    motion, able = core.config.motion, core.controller.abilities
-    stray_mm = straying_mm(core.config, here, strays)
-    if stray_mm > (motion.line_tolerance_mm if able.coordinated else motion.straying_mm):
-        return False
-    if not core.position_known:
-        return True
-    holds = Corridor(core, start, target).holds(start, target, strays)
-    return holds and _clear_of_guards(core, here, there, stray_mm)
+    return _stays_near(core, start, start + steps, strays, tolerance_mm, way_out=False)
 
 
 def in_turn(core: Core, target: Motors, rate_hz: float) -> tuple[Motors, ...]:

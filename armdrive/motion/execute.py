@@ -18,7 +18,7 @@ from armdrive.errors import WrongState
 from armdrive.motion.context import MotionContext, StreamedCourse, Way, way_between
 from armdrive.motion.deviation import has_room, in_turn
 from armdrive.motion.plan import MotionPlan, SpeedLimits
-from armdrive.runtime.overrides import LONGEST_PAUSE_S, SpeedOverride, given_up
+from armdrive.runtime.overrides import LONGEST_PAUSE_S, given_up
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.runtime.states import Event
 from armdrive.status import State
@@ -79,40 +79,21 @@ def stream_legs(
     `let_go` makes the motion a jog, which ends as soon as `let_go()` is true.
     """
     jog = let_go is not None
-    ways, speed_override = _slices(wire, legs, segment_s(ahead_s)), wire.core.speed_override
+    ways = _slices(wire, legs, segment_s(ahead_s))
     while True:
-        stretch = _Stretch(ways, speed_override)
-        course = StreamedCourse(wire.core, stretch.ways())
+        course = StreamedCourse(wire.core, ways)
         segments = course.segments()
         request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=_HeldBack(wire))
         driven = yield from wire.stream(request, course)
         if course.left is not None:
             ways = chain((course.left,), ways)
-        elif stretch.exhausted:
+        elif course.exhausted:
             return driven
         if jog or not driven:
             return driven
         yield from wait_out_pause(wire)
         if wire.stopping:
             return False
-
-
-class _Stretch:
-    """The part of a motion up to the next pause: no segment is drawn after it."""
-
-    def __init__(self, ways: Iterator[Way], speed_override: SpeedOverride) -> None:
-        self.exhausted = False
-        self._ways = ways
-        self._speed_override = speed_override
-
-    def ways(self) -> Iterator[Way]:
-        """Yield points until the arm is paused."""
-        while not self._speed_override.paused:
-            way = next(self._ways, None)
-            if way is None:
-                self.exhausted = True
-                return
-            yield way
 
 
 class _HeldBack:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
+from armdrive.errors import BadRequest, DeviceFault, Refused
 from armdrive.motion.context import MotionContext
 from armdrive.motion.execute import Moved, drive_legs, in_motion, report
-from armdrive.motion.plan import SpeedLimits
+from armdrive.motion.plan import SpeedLimits, audit_opening
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.tasks import Done, SetGripper, SleepUntil, TaskBody
@@ -61,14 +61,8 @@ def require_finger_motor(core: Core) -> None:
 
 def check_opening(core: Core, opening_mm: float) -> None:
     """Raise `OutOfBounds` or `BadRequest` for an opening that a servo or an output cannot do."""
+    audit_opening(core.config, opening_mm)
     low, high = core.config.model.gripper_range_mm
-    if not low <= opening_mm <= high:
-        raise OutOfBounds(
-            f"the gripper opens from {low:g} to {high:g} mm, not to {opening_mm:g}",
-            name="gripper",
-            value=opening_mm,
-            bound=low if opening_mm < low else high,
-        )
     if core.config.gripper.kind == OUTPUT and opening_mm not in (low, high):
         raise BadRequest(
             f"this gripper is switched by an output: it can only be open ({high:g} mm) or closed "

@@ -260,7 +260,9 @@ def _plan(
 ) -> MotionPlan:
     """Audit the corners of paths that each end at rest, and time them."""
     audit(config, [start.joints, *(corner.joints for way in ways for corner in way)])
-    _audit_opening(config, start.opening_mm, ways[-1][-1].opening_mm if ways else start.opening_mm)
+    end_mm = ways[-1][-1].opening_mm if ways else start.opening_mm
+    if end_mm != start.opening_mm:
+        audit_opening(config, end_mm)
     motion, wire = config.motion, config.connection
     able = dialect(wire.dialect).abilities
     longest_s = joined_s = motion.planned_burst_s
@@ -347,12 +349,13 @@ def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> 
 SLACK_RAD = 1e-9
 
 
-def _audit_opening(config: ArmConfig, start_mm: float, end_mm: float) -> None:
+def audit_opening(config: ArmConfig, opening_mm: float) -> None:
+    """Raise `OutOfBounds` for an opening that the gripper cannot reach."""
     low, high = config.model.gripper_range_mm
-    if end_mm != start_mm and not low <= end_mm <= high:
+    if not low <= opening_mm <= high:
         raise OutOfBounds(
-            f"the gripper opens from {low:g} to {high:g} mm, not to {end_mm:.1f} mm",
+            f"the gripper opens from {low:g} to {high:g} mm, not to {opening_mm:.1f} mm",
             name="gripper",
-            value=end_mm,
-            bound=high if end_mm > high else low,
+            value=opening_mm,
+            bound=high if opening_mm > high else low,
         )

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
 from armdrive.storage.record import NoRecorder, PositionRecorder, Record
-from armdrive.storage.record_writer import AtOnce, BesideTheWire, Keeper, RecordWriter
+from armdrive.storage.record_writer import RecordWriter
 
 
 class Memory:
@@ -31,10 +31,7 @@ class Memory:
     ) -> None:
         self._recorder = recorder or NoRecorder()
         self._describe = describe
-        self._keeper = Keeper(self._recorder)
-        self._writer: RecordWriter = AtOnce(self._keeper)
-        if wake is not None and not isinstance(self._recorder, NoRecorder):
-            self._writer = BesideTheWire(self._keeper, wake)
+        self._writer = RecordWriter(self._recorder, None if recorder is None else wake)
         self._taken_up = False
         self._moving = False
         self._asked: Record | None = None
@@ -52,9 +49,9 @@ class Memory:
                 return None
             record.require_owner(arm, calibration, motors)
         except StateFileError:
-            self._keeper.refused()
+            self._writer.refused()
             raise
-        self._keeper.found(record)
+        self._writer.found(record)
         return record
 
     def taken_up(self) -> None:
@@ -123,7 +120,6 @@ class Memory:
     def finish(self, timeout_s: float) -> None:
         """Wait for pending writes. Nothing is written after this, not even by a slow disk."""
         self._writer.finish(timeout_s)
-        self._keeper.end()
 
     def _ask(self) -> None:
         """Request a write of the present record, unless it is the same as the previous one."""

@@ -204,75 +204,6 @@ TRIES = 5  # attempts at a change while other programs change the file
 ASIDE = ".before"  # ending of the old file if its layout could not be kept
 
 
-class PointFile:
-    """Reads and changes a file of points. Raises `PointsFileError`."""
-
-    def __init__(
-        self, path: Path, names: tuple[str, ...], writer: PointWriter, files: StateFiles = DISK
-    ) -> None:
-        """Use the file of an arm with the joints `names`; the file need not exist yet."""
-        self.path = path
-        self._names = names
-        self._writer = writer
-        self._files = files
-
-    @property
-    def stamp(self) -> tuple[int, int] | None:
-        """A value that changes with the file, quick to get; None if there is no file."""
-        return stamp_of(self.path)
-
-    def read(self) -> Taught:
-        """Return the points and sequences in the file; none if there is no file."""
-        return self._parsed(self._bytes())
-
-    def change(self, change: Callable[[Taught], Taught]) -> None:
-        """Apply a change to the file; start over if another program changes the file meanwhile."""
-        for _ in range(TRIES):
-            data = self._bytes()
-            before = self._parsed(data)
-            try:
-                self._write(data, before, rounded(change(before)))
-            except NotWanted:
-                continue
-            except OSError as error:
-                why = error.strerror or error
-                raise PointsFileError(f"{self.path} cannot be written: {why}") from None
-            return
-        raise PointsChanged(f"{self.path} is being written by another program: try again")
-
-    def _write(self, data: bytes, before: Taught, after: Taught) -> None:
-        text = self._writer.edited(data.decode("utf-8"), before, after)
-        path = followed(self.path)
-        aside = None
-        if text is None:  # a layout that we cannot edit: keep the old file and write a new one
-            text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
-        replace_durably(
-            self._files,
-            path,
-            text.encode("utf-8"),
-            aside=aside,
-            wanted=lambda: self._bytes() == data,
-        )
-
-    def _bytes(self) -> bytes:
-        try:
-            data = self._files.read(followed(self.path), LARGEST_BYTES + 1)
-        except FileNotFoundError:
-            return b""
-        except OSError as error:
-            why = error.strerror or error
-            raise PointsFileError(f"{self.path} cannot be read: {why}") from None
-        if len(data) > LARGEST_BYTES:  # writing back a truncated file would lose points
-            raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
-        return data
-
-    def _parsed(self, data: bytes) -> Taught:
-        try:
-            return parse_points(data.decode("utf-8"), self._names)
-        except (PointsFileError, UnicodeDecodeError) as error:
-            raise PointsFileError(f"{self.path}: {error}") from None
-
-
 # The named points and sequences of one arm as a mapping, for programs.
 #
 # Every query reads the file again, and a change rewrites only the tables concerned, so that edits
@@ -314,21 +245,75 @@ class Points(MutableMapping[str, Point]):
         here: Callable[[], Point],
         files: StateFiles = DISK,
     ) -> None:
-        """Use the points of an arm with the joints `names`; `here` returns its current posture."""
+        """Use the points of an arm with the joints `names`; `here` returns its current posture.
+
+        The file need not exist yet.
+        """
         self.path = path
-        self._file = PointFile(path, names, PointWriter(arm, fk), files)
+        self._names = names
+        self._writer = PointWriter(arm, fk)
         self._here = here
+        self._files = files
+
+    # -- the file -----------------------------------------------------------------------------
+
+    def _bytes(self) -> bytes:
+        try:
+            data = self._files.read(followed(self.path), LARGEST_BYTES + 1)
+        except FileNotFoundError:
+            return b""
+        except OSError as error:
+            why = error.strerror or error
+            raise PointsFileError(f"{self.path} cannot be read: {why}") from None
+        if len(data) > LARGEST_BYTES:  # writing back a truncated file would lose points
+            raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
+        return data
+
+    def _parsed(self, data: bytes) -> Taught:
+        try:
+            return parse_points(data.decode("utf-8"), self._names)
+        except (PointsFileError, UnicodeDecodeError) as error:
+            raise PointsFileError(f"{self.path}: {error}") from None
+
+    def _change(self, change: Callable[[Taught], Taught]) -> None:
+        """Apply a change to the file; start over if another program changes the file meanwhile."""
+        for _ in range(TRIES):
+            data = self._bytes()
+            before = self._parsed(data)
+            try:
+                self._write(data, before, rounded(change(before)))
+            except NotWanted:
+                continue
+            except OSError as error:
+                why = error.strerror or error
+                raise PointsFileError(f"{self.path} cannot be written: {why}") from None
+            return
+        raise PointsChanged(f"{self.path} is being written by another program: try again")
+
+    def _write(self, data: bytes, before: Taught, after: Taught) -> None:
+        text = self._writer.edited(data.decode("utf-8"), before, after)
+        path = followed(self.path)
+        aside = None
+        if text is None:  # a layout that we cannot edit: keep the old file and write a new one
+            text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
+        replace_durably(
+            self._files,
+            path,
+            text.encode("utf-8"),
+            aside=aside,
+            wanted=lambda: self._bytes() == data,
+        )
 
     # -- reading ------------------------------------------------------------------------------
 
     def read(self) -> Taught:
         """Return all points and sequences in the file now; none if there is no file."""
-        return self._file.read()
+        return self._parsed(self._bytes())
 
     @property
     def stamp(self) -> tuple[int, int] | None:
         """A value that changes with the file, quick to get; None if there is no file."""
-        return self._file.stamp
+        return stamp_of(self.path)
 
     def __getitem__(self, name: str) -> Point:
         return _found(self.read().points, name, "point")
@@ -367,7 +352,7 @@ class Points(MutableMapping[str, Point]):
         return point
 
     def __setitem__(self, name: str, point: Point) -> None:
-        self._file.change(lambda taught: replace(taught, points={**taught.points, name: point}))
+        self._change(lambda taught: replace(taught, points={**taught.points, name: point}))
 
     def __delitem__(self, name: str) -> None:
         self.remove(name, instead_of=self[name])
@@ -410,7 +395,7 @@ class Points(MutableMapping[str, Point]):
             del known[name]
             return replace(taught, **{kind: known})
 
-        self._file.change(change)
+        self._change(change)
 
     def rename(self, old: str, new: str) -> None:
         """Rename a point, also in the sequences that use it."""
@@ -424,7 +409,7 @@ class Points(MutableMapping[str, Point]):
                 points, {name: _gone_to(each, old, new) for name, each in taught.sequences.items()}
             )
 
-        self._file.change(change)
+        self._change(change)
 
     def put_all(
         self, points: Mapping[str, Point], sequences: Mapping[str, StepList], *, again: bool = False
@@ -443,7 +428,7 @@ class Points(MutableMapping[str, Point]):
                 )
             return Taught({**taught.points, **points}, {**taught.sequences, **sequences})
 
-        self._file.change(change)
+        self._change(change)
 
 
 def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = not_connected) -> Points:

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
 
 from armdrive.storage.record import RESTORING, PositionRecorder, Record
 
@@ -27,14 +26,29 @@ class WriteOutcome:
     kept_number: int = 0
 
 
-class Keeper:
-    """Writes records to the disk, and removes an old record that would mislead the next program."""
+class RecordWriter:
+    """Writes records to the disk, and removes an old record that would mislead the next program.
 
-    def __init__(self, recorder: PositionRecorder) -> None:
+    Without `wake`, `put` writes at once: simulated time stands still meanwhile, and runs repeat.
+    With `wake`, a thread writes and calls `wake` after each record. The thread exists only while
+    records are waiting. It is not a daemon, so that the last record is written even if a program
+    ends without closing its arm.
+    """
+
+    def __init__(self, recorder: PositionRecorder, wake: Callable[[], None] | None = None) -> None:
+        self.outcome = WriteOutcome()
         self._recorder = recorder
+        self._wake = wake
+        # The records that may be on the disk; an unusable one is only noted by `_refused`.
         self._left: set[Record] = set()
         self._refused = False
         self._ended = False
+        self._number = 0
+        self._turn = threading.Condition()
+        self._waiting: Record | None = None
+        self._at_work = False
+
+    # -- what an earlier program has left -----------------------------------------------------
 
     def found(self, record: Record) -> None:
         """Note the record that is on the disk."""
@@ -45,22 +59,65 @@ class Keeper:
         self._refused = True
         self._recorder.refuse()
 
-    def end(self) -> None:
-        """Write nothing from now on; a write still in progress on a slow disk takes no effect."""
-        self._ended = True
+    # -- accepting records --------------------------------------------------------------------
 
-    def keep(self, record: Record, number: int, before: WriteOutcome) -> WriteOutcome:
-        """Write a record to the disk; return the result, which may be a failure."""
+    def put(self, record: Record) -> int:
+        """Accept a record for writing; return its number."""
+        with self._turn:
+            self._number += 1
+            if self._wake is None:
+                self._write(record, self._number)
+            else:
+                self._waiting = record
+                if not self._at_work:
+                    self._at_work = True
+                    self._start(self._wake)
+            return self._number
+
+    def finish(self, timeout_s: float) -> bool:
+        """Wait until nothing is left to write, then write nothing more; return False on a timeout.
+
+        A write that is still in progress on a slow disk takes no effect.
+        """
+        with self._turn:
+            ended = self._turn.wait_for(lambda: not self._at_work, timeout_s)
+        self._ended = True
+        return ended
+
+    def _start(self, wake: Callable[[], None]) -> None:
+        try:
+            name = "armdrive-record"
+            threading.Thread(target=self._work, args=(wake,), name=name, daemon=False).start()
+        except RuntimeError:  # out of threads, or the interpreter is shutting down
+            self._work(wake)
+
+    def _work(self, wake: Callable[[], None]) -> None:
+        while (job := self._next()) is not None:
+            self._write(*job)
+            wake()
+
+    def _next(self) -> tuple[Record, int] | None:
+        with self._turn:
+            record, self._waiting = self._waiting, None
+            if record is None:
+                self._at_work = False
+                self._turn.notify_all()
+                return None
+            return record, self._number
+
+    # -- writing ------------------------------------------------------------------------------
+
+    def _write(self, record: Record, number: int) -> None:
+        """Write a record to the disk, and report the outcome, which may be a failure."""
         if self._ended:
-            return before
+            return
         try:
             self._recorder.save(record, lambda: not self._ended)
         except Exception as error:  # any failure has to reach the wire's thread
-            return WriteOutcome(
-                number, self._failed(record, error), before.kept, before.kept_number
-            )
-        self._left, self._refused = {record}, False
-        return WriteOutcome(number, "", record, number)
+            self.outcome = replace(self.outcome, number=number, error=self._failed(record, error))
+        else:
+            self._left, self._refused = {record}, False
+            self.outcome = WriteOutcome(number, "", record, number)
 
     def _failed(self, record: Record, error: Exception) -> str:
         """Remove the old record from the disk if the next program would wrongly restore it."""
@@ -81,88 +138,3 @@ def _misleads(left: Record, now: Record) -> bool:
     if not left.would_restore:
         return False
     return now.trust not in RESTORING or now.offset != left.offset
-
-
-class RecordWriter(Protocol):
-    """Writes records to the disk in the order of `put`."""
-
-    @property
-    def outcome(self) -> WriteOutcome:
-        """The result of the latest attempt to write."""
-
-    def put(self, record: Record) -> int:
-        """Accept a record for writing; return its number."""
-
-    def finish(self, timeout_s: float) -> bool:
-        """Wait until nothing is left to write; return False on a timeout."""
-
-
-class AtOnce:
-    """Writes on the caller's thread: simulated time stands still meanwhile, and runs repeat."""
-
-    def __init__(self, keeper: Keeper) -> None:
-        self._keeper = keeper
-        self.outcome = WriteOutcome()
-        self._number = 0
-
-    def put(self, record: Record) -> int:
-        """Write a record."""
-        self._number += 1
-        self.outcome = self._keeper.keep(record, self._number, self.outcome)
-        return self._number
-
-    def finish(self, timeout_s: float) -> bool:  # noqa: ARG002
-        """Return True: nothing is ever left to write."""
-        return True
-
-
-class BesideTheWire:
-    """Writes in a thread that exists while records are waiting; calls `wake` after each write.
-
-    The thread is not a daemon, so that the last record is written even if a program ends without
-    closing its arm.
-    """
-
-    def __init__(self, keeper: Keeper, wake: Callable[[], None]) -> None:
-        self._keeper = keeper
-        self._wake = wake
-        self.outcome = WriteOutcome()
-        self._number = 0
-        self._turn = threading.Condition()
-        self._waiting: Record | None = None
-        self._at_work = False
-
-    def put(self, record: Record) -> int:
-        """Pass a record to the thread, without waiting."""
-        with self._turn:
-            self._number += 1
-            self._waiting = record
-            if not self._at_work:
-                self._at_work = True
-                self._start()
-            return self._number
-
-    def finish(self, timeout_s: float) -> bool:
-        """Wait for the thread to finish; return False on a timeout."""
-        with self._turn:
-            return self._turn.wait_for(lambda: not self._at_work, timeout_s)
-
-    def _start(self) -> None:
-        try:
-            threading.Thread(target=self._work, name="armdrive-record", daemon=False).start()
-        except RuntimeError:  # out of threads, or the interpreter is shutting down
-            self._work()
-
-    def _work(self) -> None:
-        while (job := self._next()) is not None:
-            self.outcome = self._keeper.keep(*job, self.outcome)
-            self._wake()
-
-    def _next(self) -> tuple[Record, int] | None:
-        with self._turn:
-            record, self._waiting = self._waiting, None
-            if record is None:
-                self._at_work = False
-                self._turn.notify_all()
-                return None
-            return record, self._number

@@ -22,15 +22,11 @@ from kinematics.chains.descent import SEARCHING, Descent
 from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal, pose_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
-from kinematics.errors import require
+from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
 from kinematics.spaces import Pose, RollFrame
-
-# The account of a numerical solution: what was met, what was missed, by how much, and why.
-#
-# Measured by the product of the A matrices, not by what the solver believes.
 
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
@@ -82,12 +78,11 @@ class Solution:
         return not self.missed
 
 
-def account(
+def _account(
     chain: Chain,
     goal: Goal,
     values: Sequence[float],
-    tolerance_mm: float,
-    tolerance_rad: float,
+    effort: Effort,
     starts: int = 0,
     unlimited: Sequence[float] | None = None,
     *,
@@ -104,10 +99,10 @@ def account(
     turn, split = goal.turn(frame)
     misses = tuple((part, abs(miss)) for part, _, miss in split)
     residual_rad = norm(turn)
-    missed = {part for part, miss in misses if miss > tolerance_rad}
-    if residual_mm > tolerance_mm:
+    missed = {part for part, miss in misses if miss > effort.tolerance_rad}
+    if residual_mm > effort.tolerance_mm:
         missed.add(Part.POSITION)
-    if residual_rad > math.sqrt(3.0) * tolerance_rad and not missed - {Part.POSITION}:
+    if residual_rad > math.sqrt(3.0) * effort.tolerance_rad and not missed - {Part.POSITION}:
         missed |= {part for part, _ in misses}  # a turn that the split does not show
     broken = chain.violations(joints if unlimited is None else unlimited)
     reason = _reason(chain, goal, joints, missed, broken, unlimited is not None)
@@ -186,22 +181,12 @@ def _sentence(
     ]
     text = f"missed: {', '.join(said)}; {reason.value}"
     if reason is Reason.JOINT_LIMIT:
-        text += ": " + "; ".join(_limit(one) for one in broken)
+        text += ": " + "; ".join(
+            limit_sentence(one.joint, one.value, one.bound, one.unit) for one in broken
+        )
     if reason is Reason.NOT_FOUND:
         text += f" ({starts} starts, which is no proof that there is none)"
     return text
-
-
-def _limit(one: JointViolation) -> str:
-    joint = one.joint.replace("_", " ")
-    if one.unit == JointKind.REVOLUTE.unit:
-        value, bound, unit = math.degrees(one.value), math.degrees(one.bound), "°"
-    else:
-        value, bound, unit = one.value, one.bound, " mm"
-    return (
-        f"the {joint} would have to be at {value:.1f}{unit}, {abs(value - bound):.1f}{unit} beyond "
-        f"its limit of {bound:.1f}{unit}"
-    )
 
 
 First = Sequence[frozenset[Part]]
@@ -378,20 +363,6 @@ def _postures_of_hand(
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
     """Return where one descent from the seed ends, for goals a small step away."""
     return _account(chain, goal, Descent(chain, goal).meet(seed), DEFAULT_EFFORT, 1)
-
-
-def _account(
-    chain: Chain,
-    goal: Goal,
-    values: Sequence[float],
-    effort: Effort,
-    starts: int = 0,
-    unlimited: Sequence[float] | None = None,
-    *,
-    certain: bool = False,
-) -> Solution:
-    near = effort.tolerance_mm, effort.tolerance_rad
-    return account(chain, goal, values, *near, starts, unlimited, certain=certain)
 
 
 def _met(chain: Chain, goal: Goal, values: Sequence[float], effort: Effort) -> bool:

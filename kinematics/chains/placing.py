@@ -60,32 +60,47 @@ def _level(v: Vector3) -> Vector3:
 def _second_and_third_parallel(arm: Layout) -> Placed:
     """The point's height along axis 2 gives joint 1, then the triangle of joints 2 and 3 is level.
 
-    McKerrow, chapter 4, section 16, for any offsets. Where axes 1 and 2 meet, the point is as far
-    from axis 2 for both turns of joint 1: the elbow bends alike, and its angles need no loop.
+    McKerrow, chapter 4, section 16, for any offsets. Where axes 1 and 2 meet, or axis 2 is only
+    moved along itself, the point is as far from axis 2 for both turns of joint 1: the elbow bends
+    alike, and its angles need not be found twice.
     """
-    code, p = arm.code, arm.origin
+    code, p, start = arm.code, arm.origin, arm.place(1)
     height = code.total((arm.tilt(2), arm.place(3)[2]), (arm.place(2)[2],))
     shoulder = _by_height(arm, p, height)
     elbow = None
-    if _level(arm.into(1, arm.place(1))) == (ZERO, ZERO, ZERO):
-        level, above = along(code, p, p), shoulder.above
-        elbow = _elbow(arm, code.total((level,), (p[2], p[2]), (-above, above)))
+    if across(code, shoulder.axis, start) == ZERO:
+        elbow = _elbow(arm, _square_from_second(arm, shoulder, height))
     first, seen = _each_first(arm, p, shoulder)
-    g = arm.into(1, code.minus(seen, arm.place(1)))
+    g = arm.into(1, code.minus(seen, start))
     second, third = _second_and_third(arm, g, elbow or _elbow(arm, along(code, g, g)))
     both = code.total((second,), (arm.tilt(2), third.angle))
     return Placed((first, Turn(second, ZERO, ZERO), third), turn_of(code, both))
 
 
+def _square_from_second(arm: Layout, shoulder: _ByHeight, height: Term) -> Term:
+    """Return the square of the point's distance from axis 2, where it is that of both turns."""
+    code, p, start = arm.code, arm.origin, arm.place(1)
+    two, level_square = Term(2.0), along(code, p, p)
+    share = code.reciprocal(along(code, shoulder.axis, shoulder.axis))
+    towards = code.total((share, along(code, shoulder.axis, start)))
+    return code.total(
+        (level_square,),
+        (p[2], p[2]),
+        (code.dot(start, start),),
+        (-two, start[2], p[2]),
+        (-two, towards, shoulder.level),
+        (-height, height),
+    )
+
+
 class _ByHeight(NamedTuple):
     """What brings a point to a height along axis 2 by joint 1, in whose frame the axis is given.
 
-    `above` is that height from joint 1's origin, `level` its part that joint 1 has a say in.
+    `level` is the part of the height, from joint 1's origin, that joint 1 has a say in.
     """
 
     solved: Linear
     axis: Vector3
-    above: Term
     level: Term
 
 
@@ -93,10 +108,9 @@ def _by_height(arm: Layout, point: Vector3, height: Term) -> _ByHeight:
     code = arm.code
     axis = code.times(arm.rows(1), Z)
     a, minus_b, c = height_of(code, axis, point)
-    above = code.total((height,), *zip(axis, arm.place(1), strict=True))
-    level = code.total((above,), (-c,))
+    level = code.total((height,), (-c,), *zip(axis, arm.place(1), strict=True))
     solved = linear(code, a, -minus_b, level, arm.free[0], arm.size)
-    return _ByHeight(solved, axis, above, level)
+    return _ByHeight(solved, axis, level)
 
 
 def _each_first(arm: Layout, point: Vector3, shoulder: _ByHeight) -> tuple[Turn, Vector3]:

@@ -207,7 +207,7 @@ def subject_of_arm(name: str, arm: ArmGeometry) -> Subject | None:
 
 def subject_of_system(one: System) -> Subject:
     """Return a named system as a subject."""
-    return Subject(one.name, one.title, one.source, one.chain(), one, own_rows(one))
+    return Subject(one.name, one.title, one.notes.source, one.chain(), one, own_rows(one))
 
 
 def subject_of_chain(

@@ -234,6 +234,9 @@ def _forward(example: Study) -> Iterator[str]:
     for violation in example.violations:
         yield f"but: {violation_text(violation)}"
     yield example.condition.sentence
+    system = example.subject.system
+    if system is not None and system.space is not None:
+        yield f"reach: {system.space(system)}"
 
 
 def _how_solved(subject: Subject) -> Iterator[str]:
@@ -243,7 +246,7 @@ def _how_solved(subject: Subject) -> Iterator[str]:
         yield f"solved {found.solved}"
         return
     yield "solved in closed form, by the steps of its own build:"
-    for number, step in enumerate(subject.system.derivation, 1):
+    for number, step in enumerate(subject.system.notes.derivation, 1):
         yield f"{number}. {step.title}: {step.formula}"
         if step.why:
             yield f"   {step.why}"

@@ -26,6 +26,7 @@ from firmware_protocol.robko01 import (
     Op,
     Outputs,
     OutputsSet,
+    Overrun,
     Ping,
     Pong,
     Position,
@@ -83,7 +84,7 @@ def _host_saw_one(host: Host) -> bool:
 def _device_saw_one(device: Device) -> bool:
     seen = False
     while (event := device.next_event()) is not None:
-        if not isinstance(event, Unreadable):
+        if not isinstance(event, Unreadable | Overrun):
             seen = True
             device.send(Acknowledged(event.op, Status.ERROR))
     return seen

@@ -2,10 +2,14 @@
 
 from itertools import pairwise
 
+import pytest
+from chunks import events
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.lines import SHOWN_BYTES, LineSplitter, Unreadable
+from firmware_protocol import armdroid, grbl, teachmover
+from firmware_protocol.events import Unreadable
+from firmware_protocol.lines import MAX_EARLY, SHOWN_BYTES, LineSplitter
 
 
 def drained(splitter: LineSplitter) -> list[bytes | Unreadable]:
@@ -102,3 +106,21 @@ def test_lines_within_the_bounds_come_out_as_they_went_in(lines: list[bytes]):
     splitter = LineSplitter(b"\r", max_length=20)
     splitter.feed(b"".join(line + b"\r" for line in lines))
     assert drained(splitter) == lines
+
+
+@pytest.mark.parametrize(
+    ("host", "command"),
+    [
+        (teachmover.Host(), teachmover.Read()),
+        (armdroid.Host(), armdroid.Version()),
+        (grbl.Host(), grbl.QuerySettings()),
+    ],
+)
+def test_a_host_that_only_sends_keeps_a_bounded_past(host, command):
+    for _ in range(20):
+        host.receive_data(b"junk\r\n" * 100)
+        host.send(command)
+        (host.forget_outstanding if isinstance(host, grbl.Host) else host.give_up)()
+    found = events(host)
+    assert {type(event) for event in found} == {Unreadable}
+    assert 0 < len(found) <= MAX_EARLY

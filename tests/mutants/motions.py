@@ -168,7 +168,7 @@ MUTANTS = (
         name="the fingers' range is not checked",
         promise="the gripper opens within its range",
         path="armdrive/motion/plan.py",
-        old="    if end_mm != start_mm and not low <= end_mm <= high:",
+        old="    if end_mm != start.opening_mm:",
         new="    if False:",
         tests=tests_of(
             "tests/armdrive/motion/test_gripper.py",
@@ -190,7 +190,7 @@ MUTANTS = (
         name="motors that are not coordinated stray as they like",
         promise="a joint motion keeps to its way between bursts",
         path="armdrive/motion/deviation.py",
-        old=("    if stray_mm > core.config.motion.straying_mm:\n        return False\n    if not"),
+        old=("    if stray_mm > tolerance_mm:\n        return False\n    if not"),
         new="    if not",
         tests=tests_of(
             "tests/armdrive/motion/test_straying.py",

@@ -49,7 +49,7 @@ MUTANTS = (
     Mutant(
         name="the mark of motion is cleared at once",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/motion/idle.py",
+        path="armdrive/motion/standing.py",
         old="STILL_S = 2.0",
         new="STILL_S = 0.0",
         tests=tests_of(
@@ -85,7 +85,7 @@ MUTANTS = (
         name="a closed arm writes on",
         promise="nothing is written behind the end",
         path="armdrive/storage/record_writer.py",
-        old=("        if self._ended:\n            return before\n"),
+        old=("        if self._ended:\n            return\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/storage/test_record.py",

@@ -17,8 +17,8 @@ from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal
 from armdrive.programs.problems import mark_of
 from armdrive.programs.program import Machine
+from armdrive.programs.progress import RunView, duration, line_words
 from armdrive.programs.rehearsal import Rehearsal
-from armdrive.programs.run_view import RunView, duration, line_words
 from armdrive.programs.running import BREATH_S, Performer, ProgramRun
 from kinematics.errors import KinematicsError
 from tui.keys.presses import STEP_QUIET_S, SinglePress

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from armdrive.programs.problems import ProgramError
+from armdrive.programs.progress import RunView, duration
 from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
-from armdrive.programs.run_view import RunView, duration
 from tui.keys.keyboard import Keyboard
 from tui.move.text import progress_bar
 from tui.painting import Span

@@ -197,7 +197,7 @@ def example_view(example: Study) -> dict[str, Any]:
         "condition": example.condition.sentence,
         "derivation": [
             {"title": step.title, "formula": step.formula, "why": step.why}
-            for step in (() if system is None else system.derivation)
+            for step in (() if system is None else system.notes.derivation)
         ],
         "goal": _goal(example, example.goal),
     }

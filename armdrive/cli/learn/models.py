@@ -59,7 +59,8 @@ def find_model(word: str) -> Model:
         path = Path(word)
         return _arm_of_file(path) if _is_arm_file(path) else read_model(path)
     found = find_system(word)
-    return Model(found.name, found.title, found.source, found.chain(), angles=found.angles)
+    notes = found.notes
+    return Model(found.name, found.title, notes.source, found.chain(), angles=notes.angles)
 
 
 def _is_arm_file(path: Path) -> bool:
@@ -75,7 +76,7 @@ def _arm_of_file(path: Path) -> Model:
         chain, tool = with_arm(MINI_MOVER, bare).chain(), config.tool
         point = translation(tool.up_mm, tool.side_mm, tool.along_mm)
         held = replace(chain, tool=compose(chain.tool, point), name=config.name)
-        return Model(config.name, config.title, source, held, angles=MINI_MOVER.angles)
+        return Model(config.name, config.title, source, held, angles=MINI_MOVER.notes.angles)
     if not isinstance(arm, ChainArm):
         raise BadRequest(f"{path}: no link table of this arm is known")
     return Model(config.name, config.title, source, arm.chain, unused=unused)

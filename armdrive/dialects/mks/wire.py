@@ -262,15 +262,10 @@ class MksWire(ScriptIO[Event]):
         """Read one setting of a drive; None if it does not report it."""
         return setting_of((yield from self.reading(node, ReadSetting(code))))
 
-    def look(
-        self,
-        nodes: Collection[int] | None = None,
-        *,
-        tries: int = TRIES,
-    ) -> WireScript[tuple[int, ...]]:
+    def look(self, nodes: Collection[int] | None = None) -> WireScript[tuple[int, ...]]:
         """Read the positions of drives; return the ids of those that do not answer."""
         asked = self.nodes if nodes is None else tuple(nodes)
-        found = yield from self.read(ReadEncoder(), asked, tries=tries)
+        found = yield from self.read(ReadEncoder(), asked)
         return tuple(node for node in asked if node not in found)
 
     # -- receiving ----------------------------------------------------------------------------

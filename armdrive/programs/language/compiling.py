@@ -231,8 +231,8 @@ class _Compiler:
     def _line(self, line: Statement) -> None:
         wrong = list(Fitting(self._kinds, self._scope.define).line(line))
         self.problems += wrong
-        for name, _ in set_by(line):
-            self._require_free(name.name, name.mark)
+        for each, _ in set_by(line):
+            self._require_free(each.name, each.mark)
         match line:
             case Do() if not wrong:
                 self._do(line)

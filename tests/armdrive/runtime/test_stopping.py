@@ -5,11 +5,12 @@ import signal
 import threading
 
 import pytest
+from amounts import in_pairs
 from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, stand_still_s
 
 from armdrive import Jog
 from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
-from armdrive.motion.idle import set_outputs
+from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
 from armdrive.status import State, Trust
 from armdrive.tasks import MoveBy
@@ -34,10 +35,13 @@ def begin_jog(arm):
     arm.hold(Jog.joint(base=1.0, shoulder=1.0, elbow=1.0), speed=1.0, for_s=1.0)
 
 
-@pytest.mark.parametrize("after_s", [0.02, 0.11, 0.4])
-@pytest.mark.parametrize("error", ERRORS)
-@pytest.mark.parametrize("begin", [begin_planned, begin_line, begin_jog])
 @pytest.mark.parametrize("burst_s", [0.15, 0.5])
+@in_pairs(
+    "error, begin, after_s",
+    list(ERRORS),
+    [begin_planned, begin_line, begin_jog],
+    [0.02, 0.11, 0.4],
+)
 def test_a_stopped_arm_stands_within_the_stated_time_and_way(begin, error, after_s, burst_s):
     arm = ready_arm(sim_config(planned_burst_s=burst_s), speed_error=error)
     begin(arm)

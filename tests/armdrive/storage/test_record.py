@@ -14,7 +14,7 @@ from armdrive.registry.simulate import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
 from armdrive.storage.record import FileRecorder, Record
-from armdrive.storage.record_writer import Keeper, WriteOutcome
+from armdrive.storage.record_writer import RecordWriter, WriteOutcome
 
 
 @pytest.fixture
@@ -130,11 +130,11 @@ def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path)
     recorder = FileRecorder(tmp_path / "arm.json")
     good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "by the next program")
     recorder.save(good)
-    keeper = Keeper(recorder)
-    keeper.found(good)
-    keeper.end()
-    before = WriteOutcome()
-    assert keeper.keep(replace(good, trust="suspect"), 1, before) is before
+    writer = RecordWriter(recorder)
+    writer.found(good)
+    writer.finish(0.0)
+    writer.put(replace(good, trust="suspect"))
+    assert writer.outcome == WriteOutcome()
     assert recorder.load() == good
 
 

@@ -1,6 +1,6 @@
 """Host and device wired to each other, and what the wire may do to their bytes."""
 
-from chunks import carried, chunked, events
+from chunks import carried, events
 from hypothesis import given
 from hypothesis import strategies as st
 from robko01_strategies import ANSWERS, EXCHANGES, REQUESTS
@@ -50,17 +50,6 @@ def test_every_script_arrives_whole_at_both_ends(script, counts_check, data):
         assert carried(data.draw, device.send(answer), host) == [Answered(request, answer)]
         assert (host.outstanding, device.unanswered) == (None, None)
         assert (host.buffered, device.buffered) == (0, 0)
-
-
-@given(PIECES, st.data())
-def test_the_chunks_make_no_difference(pieces, data):
-    stream = b"".join(pieces)
-    whole, one = split([stream])
-    found, other = split(data.draw(chunked(stream)))
-    assert found == whole
-    one.silence()
-    other.silence()
-    assert list(iter(one.next_frame, None)) == list(iter(other.next_frame, None))
 
 
 @given(PIECES)

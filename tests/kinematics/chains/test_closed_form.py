@@ -1,8 +1,6 @@
 """Closed forms of link tables: classes of real arms, and the laws that all of them keep."""
 
 import math
-import subprocess
-import sys
 from dataclasses import replace
 
 import pytest
@@ -318,14 +316,3 @@ def test_a_conic_meets_the_circle_where_it_was_made_to(factors, angle):
         return
     found = on_conic(*factors, -(cc * x * x + cs * x * y + ss * y * y + c * x + s * y))
     assert min(abs(math.remainder(one - angle, math.tau)) for one in found) < 1e-6
-
-
-def test_closed_forms_do_without_numpy():
-    script = (
-        "import sys; from kinematics import SYSTEMS, frame_goal;"
-        "from kinematics.chains.closed_form import closed_form;"
-        "puma = SYSTEMS['puma'].chain(); values = (0.1, -0.4, 0.8, 0.2, 0.6, 0.1);"
-        "found = closed_form(puma).nearest(frame_goal(puma.fk(values)), values);"
-        "sys.exit(found is None or 'numpy' in sys.modules)"
-    )
-    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

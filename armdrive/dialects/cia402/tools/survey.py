@@ -22,7 +22,7 @@ from armdrive.dialects.bus.tools import (
     numbers,
     of_lost,
 )
-from armdrive.dialects.cia402.tools.objects import (
+from armdrive.dialects.cia402.objects import (
     DRIVES,
     device_words,
     entry_of,

@@ -19,7 +19,7 @@ from armdrive.dialects.bus.words import (
     shown,
 )
 from armdrive.dialects.bus.words import words as frame_words
-from armdrive.dialects.cia402.tools.objects import (
+from armdrive.dialects.cia402.objects import (
     control_words,
     held_words,
     object_words,

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, homing_at
+from mks_bench import MksBench, homing_at, stands
 
 from armdrive.dialects.mks.compare import parsed_line
-from armdrive.dialects.mks.settings import MksSettings
-from armdrive.errors import ArmFileError, Refused
+from armdrive.errors import Refused
 from armdrive.tasks import (
     AlertKind,
     ClearFault,
@@ -203,17 +202,6 @@ def test_homing_that_finds_nothing_is_ended():
     assert "drive 5 (left wrist) found no switch" in words
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [{"ids": (1, 1)}, {"ids": ()}, {"ids": (0,)}, {"ids": (2048,)}, {"firmware": "new"},
-     {"microsteps": 8}, {"acceleration": 256}, {"segment_s": 0.5}, {"watchdog_s": 0.15},
-     {"poll_s": 0.3}],
-)  # fmt: skip
-def test_settings_that_cannot_be_are_refused(wrong):
-    with pytest.raises(ArmFileError, match="mks"):
-        MksSettings(**wrong)
-
-
 def test_a_search_goes_no_farther_than_the_joints():
     bench = MksBench().ready()
     node = bench.node(5)
@@ -221,6 +209,4 @@ def test_a_search_goes_no_farther_than_the_joints():
     node.sim.flash.put(homing_at(3000))
     words = denied(bench.do(HomeDevice(((4,),))))
     assert "within its joints' limits" in words
-    stood = bench.positions
-    bench.run(1.0)
-    assert bench.positions == stood
+    stands(bench, 1.0)
