@@ -169,19 +169,17 @@ class Abilities:
     motors: int
     coordinated: bool
     abort: Abort
-    queued_segments: int
-    speed_mode_with_watchdog: bool
-    reports_while_moving: bool
-    own_homing: bool
-    resets_on_open: bool
-    check_bytes: bool
     current: Switching
-    grip_switch: bool
-    pendant: bool
     jog_burst_s: float
     planned_burst_s: float
     traffic: Traffic
     register_bits: int
+    queued_segments: int = 0
+    reports_while_moving: bool = False
+    own_homing: bool = False
+    resets_on_open: bool = False
+    check_bytes: bool = False
+    grip_switch: bool = False
     ramp_s: float = 0.0
     jerk_s: float = 0.0
     program_rows: int = 0

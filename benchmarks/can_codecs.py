@@ -21,7 +21,7 @@ from firmware_protocol.canopen import (
 )
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Answered, Host, MoveAbsoluteAxis, ReadEncoder
-from firmware_protocol.mks.wire import encode
+from firmware_protocol.mks.answers import encode
 
 ROUNDS = 2_000
 NODE = 1

@@ -19,13 +19,13 @@ from can_codecs import NODE, ROUNDS, Exchange, canopen, mks, mks_answer, row, sd
 from measuring import Row, Section, interleaved, own_home
 from reporting import report
 
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import frame_bits
 from armdrive.transports.can_link import CanLink, open_can_link
 from armdrive.transports.can_slcan import Slcan
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import ReadEncoder
-from firmware_protocol.mks.wire import encode
+from firmware_protocol.mks.answers import encode
 from tests.conformance.device_process import DeviceProcess
 
 BATCH = 100

@@ -6,10 +6,11 @@ import contextlib
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,20 @@ class Section:
     title: str
     rows: tuple[Row, ...]
     note: str = ""
+
+
+def each(call: Callable[[Any], object], values: Sequence[Any]) -> Callable[[], object]:
+    """Return a case that makes a call for every value.
+
+    Each answer is dropped at once: thousands of postures that are kept would have the garbage
+    collector measured too.
+    """
+
+    def run() -> None:
+        for value in values:
+            call(value)
+
+    return run
 
 
 def interleaved(cases: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:

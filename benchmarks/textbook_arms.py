@@ -18,7 +18,7 @@ from statistics import mean, median
 from typing import Any
 
 import numpy as np
-from measuring import Row, Section, interleaved, ratio
+from measuring import Row, Section, each, interleaved, ratio
 from textbook_goals import SEED
 from textbook_peers import Peers, in_metres
 
@@ -85,25 +85,23 @@ def _closed_rows(peers: Peers, name: str, chain: Chain, poses: int, rounds: int)
     jogs = [(_moved(arm.fk(arm.joints_of(one))), arm.joints_of(one)) for one in postures]
     find, seed = closed.solver.frames, (0.1,) * len(chain)
     cases: Cases = {
-        f"{name}: all branches": lambda: [find(one.frame, seed) for one in goals],
-        f"{name}: the nearest within limits, checked": lambda: [
-            closed.nearest(one, seed) for one in goals
-        ],
-        f"{name}: a jog cycle, from pose to joints": lambda: [
-            arm.solve_near(pose, here) for pose, here in jogs
-        ],
+        f"{name}: all branches": each(lambda goal: find(goal.frame, seed), goals),
+        f"{name}: the nearest within limits, checked": each(
+            lambda goal: closed.nearest(goal, seed), goals
+        ),
+        f"{name}: a jog cycle, from pose to joints": each(lambda jog: arm.solve_near(*jog), jogs),
     }
     ours = list(cases)
     eaik = _eaik(peers, chain)
     if eaik is not None:
         frames = [eaik.fwdKin(np.array(one)) for one in postures]
-        cases[f"{name}: EAIK, all branches"] = lambda: [eaik.IK(one) for one in frames]
+        cases[f"{name}: EAIK, all branches"] = each(eaik.IK, frames)
     robot = _toolbox(peers, chain)
     if robot is not None:
         metres = [in_metres(one.frame) for one in goals]
-        cases[f"{name}: Robotics Toolbox ik_LM"] = lambda: [
-            robot.ik_LM(one, slimit=ENOUGH) for one in metres
-        ]
+        cases[f"{name}: Robotics Toolbox ik_LM"] = each(
+            lambda goal: robot.ik_LM(goal, slimit=ENOUGH), metres
+        )
     taken = interleaved(cases, rounds)
     return [
         Row(

@@ -9,7 +9,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from measuring import Row, Section, interleaved, ratio
+from measuring import Row, Section, each, interleaved, ratio
 from textbook_goals import postures
 from textbook_peers import (
     START,
@@ -31,11 +31,6 @@ from kinematics.textbook.systems.named import System
 from kinematics.textbook.systems.puma import PUMA
 
 Cases = dict[str, Callable[[], object]]
-
-
-def each(call: Callable[[Any], object], values: list[Any]) -> Callable[[], object]:
-    """Return a case that makes a call for every value."""
-    return lambda: [call(value) for value in values]
 
 
 def minimover_inverse(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:
@@ -140,7 +135,12 @@ def puma_inverse(peers: Peers, poses: int = 200, rounds: int = 15) -> Section:
     find, seed = closed.solver.frames, (0.0,) * 6
     fk = generated(chain).fk
     frames = [fk((*q, 0.3)) for q in postures(preset("minimover5").arm, poses)]
-    cases: Cases = {"eight branches": lambda: [find(frame, seed) for frame in frames]}
+
+    def eight_branches() -> None:
+        for frame in frames:
+            find(frame, seed)
+
+    cases: Cases = {"eight branches": eight_branches}
     opw = peers.get("py_opw_kinematics")
     if opw is not None:
         cases["py-opw, eight branches"] = _opw_case(opw, puma, poses)

@@ -8,7 +8,7 @@ from dataclasses import MISSING, Field, fields
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.guards import NUMBERS
+from armdrive.config.guards import GuardSettings
 from armdrive.config.link_model import UrdfSettings
 from armdrive.config.sections import (
     Connection,
@@ -40,6 +40,7 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("reference", YawedPostureSettings),
     ("park", YawedPostureSettings),
     ("frames.NAME", FrameSettings),
+    ("guards", GuardSettings),
 )
 """The sections that every arm may have, in the order of the file."""
 
@@ -52,8 +53,6 @@ def page() -> str:
 def _sections() -> Iterator[str]:
     for name, kind in SECTIONS:
         yield from _table(f"`[{name}]`", map(_row, fields(kind)))
-    guards = ((key, "", rule) for key, rule in NUMBERS.items())
-    yield from _table("`[guards]`: the keys that are a number", guards)
     for row in DIALECTS.values():
         yield from _table(f"`[{row.name}]`: {row.title}", map(_row, fields(row.settings())))
 

@@ -29,7 +29,7 @@ from armdrive.sim.cia402.quirks import QUIRKS as CIA402_QUIRKS
 from armdrive.sim.device import Option
 from armdrive.sim.mks.kind import KIND as MKS
 from armdrive.sim.mks.quirks import QUIRKS as MKS_QUIRKS
-from armdrive.trace.entries import TITLES
+from armdrive.trace.entries import EntryKind
 from tui.gamepad import map as pad_map
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
 from tui.keys.table import SCREENS
@@ -168,7 +168,7 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         "drive settings": lambda: _settings(CIA402.options, CIA402_QUIRKS),
         "drive quirks": lambda: _quirks(CIA402_QUIRKS),
         "kinds": lambda: _table(
-            ("kind", "meaning"), ((f"`{kind.value}`", text) for kind, text in TITLES.items())
+            ("kind", "meaning"), ((f"`{kind.value}`", kind.meaning) for kind in EntryKind)
         ),
     }
 )

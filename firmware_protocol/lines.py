@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.events import Unreadable
 
 E = TypeVar("E")  # a host's event for a line
 
-SHOWN_BYTES = 32  # how much of a dropped line is kept for messages
+SHOWN_BYTES = 32  # how much of a line that is dropped is kept for messages
 MAX_EARLY = 256  # most events from before the latest command that a host keeps: the newest
-
-
-@dataclass(frozen=True, slots=True)
-class Dropped:
-    """Discarded bytes: their beginning, and the reason."""
-
-    start: bytes
-    reason: str
 
 
 class LineSplitter:
@@ -36,7 +30,7 @@ class LineSplitter:
         self._ends = re.compile(b"[" + re.escape(terminators) + b"]")
         self._max_length = max_length
         self._max_lines = max_lines
-        self._waiting: deque[bytes | Dropped] = deque()
+        self._waiting: deque[bytes | Unreadable] = deque()
         self._partial = bytearray()
         self._dropping = False
 
@@ -48,7 +42,7 @@ class LineSplitter:
     @property
     def buffered(self) -> int:
         """Number of buffered bytes."""
-        held = sum(len(e.start if isinstance(e, Dropped) else e) for e in self._waiting)
+        held = sum(len(e.data if isinstance(e, Unreadable) else e) for e in self._waiting)
         return held + len(self._partial)
 
     def feed(self, data: bytes) -> None:
@@ -59,7 +53,7 @@ class LineSplitter:
             self._finish()
         self._extend(rest)
 
-    def next_line(self) -> bytes | Dropped | None:
+    def next_line(self) -> bytes | Unreadable | None:
         """Return the next line without its terminator, or a report; None if the queue is empty."""
         return self._waiting.popleft() if self._waiting else None
 
@@ -83,7 +77,7 @@ class LineSplitter:
         start = (bytes(self._partial) + piece[:shown])[:shown]
         self._partial.clear()
         self._dropping = True
-        self._put(Dropped(start, f"a line of more than {self._max_length} bytes"))
+        self._put(Unreadable(start, f"a line of more than {self._max_length} bytes"))
 
     def _finish(self) -> None:
         if self._partial:
@@ -91,35 +85,28 @@ class LineSplitter:
         self._partial.clear()
         self._dropping = False
 
-    def _put(self, entry: bytes | Dropped) -> None:
+    def _put(self, entry: bytes | Unreadable) -> None:
         room = self._max_lines - len(self._waiting)
         if room > 1:
             self._waiting.append(entry)
         elif room == 1:
-            start = entry.start if isinstance(entry, Dropped) else entry[:SHOWN_BYTES]
+            start = entry.data if isinstance(entry, Unreadable) else entry[:SHOWN_BYTES]
             reason = f"{self._max_lines} lines were waiting: from here on they are lost"
-            self._waiting.append(Dropped(start, reason))
+            self._waiting.append(Unreadable(start, reason))
 
 
-class AnswerLines(Generic[E]):
-    """Turns a device's lines into events, and keeps early lines from passing for answers.
+class LineHost(ABC, Generic[E]):
+    """The receiving end of a host whose device answers in lines. No input raises.
 
-    A line is early if it began before the command was sent. `read` takes a line and whether it is
-    early, and returns an event or None. Lines that consist only of `padding` are skipped.
+    A dialect adds `_interpret`. A line is early if it began before the latest command was sent, so
+    it must not pass for the answer. Lines that consist only of `padding` are skipped. At most 256
+    lines and `MAX_EARLY` events are held.
     """
 
-    def __init__(
-        self,
-        terminators: bytes,
-        read: Callable[[bytes | Dropped, bool], E | None],
-        *,
-        padding: bytes = b"",
-        max_length: int = 256,
-    ) -> None:
+    def __init__(self, terminators: bytes, *, padding: bytes = b"", max_length: int = 256) -> None:
         self._lines = LineSplitter(terminators, max_length)
-        self._read = read
         self._padding = padding
-        self._early: deque[E] = deque(maxlen=MAX_EARLY)
+        self._early: deque[E | Unreadable] = deque(maxlen=MAX_EARLY)
         self._began_early = False
 
     @property
@@ -127,40 +114,57 @@ class AnswerLines(Generic[E]):
         """Number of buffered bytes."""
         return self._lines.buffered
 
-    @property
-    def partial(self) -> bytes:
-        """The incomplete line at the end of the input; empty if it is only padding."""
-        partial = self._lines.partial
-        return partial if partial.strip(self._padding) else b""
-
-    def feed(self, data: bytes) -> None:
-        """Take bytes in any chunks."""
+    def receive_data(self, data: bytes) -> None:
+        """Take bytes from the device in any chunks."""
         self._lines.feed(data)
 
-    def keep_early(self) -> None:
-        """Interpret all complete lines now, so that none can answer the next command."""
-        while (event := self._next()) is not None:
-            self._early.append(event)
-
-    def mark_early(self, *, early: bool = True) -> None:
-        """Mark the incomplete line as early, or remove the mark."""
-        self._began_early = early and bool(self.partial)
-
-    def next_event(self) -> E | None:
-        """Return the next event, or None."""
+    def next_event(self) -> E | Unreadable | None:
+        """Return the next event from the bytes received so far, or None."""
         return self._early.popleft() if self._early else self._next()
 
     def discard(self) -> None:
-        """Discard all received bytes and unread events; the next byte begins a line."""
+        """Discard all received bytes and unread events; the next byte begins a line.
+
+        Call this only while the line is quiet. What is unanswered stays unanswered.
+        """
         self._lines.discard()
         self._early.clear()
         self._began_early = False
 
-    def _next(self) -> E | None:
+    @abstractmethod
+    def _interpret(self, line: bytes) -> E | None:
+        """Return the event of a line, if any. Raises `RemoteProtocolError` if it is unreadable."""
+
+    def _interpret_early(self, line: bytes) -> E | None:  # noqa: ARG002
+        """Return the event of an early line; by default, none is readable."""
+        raise RemoteProtocolError("the line began before the command was sent")
+
+    @property
+    def _partial(self) -> bytes:
+        """The incomplete line at the end of the input; empty if it is only padding."""
+        partial = self._lines.partial
+        return partial if partial.strip(self._padding) else b""
+
+    def _keep_early(self) -> None:
+        """Interpret all complete lines now, so that none can answer the next command."""
+        while (event := self._next()) is not None:
+            self._early.append(event)
+
+    def _mark_early(self, *, early: bool = True) -> None:
+        """Mark the incomplete line as early, or remove the mark."""
+        self._began_early = early and bool(self._partial)
+
+    def _next(self) -> E | Unreadable | None:
         while (line := self._lines.next_line()) is not None:
             early, self._began_early = self._began_early, False
-            if isinstance(line, bytes) and not line.strip(self._padding):
+            if isinstance(line, Unreadable):
+                return line
+            if not line.strip(self._padding):
                 continue
-            if (event := self._read(line, early)) is not None:
+            try:
+                event = self._interpret_early(line) if early else self._interpret(line)
+            except RemoteProtocolError as error:
+                return Unreadable(line, str(error))
+            if event is not None:
                 return event
         return None

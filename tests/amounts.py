@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from typing import TypeVar
+from collections.abc import Sequence
+from itertools import product
 
-T = TypeVar("T")
-U = TypeVar("U")
-V = TypeVar("V")
+import pytest
 
 THOROUGH = os.environ.get("THOROUGH", "0") not in ("", "0")
 
@@ -18,17 +16,12 @@ def amount(everyday: int, thorough: int) -> int:
     return thorough if THOROUGH else everyday
 
 
-def every_pair(first: Iterable[T], second: Iterable[U], third: Iterable[V]) -> list[tuple[T, U, V]]:
-    """Return combinations in which each pair of values from two of the lists occurs.
+def in_pairs(names: str, *values: Sequence[object]) -> pytest.MarkDecorator:
+    """Parametrize a test with three or more lists of values.
 
-    `third` must be the shortest list. With THOROUGH=1, return every combination.
+    A sample has every pair of values of any two lists, but not every combination of all.
     """
-    rows, columns, others = list(first), list(second), list(third)
-    assert len(others) <= min(len(rows), len(columns))
-    return [
-        (row, column, other)
-        for i, row in enumerate(rows)
-        for j, column in enumerate(columns)
-        for k, other in enumerate(others)
-        if THOROUGH or (i + j) % len(others) == k
-    ]
+    rows = list(product(*(enumerate(each) for each in values)))
+    fewest = 1 if THOROUGH else min(map(len, values))
+    tried = [row for row in rows if sum(index for index, _ in row) % fewest == 0]
+    return pytest.mark.parametrize(names, [tuple(value for _, value in row) for row in tried])

@@ -46,7 +46,6 @@ ALLOWED = {
     "mutants/copies.py": "says how long a mutant took",
     "firmware/avr_bench.py": BENCH,
     "firmware/grbl_setup.py": BENCH,
-    "armdrive/transports/can_adapter_served.py": DEVICE,
     "armdrive/dialects/mks/can_kernel_bus.py": DEVICE,
     "armdrive/transports/can_served.py": DEVICE,
     "armdrive/sim/cia402/test_sim_cia402_master.py": DEVICE,

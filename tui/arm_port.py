@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, overload
 
 from armdrive import Grasped, Handle, Moved, Preview
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError
-from armdrive.moves import Jog, Motion, Move
-from armdrive.programs.teaching.sequence import FingerStep
+from armdrive.moves import GraspMove, Jog, Motion, Move
 from armdrive.status import Status
 from armdrive.storage.point_file import Points
 from armdrive.trace.log import LogReader
@@ -20,7 +19,7 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Pose
 
 
-class DeskGripper(FingerStep, Protocol):
+class DeskGripper(Protocol):
     """The fingers of the arm."""
 
     @property
@@ -129,8 +128,10 @@ class DeskArm(Protocol):
     def preview(self, move: Move) -> Preview:
         """Return what a move would be, or why it is refused. Moves nothing."""
 
-    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]:
-        """Begin a move; raises `ArmError`, also for a stop since that count of stops."""
+    @overload
+    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]: ...
+    @overload
+    def start(self, move: GraspMove, *, stops: int | None = None) -> Handle[Grasped]: ...
 
     # -- points and sequences -------------------------------------------------------------
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import inspect
-import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from typing import Any, NoReturn
 
 from armdrive.cli.commands import RENAMED_OPTIONS
 from armdrive.errors import BadRequest
-from armdrive.text.speed import parse_speed
+from armdrive.text import numbers
 from kinematics.errors import nearest_word
 
 Declare = Callable[[argparse.ArgumentParser], None]
@@ -140,23 +139,10 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(JSON_OPTION, action="store_true", help="print JSON")
 
 
-def typed_number(text: str) -> float:
-    """Return a finite number; digits are 0 to 9, with nothing between. Raises `BadRequest`."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise BadRequest(f"{text!r} is not a number") from None
-    if not text.isascii() or "_" in text:  # Python would take both: `1_5` for 15
-        raise BadRequest(f"{text!r} is not a number")
-    if not math.isfinite(value):
-        raise BadRequest(f"{text!r} is not a finite number")
-    return value
-
-
 def number(text: str) -> float:
     """Return a finite number, for argparse's `type=`."""
     try:
-        return typed_number(text)
+        return numbers.number(text)
     except BadRequest as error:  # argparse shows the words of its own kind of error alone
         raise argparse.ArgumentTypeError(str(error)) from None
 
@@ -180,7 +166,7 @@ def count(text: str) -> int:
 def fraction(text: str) -> float:
     """Return a speed as a fraction of the limits, for argparse's `type=`."""
     try:
-        return parse_speed(text)
+        return numbers.parse_speed(text)
     except BadRequest as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 

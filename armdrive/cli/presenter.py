@@ -1,11 +1,11 @@
-"""Printing for people and for programs: sentences, or one JSON document a line.
+"""The terminal: prints for people and for programs, and reads the lines that a person types.
 
 Everything that the command line prints goes through this module. Text may come from a file or a
 device, and a terminal acts on control characters, so this module prints those as escapes.
 
-A command returns a `Result`, or several, and `present` prints one of its two forms. A command that
-takes long reports its progress with `tell`, which `--json` silences, and prints results early with
-`show`.
+A command returns a `Result`, or several, and `present` prints one of its two forms: sentences, or
+one JSON document a line. A command that takes long reports its progress with `tell`, which `--json`
+silences, and prints results early with `show`.
 """
 
 from __future__ import annotations
@@ -13,12 +13,18 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import queue
+import re
+import shlex
 import sys
+import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, TextIO
+from types import TracebackType
+from typing import Any, Self, TextIO
 
+from armdrive.errors import BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
 
@@ -179,3 +185,108 @@ def _shown(part: str | Inked, *, coloured: bool) -> str:
 
 def _in_ink(text: str, ink: Ink) -> str:
     return f"\x1b[{ink.value}m{text}\x1b[0m"
+
+
+# Reading from the terminal.
+
+
+def require_screen(what: str, otherwise: str) -> None:
+    """Raise `BadRequest` if the terminal cannot draw; `otherwise` names what works without."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise BadRequest(f"{what} needs a terminal; {otherwise}")
+    kind = os.environ.get("TERM", "")
+    if kind.lower() in WITHOUT_SCREEN:
+        raise BadRequest(
+            f"{what} needs a terminal that can draw, and this one has TERM={kind}; {otherwise}. "
+            "If it can draw after all, use: TERM=xterm-256color armdrive ..."
+        )
+
+
+def typed(prompt: str) -> str | None:
+    """Return the next line of the input, from the terminal or a pipe; None at its end."""
+    put(prompt)
+    line = sys.stdin.readline()
+    if not line:
+        put("\n")  # the next text starts on a new line, not after the prompt
+        return None
+    return line.strip()
+
+
+def agreed(question: str) -> bool:
+    """Ask a question at the terminal; any answer but yes means no."""
+    if not sys.stdin.isatty():
+        return False
+    answer = typed(question)
+    return answer is not None and answer.lower() in ("yes", "y")
+
+
+# Progress that the engine's thread reports.
+
+
+class TerminalReporter:
+    """Prints lines in a thread of its own, because a blocked terminal must not block the engine."""
+
+    def __init__(self, *, silent: bool) -> None:
+        self._silent = silent
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._print, name="reporter", daemon=True)
+
+    def tell(self, line: str) -> None:
+        """Hand a line over without waiting."""
+        self._lines.put(line)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._lines.put(None)
+        self._thread.join()
+
+    def _print(self) -> None:
+        while (line := self._lines.get()) is not None:
+            if not self._silent:
+                say(line)
+
+
+# Remedies name a command. If this command named its arm, the next one has to name it as well.
+
+_ARM_COMMANDS = ("disable", "enable", "home", "jog", "move", "reset", "resume", "status", "verify")
+"""The commands in remedies that act on the arm that their options name."""
+
+_MEND = "`armdrive doctor --mend`"
+"""Needs the arm file, which says what is expected."""
+
+_COMMAND = rf"`armdrive ((?:{'|'.join(_ARM_COMMANDS)})(?: --[a-z-]+)*)`"
+
+
+def with_arm(sentence: str, options: argparse.Namespace) -> str:
+    """Return a sentence whose commands name the arm as the options of this command do."""
+    words = _arm_words(options)
+    if not words:
+        return sentence
+    if getattr(options, "arm", None):
+        mend = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
+        sentence = sentence.replace(_MEND, mend)
+    return re.sub(_COMMAND, lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
+
+
+def _insert(command: str, words: str) -> str:
+    if "--arm" in command:
+        return command
+    name, _, rest = command.partition(" ")
+    return " ".join(filter(None, (name, words, rest)))
+
+
+def _arm_words(options: argparse.Namespace) -> str:
+    given = [
+        (f"--{name}", str(value))
+        for name in ("arm", "sim", "port", "dialect")
+        if (value := getattr(options, name, None))
+    ]
+    return shlex.join(word for pair in given for word in pair)

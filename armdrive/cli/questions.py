@@ -10,8 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from armdrive.cli.presenter import say
-from armdrive.cli.screens import typed
+from armdrive.cli.presenter import say, typed
 from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer, yes_or_no
 from armdrive.errors import BadRequest, OperatorNeeded
 

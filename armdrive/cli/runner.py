@@ -18,8 +18,7 @@ from typing import NoReturn
 from armdrive.cli.commands import COMMANDS, INSTEAD
 from armdrive.cli.loading import load
 from armdrive.cli.options import JSON_OPTION, Arguments, CommandParser, help_of
-from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present
-from armdrive.cli.remedies import with_arm
+from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present, with_arm
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message

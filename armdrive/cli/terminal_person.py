@@ -6,15 +6,14 @@ import os
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.options import typed_number
-from armdrive.cli.presenter import say
-from armdrive.cli.screens import agreed, typed
+from armdrive.cli.presenter import agreed, say, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, side_view, top_view
 from armdrive.status import Trust
+from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
@@ -211,7 +210,7 @@ def _axis(word: str, axes: tuple[str, ...]) -> str:
 
 
 def _amount(word: str) -> float:
-    amount = typed_number(word)
+    amount = number(word)
     if abs(amount) > MOST_DEG:
         raise BadRequest(f"jog by at most {MOST_DEG:g} degrees or mm at a time, not {word}")
     return amount

@@ -8,7 +8,8 @@ The shortest file is two lines long. An unknown key is an error that suggests th
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -30,7 +31,7 @@ from armdrive.config.sections import (
     read_homing,
     read_posture,
 )
-from armdrive.errors import ArmFileError, BadRequest
+from armdrive.errors import ArmError, ArmFileError, BadRequest
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
     FORMAT_KEY,
@@ -39,6 +40,7 @@ from armdrive.text.toml import (
     require_table,
     text,
 )
+from kinematics.errors import KinematicsError
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
@@ -271,3 +273,75 @@ LINKED_KEYS = (*COMMON_KEYS, "motors", "fingers")
 """The keys of an arm with a link table."""
 PRESET_KEYS = (*COMMON_KEYS, "lengths", *MOTOR_KEYS, TURNING, SLIDING)
 """The keys of an arm of the Mini-mover's build."""
+
+
+# Checks of the whole arm, and remarks on a file without problems.
+
+
+def unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
+    """Yield problems of the whole arm whose keys are all valid: motors, postures out of reach."""
+    yield from _motors(config, dialect)
+    postures = [("park", config.park)]
+    if config.model.reference is not None:
+        postures.append(("reference", config.model.reference.pose))
+    for section, pose in postures:
+        if pose is not None:
+            yield from _posture(config, section, pose)
+    if config.homing is not None:
+        for broken in config.model.arm.violations(config.homing.joints):
+            yield (
+                f"homing.joints_deg.{broken.joint} is {math.degrees(broken.value_rad):g}, beyond "
+                f"its limit of {math.degrees(broken.bound_rad):g}: correct it, or limits_deg."
+                f"{broken.joint}"
+            )
+
+
+def _motors(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
+    transmission = config.model.transmission
+    if transmission is None:
+        yield (
+            f"no motor steps are known of the {config.model.title}: give steps_per_mm and "
+            "[steps_per_turn]"
+        )
+        return
+    try:
+        driven = dialect.abilities_with(config).motors
+    except (ArmError, KinematicsError) as error:
+        yield str(error)
+        return
+    if len(transmission.motors) != driven:
+        yield (
+            f"the arm has {len(transmission.motors)} motors, but its controller ({dialect.title}) "
+            f"drives {driven}: list every motor of the controller, or correct gripper.kind"
+        )
+
+
+def _posture(config: ArmConfig, section: str, pose: Pose) -> Iterator[str]:
+    arm = config.model.arm
+    try:
+        joints = arm.ik(pose)
+    except KinematicsError as error:
+        yield f"[{section}] cannot be reached: {error}"
+        return
+    if section == "park":
+        broken = config.model.guards.violation(arm, joints)
+        if broken is not None:
+            yield f"[{section}]: {broken.sentence}; raise it or correct [guards]"
+
+
+def remarks_on(config: ArmConfig) -> Iterator[str]:
+    """Yield remarks that are no errors, but good to know before the arm is driven."""
+    if not config.connection.port:
+        yield "no port is named, so the arm can only be simulated: write connection.port"
+    if not config.model.verified:
+        yield (
+            "its numbers are a template: Cartesian motion is refused until every key of [lengths] "
+            "and [steps_per_turn] is given as measured (`armdrive config show NAME --toml` prints "
+            "the template's, which do not count unchanged), or, of a link table, verified = true "
+            "in its model file"
+        )
+    yield from config.model.unused
+    if config.homing is None and config.model.reference is None:
+        yield "no homing and no reference posture: to reference it, call `declare_posture()`"
+    if config.park is None and config.model.reference is None:
+        yield "no park posture: write [park]"

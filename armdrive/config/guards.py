@@ -6,54 +6,48 @@ Angles are in degrees in the file and in rad in the guards.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
-from types import MappingProxyType
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import (
-    Rule,
-    TomlTable,
-    between,
-    joint_range,
-    named,
-    number,
-    number_by,
-    require_list,
-    text,
-)
+from armdrive.text.toml import TomlTable, joint_range, number, setting, text
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry
 from kinematics.guards.guards import AngleSum, Guards
 from kinematics.guards.links import link_names
 from kinematics.guards.shapes import Box
 
-NUMBERS: Mapping[str, Rule] = MappingProxyType(
-    {
-        key: Rule(low, high, help=means)
-        for key, low, high, means in (
-            ("tolerance_mm", 0.0, 50.0, "how far below the table rounding may put the tip"),
-            ("inner_radius_mm", 0.0, 5000.0, "the tip keeps this far from the base axis ..."),
-            ("inner_height_mm", -5000.0, 5000.0, "... while it is lower than this"),
-            ("outer_radius_mm", 0.0, 5000.0, "the tip goes no further out"),
-            (
-                "hand_wrist_radius_mm", 0.0, 5000.0,
-                "a hand pointing backwards keeps its wrist this far away ...",
-            ),
-            ("hand_tip_radius_mm", 0.0, 5000.0, "... while its tip is nearer than this"),
-            ("hand_height_mm", -5000.0, 5000.0, "... and lower than this"),
-            (
-                "base_radius_mm", 0.0, 5000.0,
-                "the links keep out of a column this thick ...",
-            ),
-            ("base_top_mm", -5000.0, 5000.0, "... up to this height"),
-        )
-    }
-)  # fmt: skip
-"""The keys that are a number."""
 
-RADIUS = between(0.0, 1000.0)
+def _mm(means: str, low: float = 0.0) -> Any:
+    """Declare a length; one that is left out is that of the arm's model."""
+    return setting(None, means, low=low, high=5000.0)
+
+
+@dataclass(frozen=True, slots=True)
+class GuardSettings:
+    """The keys of [guards] beside its arrays; a key that is left out keeps the model's guard."""
+
+    tolerance_mm: float | None = setting(
+        None, "how far below the table rounding may put the tip", low=0.0, high=50.0
+    )
+    inner_radius_mm: float | None = _mm("the tip keeps this far from the base axis ...")
+    inner_height_mm: float | None = _mm("... while it is lower than this", -5000.0)
+    outer_radius_mm: float | None = _mm("the tip goes no further out")
+    hand_wrist_radius_mm: float | None = _mm(
+        "a hand pointing backwards keeps its wrist this far away ..."
+    )
+    hand_tip_radius_mm: float | None = _mm("... while its tip is nearer than this")
+    hand_height_mm: float | None = _mm("... and lower than this", -5000.0)
+    base_radius_mm: float | None = _mm("the links keep out of a column this thick ...")
+    base_top_mm: float | None = _mm("... up to this height", -5000.0)
+    radii_mm: tuple[float, ...] | None = setting(
+        None, "how thick each link is, from the upper arm to the hand", low=0.0, high=1000.0
+    )
+
+
+ARRAYS = ("boxes", "sums")
+"""The arrays of tables in [guards]."""
 
 FOREARM = "forearm_elevation_deg"
 """Short for the sum that cable arms need: the forearm's angle above the horizontal."""
@@ -65,13 +59,14 @@ FOREARM_SHARES = (("shoulder", 1.0), ("elbow", 1.0))
 def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
     """Return the known guards of an arm with the file's corrections."""
     before = table.problems.count
-    table.allow([*NUMBERS, "radii_mm", FOREARM, "boxes", "sums"])
+    given = table.section(GuardSettings, elsewhere=(FOREARM, *ARRAYS)) or GuardSettings()
     changed: dict[str, Any] = {
-        key: table.value(key, number_by(row), getattr(known, key)) for key, row in NUMBERS.items()
+        each.name: value
+        for each in fields(given)
+        if (value := getattr(given, each.name)) is not None
     }
-    changed["radii_mm"] = table.value("radii_mm", _radii, known.radii_mm)
     if "boxes" in table.entries:
-        boxes = [_box(row) for row in table.rows("boxes")]
+        boxes = [row.section(Box) for row in table.rows("boxes")]
         changed["boxes"] = tuple(box for box in boxes if box is not None)
         _require_different(table, "keep-out boxes", [box.name for box in changed["boxes"]])
     if "sums" in table.entries or FOREARM in table.entries:
@@ -87,25 +82,17 @@ def guard_table(
     guards: Guards, degrees: Callable[[float], float] = math.degrees
 ) -> dict[str, object]:
     """Return the keys and values of these guards as a file states them."""
-    known: dict[str, object] = {key: getattr(guards, key) for key in NUMBERS}
-    table = {key: value for key, value in known.items() if value is not None}
-    if guards.radii_mm:
-        table["radii_mm"] = list(guards.radii_mm)
-    if guards.boxes:
-        table["boxes"] = [
-            {"name": box.name, "min_mm": list(box.min_mm), "max_mm": list(box.max_mm)}
-            for box in guards.boxes
-        ]
-    if guards.sums:
-        table["sums"] = [
-            {
-                "name": one.name,
-                "joints": dict(one.shares),
-                "range_deg": [degrees(one.low_rad), degrees(one.high_rad)],
-            }
-            for one in guards.sums
-        ]
-    return table
+    known = {each.name: getattr(guards, each.name) for each in fields(GuardSettings)}
+    known["boxes"] = [asdict(box) for box in guards.boxes]
+    known["sums"] = [
+        {
+            "name": one.name,
+            "joints": dict(one.shares),
+            "range_deg": [degrees(one.low_rad), degrees(one.high_rad)],
+        }
+        for one in guards.sums
+    ]
+    return {key: value for key, value in known.items() if value not in (None, (), [])}
 
 
 def _require_different(table: TomlTable, what: str, names: list[str]) -> None:
@@ -127,31 +114,6 @@ def _fitting(guards: Guards, arm: ArmGeometry) -> Guards:
     except KinematicsError as error:
         raise ArmFileError(f"guards.radii_mm: {error}") from None
     return guards
-
-
-def _radii(value: object, where: str) -> tuple[float, ...]:
-    return tuple(RADIUS(one, where) for one in require_list(value, where, "[35, 30, 25]"))
-
-
-def _corner(value: object, where: str) -> tuple[float, float, float]:
-    listed = require_list(value, where, "[150, -60, 0]")
-    if len(listed) != len("xyz"):
-        raise ArmFileError(f"{where} must be x, y and z in mm, not {value!r}")
-    x, y, z = (number(one, where) for one in listed)
-    return x, y, z
-
-
-def _box(row: TomlTable) -> Box | None:
-    row.allow(["name", "min_mm", "max_mm"])
-    name = row.required("name", named)
-    low, high = (row.required(key, _corner) for key in ("min_mm", "max_mm"))
-    if name is None or low is None or high is None:
-        return None
-    try:
-        return Box(name, low, high)
-    except KinematicsError as error:
-        row.problems.note(f"{row.where}: {error}")
-    return None
 
 
 def _sums(table: TomlTable, joints: tuple[str, ...]) -> Iterator[AngleSum]:

@@ -12,7 +12,7 @@ from dataclasses import fields
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.guards import NUMBERS, guard_table
+from armdrive.config.guards import GuardSettings, guard_table
 from armdrive.config.preset import LENGTHS
 from armdrive.config.sections import OPENING, SLIDING, TURNING, FingerModel, backlash_keys
 from armdrive.text.toml import require_table, rule_of
@@ -39,7 +39,7 @@ MEANINGS: Mapping[str, str] = {
     "joint_signs": "-1 where a joint's positive direction is the other one",
     "sees": "joint = share; a negative one where it counts the other way",
     "follows": "whole steps added for each step of an earlier motor",
-} | {key: row.help for key, row in NUMBERS.items()}
+} | {each.name: rule_of(each).help for each in fields(GuardSettings)}
 """The meanings of sections and keys that no settings class declares."""
 
 

@@ -1,9 +1,8 @@
 """The requests that other programs of the same user may send to the program that holds an arm.
 
-A request is one JSON object: `{"request": NAME}` and the request's own keys. Its answer is one
-object; `watch`, `follow` and `wire` get a stream of objects until either side ends it. No request
-moves an arm, and only a stop acts before the next burst. storage/arm_lock.py decides when a caller
-is served.
+A request is one JSON object, `{"request": NAME}` and the request's own keys, and gets one object in
+reply; `watch` and `wire` get one after another until either side ends. No request moves an arm, and
+only a stop acts before the next burst. storage/arm_lock.py decides which caller is served when.
 """
 
 from __future__ import annotations
@@ -22,9 +21,8 @@ from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
-from armdrive.trace import wire_tap
 from armdrive.trace.calls import Tracer
-from armdrive.trace.entries import TraceEntry
+from armdrive.trace.entries import TraceEntry, tap_messages
 from kinematics.errors import KinematicsError
 
 
@@ -45,19 +43,19 @@ class ControlledArm(Protocol):
 
     @property
     def status(self) -> Status:
-        """A frozen snapshot of the arm."""
+        """A frozen picture of this moment."""
 
     def request_stop(self) -> None:
-        """Request a stop, and return at once."""
+        """Ask for a stop, and return at once."""
 
     def pause(self) -> None:
         """Pause the arm after its next burst or segment."""
 
     def resume(self) -> None:
-        """Resume a paused arm."""
+        """Let a paused arm go on."""
 
     def save_recording(self) -> Path:
-        """Write the flight recorder's contents to a file, and return its path."""
+        """Write the flight recorder's memory to a file, and return its path."""
 
     def close(self) -> None:
         """Stop, and close the port."""
@@ -67,17 +65,17 @@ Stream = Callable[[ControlledArm, float], Iterator[Json]]
 
 WATCH_RANGE_S = (0.02, 3600.0)
 PASSING = ("trust_for_s", "percent", "left_s")
-"""Keys that change by themselves as time passes: their changes are not reported."""
+"""These keys change by themselves as time passes, so that a change of them is no news."""
 
 PERCENT_RANGE = (1, 100)
 
 
 def serve(lock: ArmLock, arm: ControlledArm) -> None:
-    """Answer other programs' requests about an arm, over the socket of its lock.
+    """Answer other programs about an arm, over the socket of its lock.
 
-    If other programs could not find the socket, closes the arm and raises `StateFileError`.
+    Raises `StateFileError`, and closes the arm, if no program could find the socket.
     """
-    arm.core.speed_override.others = True  # from now on, `armdrive resume` can resume the arm
+    arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
     try:
         lock.serve(partial(answered, arm))
     except StateFileError:
@@ -89,9 +87,9 @@ def serve(lock: ArmLock, arm: ControlledArm) -> None:
 def _watched(
     arm: ControlledArm, every_s: float, seen: Callable[[Json], Json] | None = None
 ) -> Iterator[Json]:
-    """Yield the status whenever it has changed, and once more when the arm is closed.
+    """Give the status whenever it has changed, and once more when the arm is closed.
 
-    An empty object means that nothing has changed; sending it shows whether the caller still reads.
+    An empty object says that nothing has changed; sending it shows whether the caller still reads.
     `seen` returns the part of a status that is compared.
     """
     last: Json = {}
@@ -107,7 +105,7 @@ def _watched(
 
 
 def _lasting(view: Json) -> Json:
-    """Return a status without the keys in `PASSING`."""
+    """Return the part of a status that does not change by itself as time passes."""
     program = view.get("program")
     lasting = {key: value for key, value in view.items() if key not in PASSING}
     if isinstance(program, dict):
@@ -116,7 +114,7 @@ def _lasting(view: Json) -> Json:
 
 
 def _followed(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Yield the status like `_watched`, and also whenever a program has advanced."""
+    """Give the status as `_watched` does, and also whenever a program has made progress."""
     return _watched(arm, every_s, _shown)
 
 
@@ -132,7 +130,7 @@ def _whole(value: object) -> int | None:
 
 
 def _every_s(words: Mapping[str, Any]) -> float | None:
-    """Return the requested interval, limited to `WATCH_RANGE_S`; None if it is not a number."""
+    """Return how often to look, within `WATCH_RANGE_S`; None if it is no number."""
     asked = words.get("every_s", WATCH_EVERY_S)
     if isinstance(asked, bool) or not isinstance(asked, int | float) or asked != asked:
         return None
@@ -141,13 +139,13 @@ def _every_s(words: Mapping[str, Any]) -> float | None:
 
 
 def _wire(arm: ControlledArm, every_s: float) -> Iterator[Json]:
-    """Yield the bytes on the arm's wire, in the form of wire_tap.py."""
+    """Yield the bytes on the arm's wire, in the form of `tap_messages`."""
 
     def since(number: int, most: int, back: int) -> tuple[int, tuple[TraceEntry, ...]]:
         with arm.pace.lock:
             return arm.tracer.since(number, most, back)
 
-    return wire_tap.tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
+    return tap_messages(since, arm.pace.now_s, lambda: arm.closed, every_s)
 
 
 def _status(arm: ControlledArm, _: Json) -> Json:
@@ -176,7 +174,7 @@ def _slow(arm: ControlledArm, words: Json) -> Json:
     if (
         isinstance(percent, bool)
         or not isinstance(percent, int | float)
-        or not low <= percent <= high  # also refuses NaN
+        or not low <= percent <= high  # NaN is not between them either
     ):
         return {"error": f"percent is a number from {low} to {high}, not {percent!r:.40}"}
     arm.speed_override = percent / 100.0
@@ -184,7 +182,7 @@ def _slow(arm: ControlledArm, words: Json) -> Json:
 
 
 def _record(arm: ControlledArm, _: Json) -> Json:
-    """Save a recording in the recorder's own folder; the caller cannot choose another."""
+    """Have the flight recorder write into its own folder, which no caller can change."""
     return {"recording": str(arm.save_recording())}
 
 
@@ -200,7 +198,7 @@ class ControlRequest:
     way: Answering = Answering.IN_TURN
 
     def answers(self, arm: ControlledArm, words: Json) -> Iterator[Json]:
-        """Yield the answers. An error in this code goes to the caller; the arm is not affected."""
+        """Yield the answers. A fault in this code goes to the caller, and the arm drives on."""
         if self.stream is not None:
             every_s = _every_s(words)
             if every_s is None:
@@ -236,7 +234,7 @@ REQUESTS: Mapping[str, ControlRequest] = MappingProxyType(
 
 
 def answered(arm: ControlledArm, words: Json) -> tuple[Answering, Iterator[Json]]:
-    """Return how a request is answered, and the answers."""
+    """Return in which order a request is answered, and the answers."""
     name = words.get("request")
     request = REQUESTS.get(name) if isinstance(name, str) else None
     if request is None:

@@ -16,8 +16,7 @@ from armdrive.registry import DIALECTS
 from armdrive.runtime.engine import NOT_THE_ANSWER, excerpt
 from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.transports import opening, ports
-from armdrive.transports.address import PREFIX, is_can, scheme
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
 from armdrive.transports.link import Link
 
 

@@ -83,12 +83,12 @@ class Dialect:
     title: str
     preset: str
     baud: int
-    raise_dtr: bool
-    quick_stop: str
     torque: Torque
     abilities: Abilities
     driver: Callable[[], Driver]
     tools: Callable[[], DeviceTools]
+    raise_dtr: bool = False
+    quick_stop: str = "The switch of the motors' supply is the quicker stop: the arm sags then."
     language: Language | None = None
 
     @property
@@ -99,7 +99,7 @@ class Dialect:
     @property
     def pendant(self) -> PendantTools[Any] | None:
         """How the arm's own program is read and written; None if it has none."""
-        return self.tools().pendant if self.abilities.pendant else None
+        return self.tools().pendant if self.abilities.program_rows else None
 
     @property
     def can(self) -> bool:

@@ -129,7 +129,7 @@ class AnswerLines:
         self._lines.feed(data)
         found = []
         while (line := self._lines.next_line()) is not None:
-            data = line if isinstance(line, bytes) else line.start
+            data = line if isinstance(line, bytes) else line.data
             if data.strip():
                 found.append(self._weigh(data.strip()))
         return found

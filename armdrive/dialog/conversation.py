@@ -6,13 +6,13 @@ wire, a terminal or a clock, so a test can give any answer.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest
+from armdrive.text import numbers as typed
 from kinematics.errors import suggestion
 
 # A reader turns a typed line into a value, or raises `WrongAnswer`.
@@ -145,12 +145,9 @@ def groups(motors: int) -> Reader:
 def plain_number(line: str) -> float:
     """Return a finite number."""
     try:
-        value = float(line)
-    except ValueError:
-        raise WrongAnswer(f"a number is needed, not {line!r}") from None
-    if not math.isfinite(value):
-        raise WrongAnswer(f"a finite number is needed, not {line!r}")
-    return value
+        return typed.number(line)
+    except BadRequest as error:
+        raise WrongAnswer(str(error)) from None
 
 
 T = TypeVar("T")

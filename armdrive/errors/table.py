@@ -7,6 +7,7 @@ of errors has its own code as well, so that an error can be raised without this 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -14,10 +15,6 @@ from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from kinematics.errors import nearest_word
-
-NOTHING_SENT = "Nothing was sent, nothing moved."
-NO_ARM = "None: no arm is involved."
-STANDS = "The arm stops after its last burst; motors that have current hold it there."
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,643 +33,472 @@ class CatalogueEntry:
     remedy: str
 
 
-# E0 to E3: faults in general, wrong calls and files, refusals, and stops.
+_PHRASES = {
+    "LATCHED": "The arm stands still, and error-stop is latched: nothing moves before `reset()`.",
+    "STANDS": "The arm stops after its last burst; motors that have current hold it there.",
+    "NO_PLANNING": (
+        "Planned motion is refused until the arm is referenced; jogging is still allowed."
+    ),
+    "SUSPECT_LATCHED": (
+        "The arm stands still, its position is suspect, and error-stop is latched."
+    ),
+    "LOOK_RESET_HOME": "Look at the arm, call `reset()`, then `home()`.",
+    "LOOK_AND_HOME": "Look at the arm, then call `home()`.",
+}
+"""Sentences of several rows."""
 
-LATCHED = "The arm stands still, and error-stop is latched: nothing moves before `reset()`."
+_CATALOGUE = """Anything
 
-GENERAL = (
-    CatalogueEntry(
-        "E001", "ArmError", "something is wrong",
-        "The message says what; no more specific error fits.",
-        "The message says. A motion in progress was stopped.",
-        "Follow the message; `armdrive status` shows the state of the arm.",
-    ),
-    CatalogueEntry(
-        "E002", "OSError", "this computer refused",
-        "A file or folder cannot be read or written, or the disk is full.",
-        "An arm that was connected was stopped and released.",
-        "Free some space or make the folder writable, then try again.",
-    ),
-    CatalogueEntry(
-        "E003", "KeyboardInterrupt", "interrupted from the keyboard",
-        "Ctrl-C was pressed.",
-        "A moving arm was stopped. " + STANDS,
-        "Nothing to do; the position is kept.",
-    ),
-    CatalogueEntry(
-        "E004", "Ended", "ended by a signal",
-        "The terminal was closed, or another program or the system ended this one.",
-        "A moving arm was stopped. " + STANDS,
-        "Nothing to do; the position is kept.",
-    ),
-    CatalogueEntry(
-        "E005", "Unexpected", "a fault of armdrive itself",
-        "armdrive ran into something that it does not handle. The message names the file with the "
-        "details; `ARMDRIVE_TRACEBACK=1` in the environment prints them instead.",
-        "An arm that was connected was stopped and released.",
-        "Look at the arm, then at `armdrive status`. Please report the fault with the file.",
-    ),
-)  # fmt: skip
+E001: something is wrong (ArmError)
+  cause   The message says what; no more specific error fits.
+  effect  The message says. A motion in progress was stopped.
+  remedy  Follow the message; `armdrive status` shows the state of the arm.
+E002: this computer refused (OSError)
+  cause   A file or folder cannot be read or written, or the disk is full.
+  effect  An arm that was connected was stopped and released.
+  remedy  Free some space or make the folder writable, then try again.
+E003: interrupted from the keyboard (KeyboardInterrupt)
+  cause   Ctrl-C was pressed.
+  effect  A moving arm was stopped. {STANDS}
+  remedy  Nothing to do; the position is kept.
+E004: ended by a signal (CommandEnded)
+  cause   The terminal was closed, or another program or the system ended this one.
+  effect  A moving arm was stopped. {STANDS}
+  remedy  Nothing to do; the position is kept.
+E005: a fault of armdrive itself (Unexpected)
+  cause   armdrive ran into something that it does not handle. The message names the file with the
+          details; `ARMDRIVE_TRACEBACK=1` in the environment prints them instead.
+  effect  An arm that was connected was stopped and released.
+  remedy  Look at the arm, then at `armdrive status`. Please report the fault with the file.
 
-REQUESTS = (
-    CatalogueEntry(
-        "E101", "BadRequest", "the request itself is wrong",
-        "A name or a number in the call or the command is wrong.",
-        NOTHING_SENT,
-        "Correct what the message names; `armdrive COMMAND --help` shows examples.",
-    ),
-    CatalogueEntry(
-        "E102", "WrongAnswer", "an answer that does not fit its question",
-        "An answer in the interview for an arm file cannot be read, or is out of bounds.",
-        NO_ARM,
-        "Answer again as the message says, or correct the file of answers.",
-    ),
-    CatalogueEntry(
-        "E103", "ArgumentTypeError", "an option that cannot be read",
-        "The value of an option is not a number, or is out of bounds.",
-        NOTHING_SENT,
-        "Correct the option; `armdrive COMMAND --help` lists them all.",
-    ),
-    CatalogueEntry(
-        "E104", "ArmFileError", "an arm file that cannot be used",
-        "The file is missing, is not TOML, or has a key or a value that makes no sense.",
-        "Nothing was opened, nothing moved.",
-        "Correct the key that the message names, then run `armdrive config check`.",
-    ),
-    CatalogueEntry(
-        "E105", "StateFileError", "a saved state that cannot be used",
-        "The state saved by an earlier program is damaged or unreadable, or the position cannot be "
-        "saved now because the disk is full or the folder is not writable.",
-        "Nothing moved: a motion begins only if its end can be saved.",
-        "Free some space or make the folder writable. A damaged file may be deleted; the arm then "
-        "needs a new reference.",
-    ),
-    CatalogueEntry(
-        "E106", "WaitTimeout", "the wait timed out",
-        "The motion took longer than the timeout of the call.",
-        "The motion continues.",
-        "Wait again, or stop the arm.",
-    ),
-    CatalogueEntry(
-        "E107", "RecordingError", "a recording that cannot be used",
-        "The file is damaged, has another format, or belongs to another arm.",
-        NO_ARM,
-        "Choose another recording. A damaged one is usable up to the line that the message names.",
-    ),
-    CatalogueEntry(
-        "E108", "PointsFileError", "a file of points that cannot be used",
-        "The file is not TOML, has a key or a value that makes no sense, belongs to an arm with "
-        "other joints, or has a sequence that uses a missing point.",
-        "Nothing moved, and the file is unchanged.",
-        "Correct the key that the message names, then run `armdrive points list`.",
-    ),
-    CatalogueEntry(
-        "E109", "UnknownPoint", "no point has that name",
-        "The arm's file of points has no point or sequence of that name.",
-        NOTHING_SENT,
-        "`armdrive points list` shows the names; `armdrive points save NAME` adds one.",
-    ),
-    CatalogueEntry(
-        "E110", "PointsChanged", "a point was changed in the meantime",
-        "Another program or an editor changed this point or sequence after it was read.",
-        "Nothing was written: the other change stays.",
-        "Look at the point as it is now, and make your change again.",
-    ),
-    CatalogueEntry(
-        "E111", "KeyFileError", "a file of keys that cannot be used",
-        "The file is missing, is not TOML, names an unknown key or action, or uses a key twice.",
-        "Nothing was opened, nothing moved.",
-        "Correct the line that the message names; `armdrive jog --show-keys` lists all actions.",
-    ),
-    CatalogueEntry(
-        "E112", "PendantFileError", "a pendant program that cannot be used",
-        "A line of the file is not a row of a program, or a number does not fit into the arm's "
-        "memory.",
-        "Nothing was sent, nothing moved; the arm's memory is unchanged.",
-        "Correct the line that the message names; `armdrive pendant read FILE` shows the format.",
-    ),
-    CatalogueEntry(
-        "E113", "ProgramError", "a program that cannot be used",
-        "A line cannot be read, uses an unknown name, or cannot continue: it divides by zero, a "
-        "wait timed out, or the arm is not as the line expects.",
-        "A program that cannot be read moves nothing. A program that ends in the middle leaves the "
-        "arm where the line before left it.",
-        "Correct the place above the caret, or what the message says about the arm; "
-        "docs/reference/programs.md explains every word.",
-    ),
-    CatalogueEntry(
-        "E114", "InputTimeout", "an input did not change in time",
-        "A program waited for an input to become high or low, and its timeout passed.",
-        "None: waiting moves nothing, and the timeout stops nothing.",
-        "Check the sensor, its cable and the input's number: inputs are counted from 1. "
-        "`armdrive status` shows them.",
-    ),
-    CatalogueEntry(
-        "E115", "BadArgument", "an argument of the wrong kind",
-        "A Python call got, for example, text instead of a pose, too many values, or an unknown "
-        "option.",
-        NOTHING_SENT,
-        "Correct the argument that the message names; docs/reference/python-api.md lists what each "
-        "call takes.",
-    ),
-)  # fmt: skip
+Requests and files
 
-REFUSALS = (
-    CatalogueEntry(
-        "E201", "Refused", "refused",
-        "This arm cannot do what the call asks for, or not now; the message says why.",
-        NOTHING_SENT,
-        "Follow the message.",
-    ),
-    CatalogueEntry(
-        "E202", "WrongState", "not in this state",
-        "The arm is disconnected, disabled, moving or in error-stop, and the call is not allowed "
-        "then. Or the arm was paused so long that its motion was cancelled.",
-        "Nothing was sent, nothing moved. After a pause, the arm is part of the way along its "
-        "path, and still paused.",
-        "Wait for the motion to end, call `enable()`, or look at the arm and call `reset()`, "
-        "as the message says.",
-    ),
-    CatalogueEntry(
-        "E203", "NotReferenced", "the position cannot be trusted",
-        "Planned motion needs a trusted position, and this one is unknown, suspect, or restored "
-        "from a record without confirmation.",
-        NOTHING_SENT,
-        "Look at the arm, then call `home()`. If it is restored and right, "
-        "call `confirm_restored()`, or connect with `allow_restored=True`. "
-        "Until then, the joints can be jogged slowly.",
-    ),
-    CatalogueEntry(
-        "E204", "OperatorNeeded", "a person has to look at the arm",
-        "The arm has no switches and no encoders, or the question needs a person who can see "
-        "the arm.",
-        NOTHING_SENT,
-        "Run the command in a terminal, or give the answer in advance with the option that the "
-        "message names.",
-    ),
-    CatalogueEntry(
-        "E205", "OutOfBounds", "a limit or a guard is in the way",
-        "The path would violate a joint limit, or hit the table, a keep-out box or the arm itself.",
-        "Nothing was sent, nothing moved. A jog stops at the bound.",
-        "Choose another goal or path. If the goal is the problem, the message names the nearest "
-        "pose that is allowed.",
-    ),
-    CatalogueEntry(
-        "E206", "SettingsDiffer", "the controller is set up for another arm",
-        "A setting of the controller differs from the arm file, so motions would be wrong.",
-        NOTHING_SENT,
-        "Run `armdrive doctor --mend` to write the settings, or correct the arm file.",
-    ),
-)  # fmt: skip
+E101: the request itself is wrong (BadRequest)
+  cause   A name or a number in the call or the command is wrong.
+  effect  Nothing was sent, nothing moved.
+  remedy  Correct what the message names; `armdrive COMMAND --help` shows examples.
+E102: an answer that does not fit its question (WrongAnswer)
+  cause   An answer in the interview for an arm file cannot be read, or is out of bounds.
+  effect  None: no arm is involved.
+  remedy  Answer again as the message says, or correct the file of answers.
+E103: an option that cannot be read (ArgumentTypeError)
+  cause   The value of an option is not a number, or is out of bounds.
+  effect  Nothing was sent, nothing moved.
+  remedy  Correct the option; `armdrive COMMAND --help` lists them all.
+E104: an arm file that cannot be used (ArmFileError)
+  cause   The file is missing, is not TOML, or has a key or a value that makes no sense.
+  effect  Nothing was opened, nothing moved.
+  remedy  Correct the key that the message names, then run `armdrive config check`.
+E105: a saved state that cannot be used (StateFileError)
+  cause   The state saved by an earlier program is damaged or unreadable, or the position cannot be
+          saved now because the disk is full or the folder is not writable.
+  effect  Nothing moved: a motion begins only if its end can be saved.
+  remedy  Free some space or make the folder writable. A damaged file may be deleted; the arm then
+          needs a new reference.
+E106: the wait timed out (WaitTimeout)
+  cause   The motion took longer than the timeout of the call.
+  effect  The motion continues.
+  remedy  Wait again, or stop the arm.
+E107: a recording that cannot be used (RecordingError)
+  cause   The file is damaged, has another format, or belongs to another arm.
+  effect  None: no arm is involved.
+  remedy  Choose another recording. A damaged one is usable up to the line that the message names.
+E108: a file of points that cannot be used (PointsFileError)
+  cause   The file is not TOML, has a key or a value that makes no sense, belongs to an arm with
+          other joints, or has a sequence that uses a missing point.
+  effect  Nothing moved, and the file is unchanged.
+  remedy  Correct the key that the message names, then run `armdrive points list`.
+E109: no point has that name (UnknownPoint)
+  cause   The arm's file of points has no point or sequence of that name.
+  effect  Nothing was sent, nothing moved.
+  remedy  `armdrive points list` shows the names; `armdrive points save NAME` adds one.
+E110: a point was changed in the meantime (PointsChanged)
+  cause   Another program or an editor changed this point or sequence after it was read.
+  effect  Nothing was written: the other change stays.
+  remedy  Look at the point as it is now, and make your change again.
+E111: a file of keys that cannot be used (KeyFileError)
+  cause   The file is missing, is not TOML, names an unknown key or action, or uses a key twice.
+  effect  Nothing was opened, nothing moved.
+  remedy  Correct the line that the message names; `armdrive jog --show-keys` lists all actions.
+E112: a pendant program that cannot be used (PendantFileError)
+  cause   A line of the file is not a row of a program, or a number does not fit into the arm's
+          memory.
+  effect  Nothing was sent, nothing moved; the arm's memory is unchanged.
+  remedy  Correct the line that the message names; `armdrive pendant read FILE` shows the format.
+E113: a program that cannot be used (ProgramError)
+  cause   A line cannot be read, uses an unknown name, or cannot continue: it divides by zero, a
+          wait timed out, or the arm is not as the line expects.
+  effect  A program that cannot be read moves nothing. A program that ends in the middle leaves the
+          arm where the line before left it.
+  remedy  Correct the place above the caret, or what the message says about the arm;
+          docs/reference/programs.md explains every word.
+E114: an input did not change in time (InputTimeout)
+  cause   A program waited for an input to become high or low, and its timeout passed.
+  effect  None: waiting moves nothing, and the timeout stops nothing.
+  remedy  Check the sensor, its cable and the input's number: inputs are counted from 1. `armdrive
+          status` shows them.
+E115: an argument of the wrong kind (BadArgument)
+  cause   A Python call got, for example, text instead of a pose, too many values, or an unknown
+          option.
+  effect  Nothing was sent, nothing moved.
+  remedy  Correct the argument that the message names; docs/reference/python-api.md lists what each
+          call takes.
 
-STOPS = (
-    CatalogueEntry(
-        "E301", "Stopped", "stopped before the end",
-        "A key, `armdrive stop` or another thread stopped the arm, or this program was suspended "
-        "while the arm moved.",
-        "The arm stands short of its goal, and its motors hold it. The position is kept.",
-        "Find out why, then go on: no reset is needed.",
-    ),
-    CatalogueEntry(
-        "E302", "PendantStop", "stopped at the pendant",
-        "The STOP key of the arm's own pendant was pressed.",
-        LATCHED + " The position is kept: the registers counted how far the arm came.",
-        "Look at the arm, then call `reset()`.",
-    ),
-    CatalogueEntry(
-        "E303", "EMERGENCY_STOP", "emergency stop",
-        "An emergency stop was requested.",
-        LATCHED + " Whether the motors hold the arm depends on the controller "
-        "(docs/background/stopping.md). A controller that stops without a ramp may have lost "
-        "steps: then the position is suspect.",
-        "Look at the arm, then call `reset()`, which moves nothing.",
-    ),
-)  # fmt: skip
+Refusals
 
+E201: refused (Refused)
+  cause   This arm cannot do what the call asks for, or not now; the message says why.
+  effect  Nothing was sent, nothing moved.
+  remedy  Follow the message.
+E202: not in this state (WrongState)
+  cause   The arm is disconnected, disabled, moving or in error-stop, and the call is not allowed
+          then. Or the arm was paused so long that its motion was cancelled.
+  effect  Nothing was sent, nothing moved. After a pause, the arm is part of the way along its path,
+          and still paused.
+  remedy  Wait for the motion to end, call `enable()`, or look at the arm and call `reset()`, as the
+          message says.
+E203: the position cannot be trusted (NotReferenced)
+  cause   Planned motion needs a trusted position, and this one is unknown, suspect, or restored
+          from a record without confirmation.
+  effect  Nothing was sent, nothing moved.
+  remedy  {LOOK_AND_HOME} If it is restored and right, call `confirm_restored()`, or connect with
+          `allow_restored=True`. Until then, the joints can be jogged slowly.
+E204: a person has to look at the arm (OperatorNeeded)
+  cause   The arm has no switches and no encoders, or the question needs a person who can see the
+          arm.
+  effect  Nothing was sent, nothing moved.
+  remedy  Run the command in a terminal, or give the answer in advance with the option that the
+          message names.
+E205: a limit or a guard is in the way (OutOfBounds)
+  cause   The path would violate a joint limit, or hit the table, a keep-out box or the arm itself.
+  effect  Nothing was sent, nothing moved. A jog stops at the bound.
+  remedy  Choose another goal or path. If the goal is the problem, the message names the nearest
+          pose that is allowed.
+E206: the controller is set up for another arm (SettingsDiffer)
+  cause   A setting of the controller differs from the arm file, so motions would be wrong.
+  effect  Nothing was sent, nothing moved.
+  remedy  Run `armdrive doctor --mend` to write the settings, or correct the arm file.
 
-# E7: why a position is unknown, restored or suspect, a row for each `Evidence` against it.
+Stops
 
-NO_PLANNING = "Planned motion is refused until the arm is referenced; jogging is still allowed."
-SUSPECT_LATCHED = "The arm stands still, its position is suspect, and error-stop is latched."
-_LOOK_AND_HOME = "Look at the arm, then call `home()`."
-_LOOK_RESET_HOME = "Look at the arm, call `reset()`, then `home()`."
+E301: stopped before the end (Stopped)
+  cause   A key, `armdrive stop` or another thread stopped the arm, or this program was suspended
+          while the arm moved.
+  effect  The arm stands short of its goal, and its motors hold it. The position is kept.
+  remedy  Find out why, then go on: no reset is needed.
+E302: stopped at the pendant (PendantStop)
+  cause   The STOP key of the arm's own pendant was pressed.
+  effect  {LATCHED} The position is kept: the registers counted how far the arm came.
+  remedy  Look at the arm, then call `reset()`.
+E303: emergency stop (EMERGENCY_STOP)
+  cause   An emergency stop was requested.
+  effect  {LATCHED} Whether the motors hold the arm depends on the controller
+          (docs/background/stopping.md). A controller that stops without a ramp may have lost steps:
+          then the position is suspect.
+  remedy  Look at the arm, then call `reset()`, which moves nothing.
 
-POSITIONS = (
-    CatalogueEntry(
-        "E701", "NO_RECORD", "the position is unknown",
-        "No program has referenced this arm yet, or its record was deleted.",
-        "The arm stands still. " + NO_PLANNING,
-        "Call `home()`.",
-    ),
-    CatalogueEntry(
-        "E702", "RECORD_MATCHES", "the position comes from the last session",
-        "The last session saved it, and the registers match. An arm without encoders may still "
-        "have been moved by hand.",
-        "The arm stands still. Planned motion is refused until a person confirms the posture.",
-        "Compare the arm with the drawn posture, then call `confirm_restored()`, or connect "
-        "with `allow_restored=True`.",
-    ),
-    CatalogueEntry(
-        "E703", "RECORD_DIFFERS", "the registers differ from the record",
-        "The arm was moved with its pendant or by another program, or its power was off.",
-        "The arm stands still, and its position is suspect. " + NO_PLANNING,
-        _LOOK_AND_HOME,
-    ),
-    CatalogueEntry(
-        "E704", "ENDED_IN_MOTION", "the last program ended during a motion",
-        "The program was killed, or its computer lost power, while the arm was moving.",
-        "The arm stands somewhere on its path, and its position is suspect. " + NO_PLANNING,
-        _LOOK_AND_HOME,
-    ),
-    CatalogueEntry(
-        "E705", "RECORD_UNUSABLE", "the recorded position cannot be used",
-        "The file is damaged, or was saved for another arm or another calibration.",
-        "The arm stands still, and its position is unknown. " + NO_PLANNING,
-        "Call `home()`.",
-    ),
-    CatalogueEntry(
-        "E706", "ANSWER_LOST", "a motion was not acknowledged",
-        "A motion was sent, and the controller's answer was lost: the arm may have moved or not.",
-        "The arm stands still once the motion has ended, its position is suspect, and error-stop "
-        "is latched.",
-        _LOOK_RESET_HOME,
-    ),
-    CatalogueEntry(
-        "E707", "SILENT", "the controller fell silent",
-        "The controller, or one of its drives, stopped answering, and may have lost power.",
-        "The arm stands still, or has sagged without current; its position is suspect, and "
-        "error-stop is latched.",
-        "Check power and cable, look at the arm, call `reset()`, then `home()`.",
-    ),
-    CatalogueEntry(
-        "E708", "READ_BACK_DIFFERS", "the motion missed its goal",
-        "The registers differ from the goal of the motion: a byte was lost.",
-        "The arm stands off its goal, its position is suspect, and error-stop is latched.",
-        _LOOK_RESET_HOME,
-    ),
-    CatalogueEntry(
-        "E709", "MOTION_REFUSED", "the controller refused a motion",
-        "The motion was valid: a byte was probably corrupted on the wire.",
-        SUSPECT_LATCHED,
-        _LOOK_RESET_HOME,
-    ),
-    CatalogueEntry(
-        "E710", "HOMING_FAILED", "homing failed",
-        "A switch was not reached, or it closed too early, or homing was stopped.",
-        "The arm stands somewhere on its path, and its position is suspect. " + NO_PLANNING,
-        "Look at the switches and the arm, call `reset()`, then `home()` again.",
-    ),
-    CatalogueEntry(
-        "E711", "STOPPED_DEAD", "stopped without a ramp",
-        "An emergency stop ended the motion without a ramp, so motors may have lost steps.",
-        SUSPECT_LATCHED,
-        _LOOK_RESET_HOME,
-    ),
-    CatalogueEntry(
-        "E712", "ALARM", "an alarm during a motion",
-        "A limit switch or a check of the controller ended the motion.",
-        SUSPECT_LATCHED,
-        _LOOK_RESET_HOME,
-    ),
-    CatalogueEntry(
-        "E713", "OFF_THE_PATH", "a position off the path",
-        "The controller reported a position that is not on the path of the motion.",
-        "The arm was stopped, its position is suspect, and error-stop is latched.",
-        _LOOK_RESET_HOME,
-    ),
-    CatalogueEntry(
-        "E714", "SWITCHED_OFF", "the controller switched the motors off",
-        "Its watchdog, a fault or an idle timeout switched the motor current off.",
-        "**The arm can sag.** Its position is suspect, and error-stop is latched.",
-        "Support the arm, look at it, call `reset()`, then `enable()` and `home()`.",
-    ),
-    CatalogueEntry(
-        "E715", "CURRENT_DROPPED", "the motors were switched off",
-        "The motor current was switched off on request.",
-        "**The arm can sag.** Its position is suspect. " + NO_PLANNING,
-        "Call `enable()`, then `home()`. To avoid this, park the arm before you switch it off.",
-    ),
-    CatalogueEntry(
-        "E716", "LOST_IN_MOTION", "the connection was lost during a motion",
-        "The cable was pulled, or the adapter or the network went away, while the arm moved.",
-        "The arm finishes what was sent, then stops; its position is suspect.",
-        "Plug the cable in, connect again, look at the arm, then call `home()`.",
-    ),
-    CatalogueEntry(
-        "E717", "MOVED_BY_OTHERS", "the arm was moved from elsewhere",
-        "The registers changed although this program sent nothing: a pendant or a hand moved the "
-        "arm.",
-        "The arm stands where it was moved to, and its position is suspect. " + NO_PLANNING,
-        _LOOK_AND_HOME,
-    ),
-    CatalogueEntry(
-        "E718", "RESTARTED", "the controller restarted",
-        "It sent its greeting again: it was reset, lost power, or restarts when its port is "
-        "opened.",
-        "**The arm may have sagged in the meantime.** Its position is suspect, and error-stop is "
-        "latched.",
-        "Look at the arm, call `reset()`, `enable()` if the motors are off, then `home()`.",
-    ),
-    CatalogueEntry(
-        "E719", "CONTROLLER_RESTARTED", "the registers fell to zero",
-        "The controller was reset or lost power.",
-        "**The arm may have sagged in the meantime.** Its position is suspect. " + NO_PLANNING,
-        _LOOK_AND_HOME,
-    ),
-    CatalogueEntry(
-        "E720", "LINK_BACK", "the connection was lost and is back",
-        "The registers have not changed, but an arm without encoders may have been moved by hand "
-        "in the meantime.",
-        "The arm stands still, and error-stop is latched. After `reset()`, planned motion is "
-        "refused until a person confirms the posture.",
-        "Look at the arm, call `reset()`, then call `confirm_restored()`, "
-        "or connect with `allow_restored=True`.",
-    ),
-    CatalogueEntry(
-        "E721", "OFF_ITS_MARK", "the position was wrong at the mark",
-        "`verify` found a difference between the counts and the mark, and the posture was "
-        "not accepted as the new reference. Steps were lost, cables are slack, or the arm file has "
-        "wrong numbers.",
-        "The arm stands at its mark, and its position is suspect. " + NO_PLANNING,
-        "Call `home()` where the arm stands. If the drift comes back, look for what slips.",
-    ),
-    CatalogueEntry(
-        "E722", "BROKEN_OFF", "a motion was cancelled",
-        "The motion could not go on; the message gives the reason: a drive in another mode, an "
-        "open door, a motor that does not come to rest.",
-        "The arm stands somewhere on its path, its position is suspect, and error-stop is latched.",
-        "Fix what the message names, look at the arm, call `reset()`, then `home()`.",
-    ),
-)  # fmt: skip
+Ports and connections
 
+E401: something is wrong with the connection (LinkError)
+  cause   The message says what.
+  effect  The arm stops after its last burst.
+  remedy  Check the cable and the port.
+E402: the port cannot be opened (PortUnavailable)
+  cause   Its name, its settings or the environment forbid it; the message says which.
+  effect  Nothing was opened, nothing moved.
+  remedy  Follow the message; `armdrive ports` lists the ports.
+E403: there is no such port (NoSuchPort)
+  cause   The adapter is not plugged in or has another name, or no port has that USB serial number.
+  effect  Nothing was opened, nothing moved.
+  remedy  Check the cable; `armdrive ports` lists the ports. With `usb_serial` in the arm file, an
+          adapter is found under any name.
+E404: another program has the port (PortInUse)
+  cause   Only one program at a time can open a port, and another program has this one open.
+  effect  Nothing was opened, nothing moved.
+  remedy  End the program that the message names.
+E405: no permission to open the port (PortForbidden)
+  cause   The port belongs to a group, and this user is not a member.
+  effect  Nothing was opened, nothing moved.
+  remedy  Join the group that the message names, then log in again.
+E406: no answer on the network (NoConnection)
+  cause   The host is unknown or off, or no program listens at that port.
+  effect  Nothing was opened, nothing moved.
+  remedy  Check the address, the controller's power, and the network.
+E407: the connection was lost (LinkLost)
+  cause   The cable was pulled, the adapter or the network went away, or the port was closed.
+  effect  The arm finishes what was already sent, within the time and the distance that the status
+          shows, then stops. What was still queued here is never sent. If the arm was moving, its
+          position is suspect.
+  remedy  Plug the cable in and connect again, or let armdrive reconnect (docs/how-to/sharing.md).
+          Reconnecting moves nothing and ends in error-stop; only `reset()` leaves that.
+E408: another program is driving the arm (ArmInUse)
+  cause   Only one program at a time can drive an arm.
+  effect  Nothing was opened, nothing moved.
+  remedy  End the program that the message names; `armdrive stop` stops the arm.
+E409: the connection was lost and is back (RECONNECTED)
+  cause   The connection broke, and the controller was found again.
+  effect  {LATCHED} The position is restored at best: the arm may have been moved by hand.
+  remedy  Look at the arm, call `reset()`, and confirm the drawn posture or call `home()`.
 
-# E4, E5 and E8: ports and connections, controllers, and bytes that make no sense.
+Controllers
 
-NOTHING_OPENED = "Nothing was opened, nothing moved."
+E501: the controller reports a fault (DeviceFault)
+  cause   The controller refused, or gave an unexpected answer: a garbled byte, another dialect, or
+          a fault of its own.
+  effect  {LATCHED}
+  remedy  Look at the arm and the cable, then call `reset()`. If connecting fails, `armdrive doctor`
+          finds out what is on the port.
+E502: the controller does not answer (NoAnswer)
+  cause   The timeout passed: the controller is off, the baud rate or the cable is wrong, the
+          pendant has control, or something else is on the line. A call that moves nothing takes 20
+          s at most, and the message quotes what was received.
+  effect  If a motion was sent, the arm may have moved or not: it stands still once the motion has
+          ended, its position is suspect, and error-stop is latched.
+  remedy  Check the power and the cable, look at the arm, then call `reset()` and `home()`.
+E503: the registers differ from the goal (PositionMismatch)
+  cause   A byte was lost on the line, or the controller lost power during the motion.
+  effect  {LATCHED} The position is suspect.
+  remedy  {LOOK_RESET_HOME}
+E504: the controller raised an alarm and kept its position (ALARM_VOUCHED)
+  cause   A limit switch or the controller's own check; the message quotes the controller.
+  effect  {LATCHED} The controller guarantees the position.
+  remedy  Look at the arm, then call `reset()`.
+E505: the program in the arm's memory is incomplete (ProgramHalfWritten)
+  cause   Writing the arm's own program was interrupted, or the rows read back differ.
+  effect  Nothing moved. The message says which rows are in the arm, and which may be.
+  remedy  Write the program again before you run it at the pendant.
 
-WIRES = (
-    CatalogueEntry(
-        "E401", "LinkError", "something is wrong with the connection",
-        "The message says what.",
-        "The arm stops after its last burst.",
-        "Check the cable and the port.",
-    ),
-    CatalogueEntry(
-        "E402", "PortUnavailable", "the port cannot be opened",
-        "Its name, its settings or the environment forbid it; the message says which.",
-        NOTHING_OPENED,
-        "Follow the message; `armdrive ports` lists the ports.",
-    ),
-    CatalogueEntry(
-        "E403", "NoSuchPort", "there is no such port",
-        "The adapter is not plugged in or has another name, or no port has that USB serial number.",
-        NOTHING_OPENED,
-        "Check the cable; `armdrive ports` lists the ports. With `usb_serial` in the arm file, an "
-        "adapter is found under any name.",
-    ),
-    CatalogueEntry(
-        "E404", "PortInUse", "another program has the port",
-        "Only one program at a time can open a port, and another program has this one open.",
-        NOTHING_OPENED,
-        "End the program that the message names.",
-    ),
-    CatalogueEntry(
-        "E405", "PortForbidden", "no permission to open the port",
-        "The port belongs to a group, and this user is not a member.",
-        NOTHING_OPENED,
-        "Join the group that the message names, then log in again.",
-    ),
-    CatalogueEntry(
-        "E406", "NoConnection", "no answer on the network",
-        "The host is unknown or off, or no program listens at that port.",
-        NOTHING_OPENED,
-        "Check the address, the controller's power, and the network.",
-    ),
-    CatalogueEntry(
-        "E407", "LinkLost", "the connection was lost",
-        "The cable was pulled, the adapter or the network went away, or the port was closed.",
-        "The arm finishes what was already sent, within the time and the distance that the status "
-        "shows, then stops. What was still queued here is never sent. If the arm was moving, its "
-        "position is suspect.",
-        "Plug the cable in and connect again, or let armdrive reconnect (docs/how-to/sharing.md). "
-        "Reconnecting moves nothing and ends in error-stop; only `reset()` leaves that.",
-    ),
-    CatalogueEntry(
-        "E408", "ArmInUse", "another program is driving the arm",
-        "Only one program at a time can drive an arm.",
-        NOTHING_OPENED,
-        "End the program that the message names; `armdrive stop` stops the arm.",
-    ),
-    CatalogueEntry(
-        "E409", "RECONNECTED", "the connection was lost and is back",
-        "The connection broke, and the controller was found again.",
-        LATCHED + " The position is restored at best: the arm may have been moved by hand.",
-        "Look at the arm, call `reset()`, and confirm the drawn posture or call `home()`.",
-    ),
-)  # fmt: skip
+Kinematics
 
-CONTROLLERS = (
-    CatalogueEntry(
-        "E501", "DeviceFault", "the controller reports a fault",
-        "The controller refused, or gave an unexpected answer: a garbled byte, another dialect, or "
-        "a fault of its own.",
-        LATCHED,
-        "Look at the arm and the cable, then call `reset()`. If connecting fails, "
-        "`armdrive doctor` finds out what is on the port.",
-    ),
-    CatalogueEntry(
-        "E502", "NoAnswer", "the controller does not answer",
-        "The timeout passed: the controller is off, the baud rate or the cable is wrong, the "
-        "pendant has control, or something else is on the line. A call that moves nothing takes "
-        "20 s at most, and the message quotes what was received.",
-        "If a motion was sent, the arm may have moved or not: it stands still once the motion has "
-        "ended, its position is suspect, and error-stop is latched.",
-        "Check the power and the cable, look at the arm, then call "
-        "`reset()` and `home()`.",
-    ),
-    CatalogueEntry(
-        "E503", "PositionMismatch", "the registers differ from the goal",
-        "A byte was lost on the line, or the controller lost power during the motion.",
-        LATCHED + " The position is suspect.",
-        _LOOK_RESET_HOME,
-    ),
-    CatalogueEntry(
-        "E504", "ALARM_VOUCHED", "the controller raised an alarm and kept its position",
-        "A limit switch or the controller's own check; the message quotes the controller.",
-        LATCHED + " The controller guarantees the position.",
-        "Look at the arm, then call `reset()`.",
-    ),
-    CatalogueEntry(
-        "E505", "ProgramHalfWritten", "the program in the arm's memory is incomplete",
-        "Writing the arm's own program was interrupted, or the rows read back differ.",
-        "Nothing moved. The message says which rows are in the arm, and which may be.",
-        "Write the program again before you run it at the pendant.",
-    ),
-)  # fmt: skip
+E601: the kinematics refused (KinematicsError)
+  cause   The message says why.
+  effect  Nothing was sent, nothing moved.
+  remedy  Correct what the message names.
+E602: not a finite number (BadNumber)
+  cause   A length or an angle is text, missing, NaN or infinite, or an angle of a pose is beyond
+          two turns, as when degrees are given for rad.
+  effect  Nothing was sent, nothing moved.
+  remedy  Give a number; give degrees where degrees are expected.
+E603: a joint beyond its limit (JointLimit)
+  cause   An angle is outside the range that the arm file gives for the joint.
+  effect  Nothing was sent, nothing moved.
+  remedy  Choose an angle within the range; the message says how far off it is.
+E604: out of reach (Unreachable)
+  cause   No posture within the joint limits brings the tip to that pose.
+  effect  Nothing was sent, nothing moved.
+  remedy  Use the nearest pose, which the message names, or another pitch.
+E605: a path that the arm cannot follow (PathBroken)
+  cause   Along the line, arc or route, the arm would leave its reach or have to change its posture.
+  effect  Nothing was sent, nothing moved.
+  remedy  Use a joint motion, or a path that keeps away from the point that the message names.
+E606: joint angles that the motors do not determine (SingularTransmission)
+  cause   By the steps per turn and couplings in the arm file, two motors turn the same joints in
+          the same proportion, so motor steps do not determine the joint angles.
+  effect  None: no arm is involved.
+  remedy  Correct the motor that the message names in the arm file.
+E607: no such preset arm (UnknownPreset)
+  cause   No preset has that key.
+  effect  None: no arm is involved.
+  remedy  Use the nearest one, which the message names.
+E608: no such system in the textbook (UnknownSystem)
+  cause   No worked system has that name.
+  effect  None: no arm is involved.
+  remedy  Use one of those that the message lists.
+E609: a textbook goal out of reach (OutOfReach)
+  cause   No posture of the named system meets the goal.
+  effect  None: no arm is involved.
+  remedy  Use the goal that the message names instead.
+E610: a vector without direction (ZeroVector)
+  cause   A direction is needed, and the vector is zero.
+  effect  None: no arm is involved.
+  remedy  Give a vector that is not zero.
+E611: three axes in one plane (FlatBasis)
+  cause   The three vectors do not span space.
+  effect  None: no arm is involved.
+  remedy  Give three independent vectors.
+E612: a matrix that is not a rotation (NotARotation)
+  cause   Its columns are not of length 1, not perpendicular, or left-handed.
+  effect  None: no arm is involved.
+  remedy  Correct the matrix; if only rounding spoiled it, use the nearest rotation.
+E613: no nearest rotation (NoNearestRotation)
+  cause   The matrix is a mirror image, or flat in two or more directions.
+  effect  None: no arm is involved.
+  remedy  Correct the matrix.
+E614: a quaternion that is not a rotation (NotAUnitQuaternion)
+  cause   Its length is not 1.
+  effect  None: no arm is involved.
+  remedy  Scale it to length 1.
+E615: no such frame (UnknownFrame)
+  cause   No frame in the graph has that name.
+  effect  None: no arm is involved.
+  remedy  Use one of those that the message lists.
+E616: frames that are not connected (FramesNotConnected)
+  cause   No chain of known transforms leads from one frame to the other.
+  effect  None: no arm is involved.
+  remedy  Add a transform between the two groups.
+E617: frames that contradict one another (FramesDisagree)
+  cause   Two chains of transforms between the same frames give different results.
+  effect  None: no arm is involved.
+  remedy  Correct one of them, or widen the tolerances if they were measured.
+E618: no arc leads through these points (NoArc)
+  cause   Two of the three points coincide, or all three lie on a line.
+  effect  Nothing was sent, nothing moved.
+  remedy  Use a straight line, or choose a via point farther from the line from start to goal.
 
-BYTES = (
-    CatalogueEntry(
-        "E801", "ProtocolError", "a message that does not exist in the dialect",
-        "armdrive sent or received a message that the controller's language does not have.",
-        "The message had no effect.",
-        "Please report it: the driver should have caught it.",
-    ),
-    CatalogueEntry(
-        "E802", "LocalProtocolError", "a request that the dialect does not support",
-        "The controller's language has no such request, or not at this moment.",
-        NOTHING_SENT,
-        "Choose another request; the controller's page in docs/ lists what it can do.",
-    ),
-    CatalogueEntry(
-        "E803", "BadField", "a number out of range for the dialect",
-        "A number does not fit into its field of the message.",
-        NOTHING_SENT,
-        "Use a number that the message allows.",
-    ),
-    CatalogueEntry(
-        "E804", "RemoteProtocolError", "unreadable bytes from the controller",
-        "The line is noisy, the baud rate is wrong, or the controller speaks another dialect.",
-        "The unreadable bytes changed nothing; if they were an answer, that answer is missing.",
-        "Check cable, baud rate and dialect; `armdrive doctor` listens and reports.",
-    ),
-    CatalogueEntry(
-        "E805", "GcodeError", "G-code that a board would refuse",
-        "A simulated board got a line with an unknown word or number.",
-        "The line changed nothing.",
-        "Correct the line; the number after `error:` is GRBL's own.",
-    ),
-)  # fmt: skip
+Positions
+
+E701: the position is unknown (NO_RECORD)
+  cause   No program has referenced this arm yet, or its record was deleted.
+  effect  The arm stands still. {NO_PLANNING}
+  remedy  Call `home()`.
+E702: the position comes from the last session (RECORD_MATCHES)
+  cause   The last session saved it, and the registers match. An arm without encoders may still have
+          been moved by hand.
+  effect  The arm stands still. Planned motion is refused until a person confirms the posture.
+  remedy  Compare the arm with the drawn posture, then call `confirm_restored()`, or connect with
+          `allow_restored=True`.
+E703: the registers differ from the record (RECORD_DIFFERS)
+  cause   The arm was moved with its pendant or by another program, or its power was off.
+  effect  The arm stands still, and its position is suspect. {NO_PLANNING}
+  remedy  {LOOK_AND_HOME}
+E704: the last program ended during a motion (ENDED_IN_MOTION)
+  cause   The program was killed, or its computer lost power, while the arm was moving.
+  effect  The arm stands somewhere on its path, and its position is suspect. {NO_PLANNING}
+  remedy  {LOOK_AND_HOME}
+E705: the recorded position cannot be used (RECORD_UNUSABLE)
+  cause   The file is damaged, or was saved for another arm or another calibration.
+  effect  The arm stands still, and its position is unknown. {NO_PLANNING}
+  remedy  Call `home()`.
+E706: a motion was not acknowledged (ANSWER_LOST)
+  cause   A motion was sent, and the controller's answer was lost: the arm may have moved or not.
+  effect  The arm stands still once the motion has ended, its position is suspect, and error-stop is
+          latched.
+  remedy  {LOOK_RESET_HOME}
+E707: the controller fell silent (SILENT)
+  cause   The controller, or one of its drives, stopped answering, and may have lost power.
+  effect  The arm stands still, or has sagged without current; its position is suspect, and
+          error-stop is latched.
+  remedy  Check power and cable, look at the arm, call `reset()`, then `home()`.
+E708: the motion missed its goal (READ_BACK_DIFFERS)
+  cause   The registers differ from the goal of the motion: a byte was lost.
+  effect  The arm stands off its goal, its position is suspect, and error-stop is latched.
+  remedy  {LOOK_RESET_HOME}
+E709: the controller refused a motion (MOTION_REFUSED)
+  cause   The motion was valid: a byte was probably corrupted on the wire.
+  effect  {SUSPECT_LATCHED}
+  remedy  {LOOK_RESET_HOME}
+E710: homing failed (HOMING_FAILED)
+  cause   A switch was not reached, or it closed too early, or homing was stopped.
+  effect  The arm stands somewhere on its path, and its position is suspect. {NO_PLANNING}
+  remedy  Look at the switches and the arm, call `reset()`, then `home()` again.
+E711: stopped without a ramp (STOPPED_DEAD)
+  cause   An emergency stop ended the motion without a ramp, so motors may have lost steps.
+  effect  {SUSPECT_LATCHED}
+  remedy  {LOOK_RESET_HOME}
+E712: an alarm during a motion (ALARM)
+  cause   A limit switch or a check of the controller ended the motion.
+  effect  {SUSPECT_LATCHED}
+  remedy  {LOOK_RESET_HOME}
+E713: a position off the path (OFF_THE_PATH)
+  cause   The controller reported a position that is not on the path of the motion.
+  effect  The arm was stopped, its position is suspect, and error-stop is latched.
+  remedy  {LOOK_RESET_HOME}
+E714: the controller switched the motors off (SWITCHED_OFF)
+  cause   Its watchdog, a fault or an idle timeout switched the motor current off.
+  effect  **The arm can sag.** Its position is suspect, and error-stop is latched.
+  remedy  Support the arm, look at it, call `reset()`, then `enable()` and `home()`.
+E715: the motors were switched off (CURRENT_DROPPED)
+  cause   The motor current was switched off on request.
+  effect  **The arm can sag.** Its position is suspect. {NO_PLANNING}
+  remedy  Call `enable()`, then `home()`. To avoid this, park the arm before you switch it off.
+E716: the connection was lost during a motion (LOST_IN_MOTION)
+  cause   The cable was pulled, or the adapter or the network went away, while the arm moved.
+  effect  The arm finishes what was sent, then stops; its position is suspect.
+  remedy  Plug the cable in, connect again, look at the arm, then call `home()`.
+E717: the arm was moved from elsewhere (MOVED_BY_OTHERS)
+  cause   The registers changed although this program sent nothing: a pendant or a hand moved the
+          arm.
+  effect  The arm stands where it was moved to, and its position is suspect. {NO_PLANNING}
+  remedy  {LOOK_AND_HOME}
+E718: the controller restarted (RESTARTED)
+  cause   It sent its greeting again: it was reset, lost power, or restarts when its port is opened.
+  effect  **The arm may have sagged in the meantime.** Its position is suspect, and error-stop is
+          latched.
+  remedy  Look at the arm, call `reset()`, `enable()` if the motors are off, then `home()`.
+E719: the registers fell to zero (CONTROLLER_RESTARTED)
+  cause   The controller was reset or lost power.
+  effect  **The arm may have sagged in the meantime.** Its position is suspect. {NO_PLANNING}
+  remedy  {LOOK_AND_HOME}
+E720: the connection was lost and is back (LINK_BACK)
+  cause   The registers have not changed, but an arm without encoders may have been moved by hand in
+          the meantime.
+  effect  The arm stands still, and error-stop is latched. After `reset()`, planned motion is
+          refused until a person confirms the posture.
+  remedy  Look at the arm, call `reset()`, then call `confirm_restored()`, or connect with
+          `allow_restored=True`.
+E721: the position was wrong at the mark (OFF_ITS_MARK)
+  cause   `verify` found a difference between the counts and the mark, and the posture was not
+          accepted as the new reference. Steps were lost, cables are slack, or the arm file has
+          wrong numbers.
+  effect  The arm stands at its mark, and its position is suspect. {NO_PLANNING}
+  remedy  Call `home()` where the arm stands. If the drift comes back, look for what slips.
+E722: a motion was cancelled (BROKEN_OFF)
+  cause   The motion could not go on; the message gives the reason: a drive in another mode, an open
+          door, a motor that does not come to rest.
+  effect  The arm stands somewhere on its path, its position is suspect, and error-stop is latched.
+  remedy  Fix what the message names, look at the arm, call `reset()`, then `home()`.
+
+Bytes
+
+E801: a message that does not exist in the dialect (ProtocolError)
+  cause   armdrive sent or received a message that the controller's language does not have.
+  effect  The message had no effect.
+  remedy  Please report it: the driver should have caught it.
+E802: a request that the dialect does not support (LocalProtocolError)
+  cause   The controller's language has no such request, or not at this moment.
+  effect  Nothing was sent, nothing moved.
+  remedy  Choose another request; the controller's page in docs/ lists what it can do.
+E803: a number out of range for the dialect (BadField)
+  cause   A number does not fit into its field of the message.
+  effect  Nothing was sent, nothing moved.
+  remedy  Use a number that the message allows.
+E804: unreadable bytes from the controller (RemoteProtocolError)
+  cause   The line is noisy, the baud rate is wrong, or the controller speaks another dialect.
+  effect  The unreadable bytes changed nothing; if they were an answer, that answer is missing.
+  remedy  Check cable, baud rate and dialect; `armdrive doctor` listens and reports.
+E805: G-code that a board would refuse (GcodeError)
+  cause   A simulated board got a line with an unknown word or number.
+  effect  The line changed nothing.
+  remedy  Correct the line; the number after `error:` is GRBL's own.
+"""
+"""Every row by subject, laid out as `armdrive errors CODE` prints it.
+
+A line that begins at the margin is a subject or a row; `{...}` stands for a sentence above.
+"""
+
+_ROW = re.compile(r"(E\d{3}): (.+) \((\w+)\)")
+_LABEL = len("  remedy  ")
 
 
-# E6: refusals of the kinematics. None of them has sent anything to an arm.
+def _read(catalogue: str) -> Mapping[str, tuple[CatalogueEntry, ...]]:
+    """Return the rows of the catalogue by subject."""
+    groups: dict[str, list[CatalogueEntry]] = {}
+    subject = ""
+    unfolded = catalogue.replace("\n" + " " * _LABEL, " ")
+    lines = iter([line for line in unfolded.splitlines() if line])
+    for line in lines:
+        row = _ROW.fullmatch(line)
+        if row is None:
+            subject = line
+            continue
+        code, title, name = row.groups()
+        cause, effect, remedy = (next(lines)[_LABEL:].format(**_PHRASES) for _ in range(3))
+        entry = CatalogueEntry(code, name, title, cause, effect, remedy)
+        groups.setdefault(subject, []).append(entry)
+    return MappingProxyType({subject: tuple(rows) for subject, rows in groups.items()})
 
-MATHEMATICS = (
-    CatalogueEntry(
-        "E601", "KinematicsError", "the kinematics refused",
-        "The message says why.",
-        NOTHING_SENT,
-        "Correct what the message names.",
-    ),
-    CatalogueEntry(
-        "E602", "BadNumber", "not a finite number",
-        "A length or an angle is text, missing, NaN or infinite, or an angle of a pose is beyond "
-        "two turns, as when degrees are given for rad.",
-        NOTHING_SENT,
-        "Give a number; give degrees where degrees are expected.",
-    ),
-    CatalogueEntry(
-        "E603", "JointLimit", "a joint beyond its limit",
-        "An angle is outside the range that the arm file gives for the joint.",
-        NOTHING_SENT,
-        "Choose an angle within the range; the message says how far off it is.",
-    ),
-    CatalogueEntry(
-        "E604", "Unreachable", "out of reach",
-        "No posture within the joint limits brings the tip to that pose.",
-        NOTHING_SENT,
-        "Use the nearest pose, which the message names, or another pitch.",
-    ),
-    CatalogueEntry(
-        "E605", "PathBroken", "a path that the arm cannot follow",
-        "Along the line, arc or route, the arm would leave its reach or have to change its "
-        "posture.",
-        NOTHING_SENT,
-        "Use a joint motion, or a path that keeps away from the point that the message names.",
-    ),
-    CatalogueEntry(
-        "E606", "SingularTransmission", "joint angles that the motors do not determine",
-        "By the steps per turn and couplings in the arm file, two motors turn the same joints in "
-        "the same proportion, so motor steps do not determine the joint angles.",
-        NO_ARM,
-        "Correct the motor that the message names in the arm file.",
-    ),
-    CatalogueEntry(
-        "E607", "UnknownPreset", "no such preset arm",
-        "No preset has that key.",
-        NO_ARM,
-        "Use the nearest one, which the message names.",
-    ),
-    CatalogueEntry(
-        "E608", "UnknownSystem", "no such system in the textbook",
-        "No worked system has that name.",
-        NO_ARM,
-        "Use one of those that the message lists.",
-    ),
-    CatalogueEntry(
-        "E609", "OutOfReach", "a textbook goal out of reach",
-        "No posture of the named system meets the goal.",
-        NO_ARM,
-        "Use the goal that the message names instead.",
-    ),
-    CatalogueEntry(
-        "E610", "ZeroVector", "a vector without direction",
-        "A direction is needed, and the vector is zero.",
-        NO_ARM,
-        "Give a vector that is not zero.",
-    ),
-    CatalogueEntry(
-        "E611", "FlatBasis", "three axes in one plane",
-        "The three vectors do not span space.",
-        NO_ARM,
-        "Give three independent vectors.",
-    ),
-    CatalogueEntry(
-        "E612", "NotARotation", "a matrix that is not a rotation",
-        "Its columns are not of length 1, not perpendicular, or left-handed.",
-        NO_ARM,
-        "Correct the matrix; if only rounding spoiled it, use the nearest rotation.",
-    ),
-    CatalogueEntry(
-        "E613", "NoNearestRotation", "no nearest rotation",
-        "The matrix is a mirror image, or flat in two or more directions.",
-        NO_ARM,
-        "Correct the matrix.",
-    ),
-    CatalogueEntry(
-        "E614", "NotAUnitQuaternion", "a quaternion that is not a rotation",
-        "Its length is not 1.",
-        NO_ARM,
-        "Scale it to length 1.",
-    ),
-    CatalogueEntry(
-        "E615", "UnknownFrame", "no such frame",
-        "No frame in the graph has that name.",
-        NO_ARM,
-        "Use one of those that the message lists.",
-    ),
-    CatalogueEntry(
-        "E616", "FramesNotConnected", "frames that are not connected",
-        "No chain of known transforms leads from one frame to the other.",
-        NO_ARM,
-        "Add a transform between the two groups.",
-    ),
-    CatalogueEntry(
-        "E617", "FramesDisagree", "frames that contradict one another",
-        "Two chains of transforms between the same frames give different results.",
-        NO_ARM,
-        "Correct one of them, or widen the tolerances if they were measured.",
-    ),
-    CatalogueEntry(
-        "E618", "NoArc", "no arc leads through these points",
-        "Two of the three points coincide, or all three lie on a line.",
-        NOTHING_SENT,
-        "Use a straight line, or choose a via point farther from the line from start to goal.",
-    ),
-)  # fmt: skip
 
-GROUPS: Mapping[str, tuple[CatalogueEntry, ...]] = MappingProxyType(
-    {
-        "Anything": GENERAL,
-        "Requests and files": REQUESTS,
-        "Refusals": REFUSALS,
-        "Stops": STOPS,
-        "Ports and connections": WIRES,
-        "Controllers": CONTROLLERS,
-        "Kinematics": MATHEMATICS,
-        "Positions": POSITIONS,
-        "Bytes": BYTES,
-    }
-)
+GROUPS = _read(_CATALOGUE)
 """The rows by subject."""
 
 ENTRIES: tuple[CatalogueEntry, ...] = tuple(row for rows in GROUPS.values() for row in rows)

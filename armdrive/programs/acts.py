@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
+from armdrive.arm import Arm
 from armdrive.moves import GraspMove, GripperMove, Motion, MoveSequence, ParkMove
 from armdrive.programs.language.values import PlaceValue, Value
 from armdrive.programs.problems import SourceMark
+from armdrive.text.json_forms import move_to_json
 
 ProgramMove = Motion | GraspMove | MoveSequence
 """The moves of a program; it has no jogs."""
@@ -139,3 +141,28 @@ class RunStage:
     act: Act
     mark: SourceMark
     calls: tuple[SourceMark, ...] = field(default=())
+
+
+@dataclass(frozen=True, slots=True)
+class RunStep:
+    """One act of a program, or one call of a script.
+
+    `number` counts them from 1, and `loop` the loops of the run. `moves` tells whether the arm
+    moves; `waiting` is what the step waits for, as people read it. `act` is None for a call. `move`
+    is the act's move, resolved from where the arm stands; None if it will be refused.
+    """
+
+    arm: Arm
+    mark: SourceMark
+    name: str
+    number: int = 1
+    loop: int = 1
+    moves: bool = False
+    waiting: str = ""
+    act: Act | None = None
+    move: ProgramMove | None = None
+
+    def view(self) -> dict[str, Any]:
+        """Return its line, its name and its move as plain data."""
+        move = None if self.move is None else move_to_json(self.move)
+        return {"line": self.mark.line, "act": self.name, "move": move}

@@ -9,7 +9,7 @@ line that was interrupted in its middle.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -68,7 +68,6 @@ from armdrive.programs.language.values import (
     PlaceValue,
     Value,
     backed,
-    from_json,
     moved,
     number,
     out_of_bounds,
@@ -76,11 +75,10 @@ from armdrive.programs.language.values import (
     place,
     pose_of,
     slot_of,
-    to_json,
     truth,
     value_text,
 )
-from armdrive.programs.language.words import FUNCTIONS, HERE, TIME, WORDS
+from armdrive.programs.language.words import COUNT, FUNCTIONS, HERE, TIME, WORDS, Slot
 from armdrive.programs.language.writing import written
 from armdrive.programs.problems import SourceMark
 from armdrive.text.form import (
@@ -163,7 +161,26 @@ def by_name(form: Form[T]) -> Form[dict[str, T]]:
     )
 
 
-VALUE: Form[Value] = Form(to_json, lambda data, _: from_json(data), {})
+_PLACE = record(
+    PlaceValue,
+    pose=optional(Form(astuple, lambda data, _: Pose(*data), {})),
+    joints_deg=optional(by_name(NUMBER)),
+    opening_mm=optional(NUMBER),
+)
+
+
+def to_json(value: Value) -> Json:
+    """Return a value as plain JSON data."""
+    return _PLACE.write(value) if isinstance(value, PlaceValue) else value
+
+
+def _from_json(data: Json, where: str) -> Value:
+    if isinstance(data, bool | str):
+        return data
+    return _PLACE.read(data, where) if isinstance(data, dict) else NUMBER.read(data, where)
+
+
+VALUE: Form[Value] = Form(to_json, _from_json, {})
 _WHOLE: Form[int] = Form(int, _whole, {})
 _TRUTH: Form[bool] = Form(bool, lambda data, _: bool(data), {})
 _FRAME = record(
@@ -293,12 +310,9 @@ def _use(found: Use, context: LineContext) -> Value:
             return context.taught(name)
     values = [value_of(each, context) for each in found.arguments]
     context.mark = found.mark
+    _require_bounds(FUNCTIONS[found.name].slots, values)
     if found.name == "input":
-        count = number(values[0])
-        wrong = out_of_bounds(FUNCTIONS["input"].slots[0], count)
-        if wrong is not None:
-            raise LineFailure(wrong)
-        return context.ask(ReadInput(int(count)), found.mark)
+        return context.ask(ReadInput(int(number(values[0]))), found.mark)
     if found.name in PLACING:
         return PLACING[found.name](values, context.fk)
     return number(NUMERIC[found.name](*map(number, values)))
@@ -309,21 +323,28 @@ def values_text(values: Sequence[Value]) -> str:
     return " ".join(value_text(value) for value in values)
 
 
-def _values(context: LineContext) -> list[Value]:
-    """Return the values of a line."""
-    values = [value_of(each, context) for each in context.row.values]
-    context.mark = context.row.mark
+def _require_bounds(slots: Sequence[Slot], values: Sequence[Value]) -> None:
+    """Raise `LineFailure` for a number that is out of bounds."""
+    for index, value in enumerate(values):
+        slot = slot_of(slots, index)
+        if slot is not None and isinstance(value, float):
+            wrong = out_of_bounds(slot, value)
+            if wrong is not None:
+                raise LineFailure(wrong)
+
+
+def _values(context: LineContext, found: Sequence[Expression] | None = None) -> list[Value]:
+    """Return the values of a line, or those found in it. Raises `LineFailure`."""
+    row = context.row
+    values = [value_of(each, context) for each in (row.values if found is None else found)]
+    context.mark = row.mark
+    if row.word in WORDS and found is None:
+        _require_bounds(WORDS[row.word].slots, values)
     return values
 
 
-def _bounded(word: str, index: int, value: object) -> float:
-    """Return a word's number at an index. Raises `LineFailure` if it is out of bounds."""
-    found = number(value)
-    slot = slot_of(WORDS[word].slots, index)
-    wrong = None if slot is None else out_of_bounds(slot, found)
-    if wrong is not None:
-        raise LineFailure(wrong)
-    return found
+def _numbers(context: LineContext) -> list[float]:
+    return [number(value) for value in _values(context)]
 
 
 # Moving.
@@ -354,8 +375,7 @@ def _move_to(goal: Pose | Mapping[str, float], speed: float, *, line: bool) -> M
 
 def _move(context: LineContext) -> None:
     goal, *width = _values(context)
-    opening_mm = _bounded(context.row.word, 1, width[0]) if width else None
-    _go(context, place(goal), opening_mm=opening_mm)
+    _go(context, place(goal), opening_mm=number(width[0]) if width else None)
 
 
 def _approach(context: LineContext) -> None:
@@ -365,14 +385,14 @@ def _approach(context: LineContext) -> None:
 
 def _depart(context: LineContext) -> None:
     here = context.ask(Look())
-    (distance,) = _values(context)
-    _go(context, PlaceValue(backed(pose_of(place(here), context.fk), number(distance))))
+    (distance_mm,) = _numbers(context)
+    _go(context, PlaceValue(backed(pose_of(place(here), context.fk), distance_mm)))
 
 
 def _draw(context: LineContext) -> None:
     here = context.ask(Look())
-    along = _values(context)
-    _go(context, PlaceValue(moved(pose_of(place(here), context.fk), *map(number, along))))
+    along_mm = _numbers(context)
+    _go(context, PlaceValue(moved(pose_of(place(here), context.fk), *along_mm)))
 
 
 def _ready(context: LineContext) -> None:
@@ -387,16 +407,15 @@ def _home(context: LineContext) -> None:
 
 
 def _speed(context: LineContext) -> None:
-    (speed,) = _values(context)
-    context.state.speed = _bounded("speed", 0, speed)
+    (context.state.speed,) = _numbers(context)
 
 
 # Fingers and places.
 
 
 def _open(context: LineContext) -> None:
-    values = _values(context)
-    context.state.opening = _bounded("open", 0, values[0]) if values else ALL_THE_WAY
+    widths_mm = _numbers(context)
+    context.state.opening = widths_mm[0] if widths_mm else ALL_THE_WAY
 
 
 def _close(context: LineContext) -> None:
@@ -404,8 +423,8 @@ def _close(context: LineContext) -> None:
 
 
 def _open_now(context: LineContext) -> None:
-    values = _values(context)
-    opening_mm = _bounded("open_now", 0, values[0]) if values else None
+    widths_mm = _numbers(context)
+    opening_mm = widths_mm[0] if widths_mm else None
     context.ask(Go(GripperMove(opening_mm, context.state.speed)))
 
 
@@ -436,13 +455,13 @@ def _shift(context: LineContext) -> None:
 
 
 def _delay(context: LineContext) -> None:
-    (time_s,) = _values(context)
-    context.ask(Delay(_bounded("delay", 0, time_s)))
+    (time_s,) = _numbers(context)
+    context.ask(Delay(time_s))
 
 
-def _parted(word: str, values: Sequence[Value]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _parted(numbers: Sequence[float]) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the numbers without a minus, which mean on, and those with one, which mean off."""
-    counts = [int(_bounded(word, index, value)) for index, value in enumerate(values)]
+    counts = [int(each) for each in numbers]
     on = tuple(dict.fromkeys(count for count in counts if count > 0))
     off = tuple(dict.fromkeys(-count for count in counts if count < 0))
     both = set(on) & set(off)
@@ -452,22 +471,21 @@ def _parted(word: str, values: Sequence[Value]) -> tuple[tuple[int, ...], tuple[
 
 
 def _signal(context: LineContext) -> None:
-    context.ask(Outputs(*_parted("signal", _values(context))))
+    context.ask(Outputs(*_parted(_numbers(context))))
 
 
 def _wait_input(context: LineContext) -> None:
-    row, values, limit_s = context.row, _values(context), None
+    row, wanted, limit_s = context.row, _numbers(context), None
     if row.limit is not None:
-        limit_s = number(value_of(row.limit, context))
-        context.mark = row.mark
-        if (wrong := out_of_bounds(TIME, limit_s)) is not None:
-            raise LineFailure(wrong)
-    came = context.ask(AwaitInputs(*_parted("wait_input", values), limit_s))
+        limits = _values(context, (row.limit,))
+        _require_bounds((TIME,), limits)
+        limit_s = number(limits[0])
+    came = context.ask(AwaitInputs(*_parted(wanted), limit_s))
     if row.into:
         context.store(came)
     elif row.limit is not None and not came:
-        wanted = ", ".join(written(value) for value in row.values)
-        raise LineFailure(f"the inputs were not {wanted} within {written(row.limit)} s")
+        inputs = ", ".join(written(value) for value in row.values)
+        raise LineFailure(f"the inputs were not {inputs} within {written(row.limit)} s")
 
 
 def _hold(context: LineContext) -> None:
@@ -484,12 +502,10 @@ def _type(context: LineContext) -> None:
 
 def _expect(context: LineContext) -> None:
     condition, *rest = context.row.values
-    holds = value_of(condition, context)
-    context.mark = context.row.mark
+    (holds,) = _values(context, (condition,))
     if truth(holds):
         return
-    values = [value_of(each, context) for each in rest]
-    context.mark = context.row.mark
+    values = _values(context, rest)
     raise LineFailure(
         values_text(values) if rest else f"`expect {written(condition)}` does not hold"
     )
@@ -526,12 +542,10 @@ def _jump(context: LineContext) -> None:
 
 
 def _rounds(context: LineContext) -> None:
-    values = _values(context)
-    count = number(values[0]) if values else None
-    if count is not None and (count < 0.0 or count != int(count)):
-        raise LineFailure(f"a loop is repeated a whole number of times, not {count:g}")
+    counts = _numbers(context)
+    _require_bounds((COUNT,), counts)
     loop = str(context.state.at + 1)  # the instruction that begins its rounds names the loop
-    context.state.frames[-1].loops[loop] = (0, None if count is None else int(count))
+    context.state.frames[-1].loops[loop] = (0, int(counts[0]) if counts else None)
 
 
 def _round(context: LineContext) -> None:

@@ -25,9 +25,10 @@ from armdrive.programs.acts import (
     Answer,
     Home,
     ProgramMove,
+    RunStep,
 )
 from armdrive.programs.program import ArmProgram, Machine
-from armdrive.programs.running import Performer, RunPlan, RunStep, joints_of
+from armdrive.programs.running import Performer, RunPlan, joints_of
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
@@ -95,7 +96,7 @@ class Journal:
                 self._arm.config.name,
                 self._program,
                 self._sha256,
-                step.stage.mark.line,
+                step.mark.line,
                 machine.snapshot(),
                 standing(self._arm),
                 step.move,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from armdrive.errors import ArmError
 from armdrive.errors.printable import printable
@@ -59,15 +60,30 @@ def lines_of(text: str) -> list[str]:
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
-def pointed(problem: Problem, lines: list[str], file: str | None = None) -> str:
+def mark_of(error: BaseException, otherwise: SourceMark | None) -> SourceMark | None:
+    """Return the place of an error; `otherwise` if the error does not say it."""
+    mark = error.mark if isinstance(error, ProgramError) else None
+    return mark or otherwise
+
+
+SourceLines: TypeAlias = Mapping[tuple[str, int], str]
+"""The lines of programs, by their file and number."""
+
+
+def numbered_lines(lines: Iterable[str], file: str = "", first: int = 1) -> SourceLines:
+    """Return lines by their file and number."""
+    return {(file, number): line for number, line in enumerate(lines, first)}
+
+
+def pointed(problem: Problem, lines: SourceLines, near: str | None = None) -> str:
     """Return the text of a problem, its line, and a caret under the place.
 
-    The lines are those of `file`; a problem in another file is shown without its line.
+    `near` is the file that a person has before their eyes: a place there is not named.
     """
     mark = problem.mark
-    if not 1 <= mark.line <= len(lines) or file not in (None, mark.file):
-        return f"{mark}: {problem.text}"
-    return f"{mark}: {problem.text}\n{excerpt(lines[mark.line - 1], mark.column)}"
+    line = lines.get((mark.file, mark.line))
+    text = problem.text if mark.file == near else f"{mark}: {problem.text}"
+    return text if line is None else f"{text}\n{excerpt(line, mark.column)}"
 
 
 def excerpt(line: str, column: int) -> str:
@@ -85,16 +101,12 @@ def excerpt(line: str, column: int) -> str:
     return f"    {more}{before}{behind}{rest}\n    {caret}^"
 
 
-def program_error(problems: Iterable[Problem], text: str, file: str | None = None) -> ProgramError:
+def program_error(
+    problems: Iterable[Problem], lines: SourceLines, near: str | None = None
+) -> ProgramError:
     """Return the error with these problems of a program, in the order of its lines."""
     found = tuple(sorted(set(problems), key=lambda each: (each.mark.line, each.mark.column)))
-    lines = lines_of(text)
-    message = all_shown(found, lambda each: pointed(each, lines, file))
+    shown = [pointed(each, lines, near) for each in found[:MOST_SHOWN]]
+    more = len(found) - MOST_SHOWN
+    message = "\n".join(shown + [f"and {more} more"] * (more > 0))
     return ProgramError(message, mark=found[0].mark, problems=found)
-
-
-def all_shown(problems: Sequence[Problem], point: Callable[[Problem], str]) -> str:
-    """Return the first problems of a program as text, and the number of the others."""
-    shown = [point(each) for each in problems[:MOST_SHOWN]]
-    more = len(problems) - MOST_SHOWN
-    return "\n".join(shown + [f"and {more} more"] * (more > 0))

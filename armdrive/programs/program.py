@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -35,8 +35,7 @@ from armdrive.programs.interpreter import (
     MachineState,
     by_name,
 )
-from armdrive.programs.language.checking import checked
-from armdrive.programs.language.compiling import STOP, CompiledCode, Instruction
+from armdrive.programs.language.compiling import NO_CODE, STOP, CompiledCode, Instruction, checked
 from armdrive.programs.language.grammar import read_tree
 from armdrive.programs.language.syntax import Define, JointsOf, Tree, within
 from armdrive.programs.language.values import (
@@ -50,7 +49,15 @@ from armdrive.programs.language.values import (
 )
 from armdrive.programs.language.words import ValueKind
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.problems import Problem, ProgramError, SourceMark, program_error
+from armdrive.programs.problems import (
+    Problem,
+    ProgramError,
+    SourceLines,
+    SourceMark,
+    lines_of,
+    numbered_lines,
+    program_error,
+)
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics.errors import KinematicsError, suggestion
@@ -63,13 +70,15 @@ from kinematics.spaces import Joints, Pose
 class Context:
     """The subprograms and values that are known already, by names in lower case.
 
-    `opening` is the one that the fingers take with the next move, see `MachineState`.
+    `opening` is the one that the fingers take with the next move, see `MachineState`. `lines` are
+    those that the subprograms were read from.
     """
 
     defines: tuple[Define, ...] = ()
     variables: Mapping[str, Value] = field(default_factory=dict)
     speed: float = 1.0
     opening: float | str | None = None
+    lines: SourceLines = field(default_factory=dict)
 
     @property
     def kinds(self) -> dict[str, ValueKind]:
@@ -97,6 +106,8 @@ class Program:
     """A program that was read and checked.
 
     `tree` is the program as written, `code` as it is carried out; `context` was known before it.
+    `lines` are its lines and those of the context. `near` tells that a person has just typed it, so
+    an error does not name its place.
     """
 
     text: str
@@ -104,6 +115,16 @@ class Program:
     tree: Tree
     code: CompiledCode
     context: Context = field(default_factory=Context)
+    lines: SourceLines = field(default_factory=dict)
+    near: bool = False
+
+    def line_at(self, mark: SourceMark) -> str:
+        """Return the line at a mark, "" if there is none."""
+        return self.lines.get((mark.file, mark.line), "").strip()
+
+    def error(self, problems: Iterable[Problem]) -> ProgramError:
+        """Return the error with these problems, at least one."""
+        return program_error(problems, self.lines, self.file if self.near else None)
 
     @cached_property
     def digest(self) -> str:
@@ -136,7 +157,7 @@ class Program:
         if joint_names is not None:
             problems += self._wrong_joints(joint_names)
         if problems:
-            raise program_error(problems, self.text, self.file)
+            raise self.error(problems)
         known = self.context
         variables = dict(known.variables)
         state = MachineState(variables=variables, speed=known.speed, opening=known.opening)
@@ -260,7 +281,8 @@ class Machine:
         known, state = self.program.context, self._state
         own = tuple(line for line in self.program.tree.body if isinstance(line, Define))
         opening = None if state.moved else state.opening
-        return Context(known.but(own), dict(state.variables), state.speed, opening)
+        lines = self.program.lines
+        return Context(known.but(own), dict(state.variables), state.speed, opening, lines)
 
     def next(self) -> RunStage | None:
         """Return the present act, the same until it is answered; None at the end.
@@ -339,7 +361,7 @@ class Machine:
 
     def _failure(self, text: str, mark: SourceMark) -> ProgramError:
         led = "".join(f", called in line {call.line}" for call in reversed(self._calls[-3:]))
-        return program_error([Problem(mark, text + led)], self.program.text, self.program.file)
+        return self.program.error([Problem(mark, text + led)])
 
 
 def _brought(act: Act, answer: Answer) -> Value:
@@ -377,12 +399,19 @@ def read_program(
     """
     known = Context() if context is None else context
     tree, problems = read_tree(text, file, first)
-    own = tuple(line for line in tree.body if isinstance(line, Define))
-    rest = tuple(line for line in tree.body if not isinstance(line, Define))
+    lines = {**known.lines, **numbered_lines(lines_of(text), file, first)}
+    return checked_program(Program(text, file, tree, NO_CODE, known, lines), problems)
+
+
+def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Program:
+    """Check and compile a program that was read with these problems. Raises `ProgramError`."""
+    body, known = program.tree.body, program.context
+    own = tuple(line for line in body if isinstance(line, Define))
+    rest = tuple(line for line in body if not isinstance(line, Define))
     code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
-    if code is None or problems or wrong:
-        raise program_error([*problems, *wrong], text, file)
-    return Program(text, file, tree, code, known)
+    if problems or wrong:
+        raise program.error([*problems, *wrong])
+    return replace(program, code=code)
 
 
 # A program for one arm, with that arm's points and joints.

@@ -20,22 +20,23 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
-    Act,
     Answer,
     AwaitInputs,
     Delay,
     Go,
     Hold,
     Home,
+    Look,
     Outputs,
     ReadInput,
     Remember,
+    RunStep,
     Say,
 )
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, RunProgress, Took
-from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
@@ -407,6 +408,20 @@ class Rehearsal:
         """How long the rehearsed loops took, on the arm's clock."""
         return sum(each.took_s for loop in self.loops for each in loop)
 
+    def by_line(self) -> list[tuple[int, int, Took]]:
+        """Return each line, how often it is carried out, and its acts together.
+
+        The looks that a line takes for itself are not counted.
+        """
+        acts = [each for loop in self.loops for each in loop]
+        found = []
+        for line in dict.fromkeys(each.mark.line for each in acts):
+            took = [each for each in acts if each.mark.line == line]
+            times = len([each for each in took if each.what != Look.__name__]) or len(took)
+            total_s = sum(each.took_s for each in took)
+            found.append((line, times, replace(took[0], took_s=total_s)))
+        return found
+
     @property
     def end_words(self) -> str:
         """How it ended, if not at the end of the program, as people read it."""
@@ -443,7 +458,7 @@ class _RehearsalWatch:
 
     def begins(self, step: RunStep, machine: Machine) -> None:
         """Note where the program is. Raises `TooLong` and `EndlessLoop`."""
-        mark = step.stage.mark
+        mark = step.mark
         self._patience.before_act(mark, self._took_s)
         self._assumptions.mark = mark
         state = (step.loop, machine.fingerprint, self._rehearser.fingerprint)
@@ -454,25 +469,18 @@ class _RehearsalWatch:
 
     def _went_round(self, steps: Sequence[RunStep]) -> None:
         """Switch the inputs that a loop reads: it waits for one of them. Else it has no end."""
-        acts = (step.stage.act for step in steps)
+        acts = (step.act for step in steps)
         if not self._rehearser.switch({act.number for act in acts if isinstance(act, ReadInput)}):
-            marks = (step.stage.mark for step in steps)
-            raise EndlessLoop(min(marks, key=lambda mark: mark.line))
+            raise EndlessLoop(min((step.mark for step in steps), key=lambda mark: mark.line))
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Note how long the act took."""
-        took_s = _waited_s(step.stage.act, answer, took_s)
+        if isinstance(step.act, Delay):  # of a wait, the twin sleeps through the beginning only
+            took_s = step.act.time_s
+        elif isinstance(step.act, AwaitInputs) and answer is False:
+            took_s = step.act.within_s or 0.0
         self._took_s += took_s
-        self.loops.setdefault(step.loop, []).append(Took(step.stage.mark, step.act_name, took_s))
-
-
-def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
-    """Return how long an act takes: a rehearsal sleeps only through the beginning of a wait."""
-    if isinstance(act, Delay):
-        return act.time_s
-    if isinstance(act, AwaitInputs) and answer is False:
-        return act.within_s or 0.0
-    return took_s
+        self.loops.setdefault(step.loop, []).append(Took(step.mark, step.name, took_s))
 
 
 def rehearse(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
@@ -513,7 +521,7 @@ def rehearse(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
         tuple(tuple(watch.loops.get(number, ())) for number in range(1, loops + 1)),
         tuple(assumptions.found),
         refusal,
-        run.at.stage.mark if refusal is not None and run.at is not None else None,
+        run.at.mark if refusal is not None and run.at is not None else None,
         whole,
         endless,
         twin.speed_override,

@@ -8,26 +8,27 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from armdrive.arm import Arm
+from armdrive.programs.acts import RunStep
 from armdrive.programs.arm_access import time_s
-from armdrive.programs.problems import SourceMark
+from armdrive.programs.problems import SourceLines, SourceMark
 from armdrive.programs.progress import Estimate, RunProgress
 
 
 class RunView:
-    """Follows one run. `line_at` returns the text of the program at a mark.
+    """Follows one run. `lines` are those of the program.
 
     Every method may be called from any thread.
     """
 
-    def __init__(self, line_at: Callable[[SourceMark], str]) -> None:
+    def __init__(self, lines: SourceLines) -> None:
         self.arm: Arm | None = None
         self.mark: SourceMark | None = None
         self.act = ""
-        self._line_at = line_at
+        self._lines = lines
         self._progress = RunProgress(())
         self._share = 1.0
         self._waiting = ""
@@ -47,15 +48,17 @@ class RunView:
             self.arm = arm
         arm.program = self.view
 
-    def at(
-        self, arm: Arm | None, mark: SourceMark, act: str, *, loop: int = 1, waiting: str = ""
-    ) -> None:
+    def at(self, step: RunStep) -> None:
         """Note where the program is, and what it waits for."""
         with self._lock:
-            self.arm = arm or self.arm
-            self.mark, self.act, self._loop, self._waiting = mark, act, loop, waiting
-            self._progress.begins(mark, loop)
-            self._began_s = 0.0 if self.arm is None else time_s(self.arm)
+            self.arm, self.mark, self.act = step.arm, step.mark, step.name
+            self._loop, self._waiting = step.loop, step.waiting
+            self._progress.begins(step.mark, step.loop)
+            self._began_s = time_s(step.arm)
+
+    def line_at(self, mark: SourceMark) -> str:
+        """Return the line at a mark, "" if there is none."""
+        return self._lines.get((mark.file, mark.line), "").strip()
 
     @property
     def under_way_s(self) -> float:
@@ -72,7 +75,7 @@ class RunView:
                 "file": self.mark.file,
                 "line": self.mark.line or None,
                 "column": self.mark.column,
-                "text": self._line_at(self.mark),
+                "text": self.line_at(self.mark),
                 "act": self.act,
                 "waiting": self._waiting or None,
                 "loop": self._loop,

@@ -17,7 +17,6 @@ from armdrive.arm import Arm
 from armdrive.arm.device import input_bits, output_bits
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.motion.gripper import Grasped
-from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
     MOTIONS,
     Act,
@@ -33,6 +32,7 @@ from armdrive.programs.acts import (
     ReadInput,
     Remember,
     RunStage,
+    RunStep,
     Say,
     act_name,
     waiting_text,
@@ -42,7 +42,6 @@ from armdrive.programs.program import Machine
 from armdrive.programs.progress import FOR_EVER
 from armdrive.runtime.overrides import given_up
 from armdrive.storage.points import Point
-from armdrive.text.json_forms import move_to_json
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
@@ -148,10 +147,8 @@ class Performer:
 
     # -- what moves the arm -------------------------------------------------------------------
 
-    def resolved(self, act: Act) -> ProgramMove | None:
-        """Return the absolute move of an act; None if it does not move or will be refused."""
-        if not isinstance(act, Go):
-            return None
+    def resolved(self, act: Go) -> ProgramMove | None:
+        """Return the absolute move of an act; None if it will be refused."""
         try:
             return cast(ProgramMove, self.arm.moving.resolved(act.move))
         except (ArmError, KinematicsError):
@@ -268,48 +265,6 @@ class RunPlan:
         return self.machine or self.source
 
 
-@dataclass(frozen=True, slots=True)
-class RunStep:
-    """One act of a run: `number` counts the acts of this run from 1, `loop` its loops.
-
-    `move` is the act's move, resolved from where the arm stands; None if the act does not move or
-    will be refused.
-    """
-
-    stage: RunStage
-    number: int
-    loop: int
-    move: ProgramMove | None = None
-
-    @property
-    def act_name(self) -> str:
-        """The name of the act, as people read it."""
-        return act_name(self.stage.act)
-
-    @property
-    def waiting(self) -> str:
-        """What the act waits for, as people read it; "" if it does not wait."""
-        return waiting_text(self.stage.act)
-
-    def view(self) -> dict[str, Any]:
-        """Return its line, its act and its move as plain data."""
-        return {
-            "line": self.stage.mark.line,
-            "act": self.act_name,
-            "move": None if self.move is None else move_to_json(self.move),
-        }
-
-    @property
-    def moves(self) -> bool:
-        """Whether the act moves the arm."""
-        return isinstance(self.stage.act, MOTIONS)
-
-    @property
-    def grasps(self) -> bool:
-        """Whether the fingers close on what is between them."""
-        return isinstance(self.move, GraspMove)
-
-
 class Onlooker(Protocol):
     """Is called before and after every act of a run."""
 
@@ -342,29 +297,36 @@ class ProgramRun:
         while loops == FOR_EVER or self.loop <= loops:
             machine, new_machine = new_machine(), self._plan.source
             while (stage := machine.next()) is not None:
-                self._carry_out(self._step(stage), machine)
+                self._carry_out(stage, machine)
             self.loop += 1
         self.at = None
         self.took_s = self._performer.arm.pace.now_s() - began_s
         return self.done
 
-    def _step(self, stage: RunStage) -> RunStep:
-        """Return the next step, its move resolved from where the arm stands."""
-        self._performer.require_no_stop()
+    def _carry_out(self, stage: RunStage, machine: Machine) -> None:
+        performer, act = self._performer, stage.act
+        performer.require_no_stop()
         left, self._left = self._left, None
-        act = stage.act
-        move = left if isinstance(act, Go) and left else self._performer.resolved(act)
-        if isinstance(act, Go) and move is not None:
-            stage = replace(stage, act=replace(act, move=move))
-        return RunStep(stage, self.done + 1, self.loop, move)
-
-    def _carry_out(self, step: RunStep, machine: Machine) -> None:
-        self.at = step
+        move = None
+        if isinstance(act, Go):
+            move = left or performer.resolved(act)
+            act = act if move is None else replace(act, move=move)
+        step = self.at = RunStep(
+            performer.arm,
+            stage.mark,
+            act_name(act),
+            self.done + 1,
+            self.loop,
+            isinstance(act, MOTIONS),
+            waiting_text(act),
+            act,
+            move,
+        )
         for onlooker in self._onlookers:
             onlooker.begins(step, machine)
-        now_s = self._performer.arm.pace.now_s
+        now_s = performer.arm.pace.now_s
         began_s = now_s()
-        answer = self._performer.perform(step.stage.act)
+        answer = performer.perform(act)
         machine.answer(answer)
         self.done += 1
         for onlooker in self._onlookers:

@@ -125,7 +125,7 @@ def rehearse_script(
     `seen` is the arm that `Arm.connect()` without a target means.
     """
     stage = _Stage(seen, plan, script, patience)
-    connections = Connections(script, stage.own, stage.called, stage.made, stage.given)
+    connections = Connections(script, stage)
     refusal: Exception | None = None
     whole = True
     try:

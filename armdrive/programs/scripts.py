@@ -16,10 +16,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm, override_connections
-from armdrive.connect.parts import ConnectOptions, connect
+from armdrive.connect.parts import ConnectOptions
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
 from armdrive.moves import GraspMove, MoveSequence
@@ -81,11 +81,6 @@ class CallTracer:
         return getattr(self._inner, name)
 
 
-def watch_calls(arm: Arm, script: str, on_call: OnCall) -> None:
-    """Report the calls that a script makes of an arm; `on_call` may raise to refuse one."""
-    arm.tracer = cast("Tracer", CallTracer(arm, script, on_call))
-
-
 def script_line(frame: FrameType | None, script: str) -> int | None:
     """Return the line of the script that made a call, 0 if the script is not on the stack.
 
@@ -109,35 +104,40 @@ LARGEST_SCRIPT = 4_000_000
 
 FORCE_SIM = "ARMDRIVE_FORCE_SIM"
 
-Own = Callable[[ConnectOptions], "Arm"]
-"""Connects to the arm that the command names, with the options of the script's call."""
+
+class ScriptStage(Protocol):
+    """Gives a script its arms, and is told what it does with them."""
+
+    def own(self, options: ConnectOptions) -> Arm:
+        """Connect to the arm that the command names, with the options of the script's call."""
+        ...
+
+    def given(self, target: str, options: ConnectOptions) -> Arm:
+        """Connect to an arm that the script names."""
+        ...
+
+    def made(self, arm: Arm) -> None:
+        """Take note of a new arm."""
+
+    def called(self, arm: Arm, call: ScriptCall) -> None:
+        """Take note of a call of the script; may raise to refuse it."""
 
 
 class Connections:
-    """Every arm that a script connects to while it runs; `own` connects to the command's arm."""
+    """Every arm that a script connects to while it runs."""
 
-    def __init__(
-        self,
-        script: Path,
-        own: Own,
-        on_call: OnCall,
-        made: Callable[[Arm], object],
-        given: Callable[[str, ConnectOptions], Arm],
-    ) -> None:
-        """`given` connects to an arm that the script names; `made` is called with each arm."""
+    def __init__(self, script: Path, stage: ScriptStage) -> None:
         self.arms: list[Arm] = []
         self._script = str(script)
-        self._own = own
-        self._on_call = on_call
-        self._made = made
-        self._given = given
+        self._stage = stage
 
     def __call__(self, target: str | None, options: ConnectOptions) -> Arm:
         """Connect as `armdrive.arm.ConnectionOverride` says."""
-        arm = self._own(options) if target is None else self._given(target, options)
+        stage = self._stage
+        arm = stage.own(options) if target is None else stage.given(target, options)
         self.arms.append(arm)
-        self._made(arm)
-        watch_calls(arm, self._script, self._on_call)
+        stage.made(arm)
+        arm.tracer = cast("Tracer", CallTracer(arm, self._script, stage.called))
         return arm
 
     def close(self) -> None:
@@ -146,11 +146,6 @@ class Connections:
             for arm in self.arms:
                 if not arm.closed:
                     stack.callback(arm.close)
-
-
-def as_it_says(target: str, options: ConnectOptions) -> Arm:
-    """Connect to an arm that a script names, as the script says."""
-    return Arm(connect(target, options))
 
 
 def read_script(path: Path) -> bytes:

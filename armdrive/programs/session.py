@@ -7,21 +7,24 @@ which can be listed and saved.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.errors import BadRequest
-from armdrive.programs.language.grammar import End, Item, LineMistake, opens, read_line, read_tree
+from armdrive.programs.acts import RunStep
+from armdrive.programs.language.compiling import NO_CODE
+from armdrive.programs.language.grammar import LineMistake, ProgramReader, read_values
 from armdrive.programs.language.syntax import (
     NAME,
     Assign,
     Call,
     Define,
     Do,
-    Label,
+    Expression,
     Name,
     Statement,
     Tree,
@@ -29,71 +32,31 @@ from armdrive.programs.language.syntax import (
     every,
     within,
 )
-from armdrive.programs.language.words import FUNCTIONS, HERE, OVER
+from armdrive.programs.language.words import FUNCTIONS, HERE, OVER, RESERVED
 from armdrive.programs.language.writing import unparse
-from armdrive.programs.problems import Problem, ProgramError, SourceMark, all_shown, excerpt
-from armdrive.programs.program import ArmProgram, Context, Machine, Program, read_program
+from armdrive.programs.problems import Problem, numbered_lines
+from armdrive.programs.program import (
+    ArmProgram,
+    Context,
+    Machine,
+    Program,
+    checked_program,
+    read_program,
+)
 from armdrive.programs.running import (
     Onlooker,
     Performer,
     ProgramRun,
     RunPerson,
     RunPlan,
-    RunStep,
 )
 from armdrive.storage.files import DISK, replace_durably
 
-# The lines that were typed at a prompt, and how their problems are shown.
-
-
-class Typed:
-    """All lines by their file, as marks name it, and their numbers.
-
-    `title` is the name of an input whose lines are counted, such as a pipe. At a terminal people
-    see what they have just typed, so its problems are shown without a place.
-    """
-
-    def __init__(self, title: str = "") -> None:
-        self.title = title
-        self._lines: dict[str, dict[int, str]] = {}
-        self._latest = ""
-        self._before = 0
-
-    def add(self, name: str, lines: Sequence[str], begin: int = 1, before: int = 0) -> None:
-        """Add lines; the first is number `begin`, and `before` characters were put before it."""
-        self._lines.setdefault(name, {}).update(enumerate(lines, begin))
-        self._latest, self._before = name, before
-
-    def shown(self, error: ProgramError) -> ProgramError:
-        """Return an error with the lines as they were typed."""
-        return self.error(error.problems) if error.problems else error
-
-    def error(self, problems: Sequence[Problem]) -> ProgramError:
-        """Return the error with these problems, at least one."""
-        text, mark = all_shown(problems, self._pointed), self._typed(problems[0].mark)
-        return ProgramError(text, mark=mark, problems=tuple(problems))
-
-    def line_at(self, mark: SourceMark) -> str:
-        """Return the line that a mark points at, "" if there is none."""
-        return self._lines.get(mark.file, {}).get(mark.line, "")
-
-    def _typed(self, mark: SourceMark) -> SourceMark:
-        before = self._before if mark.file == self._latest else 0
-        return SourceMark(mark.line, max(mark.column - before, 1), mark.file)
-
-    def _pointed(self, problem: Problem) -> str:
-        """Return the text of a problem, its line, and a caret under the place."""
-        mark, line = self._typed(problem.mark), self.line_at(problem.mark)
-        text = problem.text + (f"\n{excerpt(line, mark.column)}" if line else "")
-        seen = mark.file == self._latest and not self.title
-        return text if seen else f"{mark}: {text}"
-
-
-SAYING = "type "
-"""The word put before values that stand alone, so that they are shown."""
-
 OF_THE_ARM = (HERE, "input")
 """Values that only an arm can give."""
+
+_NAMING = re.compile(r"\s*\w+\s*=(?!=)")
+"""`width = 3` names a value; it could also be read as a comparison."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,33 +65,32 @@ class PromptEntry:
 
     program: Program
     says: bool = False
-    lines: int = 1
-    """The number of lines typed."""
 
 
 class Session:
-    """The entries of a prompt so far. `title` is the name of an input whose lines are counted.
+    """The entries of a prompt so far.
 
-    `book` has the names of the points in the arm's book. `kept` has the lines carried out, by the
-    numbers of their entries.
+    `title` is the name of an input whose lines are counted, such as a pipe; without it, a person
+    types. `book` has the names of the points in the arm's book. `kept` has the lines carried out,
+    by the numbers of their entries.
     """
 
     def __init__(self, title: str = "") -> None:
         self.context = Context()
-        self.typed = Typed(title)
+        self.title = title
         self.book: frozenset[str] = frozenset()
         self.kept: dict[int, tuple[Statement, ...]] = {}
         self.number = 1
-        self._block: list[str] = []
-        self._depth = 0
+        self._lines: list[str] = []
         self._begin = 1
+        self._reader = ProgramReader()
 
     # -- reading ------------------------------------------------------------------------------
 
     @property
     def unfinished(self) -> bool:
         """Whether a block is still without its end."""
-        return bool(self._block)
+        return bool(self._lines)
 
     def take(self, line: str, position: int = 1) -> PromptEntry | None:
         """Take the next line; return the entry that it completes, if it does.
@@ -136,29 +98,32 @@ class Session:
         `position` is the line's number in the input. An unreadable line is not taken. Raises
         `ProgramError`.
         """
-        if not self._block:
-            self._begin = position if self.typed.title else 1
-        items = self._items(line)
-        if items is None:
-            return self._values(line)
-        self._block.append(line)
-        self._depth += sum(opens(item) - isinstance(item, End) for item in items)
-        if self._depth > 0:
-            return None
-        lines = list(self._block)
-        self.abandon()
-        return self._read(lines) if any(each.strip() for each in lines) else None
+        wrong = None
+        if not self._lines:
+            self._begin = position if self.title else 1
+            self._reader = ProgramReader(self._file)
+            try:
+                values = read_values(line, self._begin, self._file)
+                if self._meant(values, line):
+                    say = Do("type", values, mark=values[0].mark)
+                    return PromptEntry(self._checked(Tree((say,)), [line]), says=True)
+            except LineMistake as mistake:
+                wrong = mistake if self._like_values(line) else None
+        try:
+            self._reader.take(line, self._begin + len(self._lines))
+        except LineMistake as mistake:
+            raise self._draft([*self._lines, line]).error([(wrong or mistake).problem]) from None
+        self._lines.append(line)
+        return None if self._reader.open_blocks else self._finished()
 
     def abandon(self) -> None:
         """Forget the lines of an unfinished block."""
-        self._block, self._depth = [], 0
+        self._lines = []
 
     def end(self) -> None:
         """End the input. Raises `ProgramError` for an unfinished block."""
-        lines = list(self._block)
-        self.abandon()
-        if lines:
-            self._read(lines)
+        if self._lines:
+            self._finished()
 
     def load(self, program: Program, name: str) -> PromptEntry:
         """Return the subprograms and values of another program as an entry.
@@ -168,69 +133,54 @@ class Session:
         body = tuple(line for line in program.tree.body if _given(line))
         if not body:
             raise BadRequest(f"{name} has no subprograms, points or values to take")
-        lines = unparse(Tree(body)).splitlines()
-        self.typed.add(name, lines)
-        return self._checked(lines, name)
+        tree, lines = Tree(body), {**self.context.lines, **program.lines}
+        known = replace(self.context, defines=_needed(tree, self.context))
+        return PromptEntry(checked_program(replace(program, tree=tree, context=known, lines=lines)))
 
-    def _items(self, line: str) -> list[Item] | None:
-        """Return the items of a line, or None for values alone. Raises `ProgramError`."""
-        try:
-            items = read_line(line, self._begin + len(self._block), self._file)
-        except LineMistake as mistake:
-            if not self._block and self._like_values(line):
-                return None
-            self.typed.add(self._file, (*self._block, line), self._begin)
-            raise self.typed.error([mistake.problem]) from None
-        return None if not self._block and items and self._is_value(items, line) else items
+    def _finished(self) -> PromptEntry | None:
+        """Return the entry of the lines typed; None if there is nothing in them."""
+        lines = self._lines
+        self.abandon()
+        tree, problems = self._reader.finish()
+        if not any(each.strip() for each in lines):
+            return None
+        return PromptEntry(self._checked(tree, lines, problems))
 
-    def _is_value(self, items: list[Item], line: str) -> bool:
-        """Return whether a readable statement is meant to be a value, such as a bare name."""
-        match items[0]:
-            case Do(word="here", arguments=()):
-                return True
-            case Label():
-                return len(items) == 1 and not line.rstrip().endswith(":")
-            case Call(name=name, arguments=arguments):
-                return name.lower() in FUNCTIONS or (not arguments and self._has_value(name))
+    def _checked(
+        self, tree: Tree, lines: Sequence[str], problems: Iterable[Problem] = ()
+    ) -> Program:
+        known = replace(self.context, defines=_needed(tree, self.context))
+        return checked_program(replace(self._draft(lines), tree=tree, context=known), problems)
+
+    def _draft(self, lines: Sequence[str]) -> Program:
+        """Return lines as a program that has not been read."""
+        known = {**self.context.lines, **numbered_lines(lines, self._file, self._begin)}
+        text, near = "\n".join(lines), not self.title
+        return Program(text, self._file, Tree(()), NO_CODE, self.context, known, near)
+
+    def _meant(self, values: tuple[Expression, ...], line: str) -> bool:
+        """Return whether a line is meant as values, if it could also be a statement."""
+        match values:
+            case (Name(name=name),):
+                return self._has_value(name)
+            case (Use(name=name),):
+                return name in FUNCTIONS
             case _:
-                return False
+                return _NAMING.match(line) is None
 
     def _has_value(self, name: str) -> bool:
         low = name.lower()
-        if any(each.name.lower() == low for each in self.context.defines):
-            return False
-        return low in self.context.variables or low in map(str.lower, self.book)
+        known = low in self.context.variables or low in map(str.lower, self.book)
+        return low == HERE or (known and low not in RESERVED)
 
     def _like_values(self, line: str) -> bool:
-        """Return whether an unreadable line is meant to be values, such as `2 * 3` or `width +`."""
-        try:
-            read_line(SAYING + line)
-        except LineMistake:
-            first = NAME.match(line.lstrip())
-            return first is None or self._has_value(first[0]) or first[0].lower() in FUNCTIONS
-        return True
+        """Return whether an unreadable line is meant to be values, such as `width +`."""
+        first = NAME.match(line.lstrip())
+        return first is None or self._has_value(first[0]) or first[0].lower() in FUNCTIONS
 
     @property
     def _file(self) -> str:
-        return self.typed.title or f"entry {self.number}"
-
-    def _values(self, line: str) -> PromptEntry:
-        self.typed.add(self._file, [line], self._begin, before=len(SAYING))
-        return replace(self._checked([SAYING + line], self._file, self._begin), says=True)
-
-    def _read(self, lines: list[str]) -> PromptEntry:
-        self.typed.add(self._file, lines, self._begin)
-        return self._checked(lines, self._file, self._begin)
-
-    def _checked(self, lines: list[str], file: str, begin: int = 1) -> PromptEntry:
-        text = "\n".join(lines)
-        tree, _ = read_tree(text, file, begin)
-        known = replace(self.context, defines=_needed(tree, self.context))
-        try:
-            program = read_program(text, file, known, begin)
-        except ProgramError as error:
-            raise self.typed.shown(error) from None
-        return PromptEntry(program, lines=len(lines))
+        return self.title or f"entry {self.number}"
 
     # -- remembering --------------------------------------------------------------------------
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import ArmConfig, ConfigSource, read_arm, read_arm_table
-from armdrive.config.check import unusable
+from armdrive.config.arm import ArmConfig, ConfigSource, read_arm, read_arm_table, unusable
 from armdrive.config.sections import Connection
 from armdrive.dialects.dialect import Dialect
 from armdrive.errors import ArmFileError

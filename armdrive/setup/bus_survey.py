@@ -32,17 +32,23 @@ from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkLost, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import dialog_runner
-from armdrive.setup import findings as after
+from armdrive.setup.arm_checks import limit_remarks
 from armdrive.setup.dialog_runner import carry_out
-from armdrive.setup.limits import limit_remarks
 from armdrive.setup.ports import ClosedPort
 from armdrive.setup.prober import ask_bus, is_command, nodes_seen, protocols
-from armdrive.setup.survey import Diagnosis, Report, survey_port
+from armdrive.setup.survey import (
+    Diagnosis,
+    Report,
+    of_arm,
+    of_health,
+    of_listening,
+    of_settings,
+    survey_port,
+)
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings
 from armdrive.transports import can_link, ports
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
 
 T = TypeVar("T")
@@ -79,7 +85,7 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
                 arm.mend_settings(lines)
                 settings = arm.mend_settings([])
                 report.add([ok(f"{len(lines)} settings were written")])
-            report.add(after.of_settings(settings))
+            report.add(of_settings(settings))
             if settings.differences and report.arm:
                 report.more["next"] = [
                     f"armdrive doctor --arm {report.arm} --mend",
@@ -147,7 +153,7 @@ class BusSurvey:
         address = CanAddress.parse(report.port)
         master = getattr(config.device, "master_id", None) if config is not None else None
         traffic = self._locked(lambda: listened(address, master))
-        report.add(after.of_listening(traffic, LISTEN_S, _bits_s(address)))
+        report.add(of_listening(traffic, LISTEN_S, _bits_s(address)))
         if traffic.commands:
             return Diagnosis.PROBLEM
         if config is not None and self.agree is not None:
@@ -178,7 +184,7 @@ class BusSurvey:
         ids = self.ids or tuple(sorted({*IDS, *known}))
         dialect = config.connection.dialect if config is not None else ""
         found, health, lost = _answers(address, ids, seen, dialect)
-        report.add(after.of_health(health, lost))
+        report.add(of_health(health, lost))
         for each in found:
             report.add(each.findings(health, config.name if config else "NAME"))
         answered = any(each.there for each in found)
@@ -198,7 +204,7 @@ class BusSurvey:
                 if each.there:
                     self.report.add([_other(row, dialect)])
                 continue
-            self.report.add(after.of_arm(ids, each.there, config.name, dialect))
+            self.report.add(of_arm(ids, each.there, config.name, dialect))
             self.report.add(each.of_arm(ids))
             if set(ids) <= set(each.there) and row.connects and self.agree is None:
                 compare_settings(config, self.report, None)

@@ -114,9 +114,12 @@ def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
     An alert takes the reply's place, since no reply can be trusted after it.
     """
     reply, alert = None, None
+    # Ctrl-C inside a step would leave a motion unstopped; of simulated drives that harms nobody,
+    # and to delay signals takes longer than a step.
+    step = contextlib.nullcontext if isinstance(clock, DialogClock) else SignalsBetweenSteps
     while True:
         now_s = clock.now_s()
-        with SignalsBetweenSteps():  # Ctrl-C inside a script would leave the motion unstopped
+        with step():
             executor.receive(link.read(now_s), now_s)
             if data := executor.advance(now_s):
                 link.write(data, now_s)

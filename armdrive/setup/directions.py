@@ -157,6 +157,24 @@ class Trial:
         """Return the words that are valid answers."""
         return tuple(word for way in self.ways for word in WAYS[way])
 
+    def seen(self, word: str, roll: str = "") -> SeenMotion:
+        """Return what the answers to `ask_way` mean.
+
+        Raises `WrongAnswer` for a direction in which this motor moves nothing.
+        """
+        if word in (NOTHING, OTHER):
+            return SeenMotion(self, SawMotion.NOT_AT_ALL if word == NOTHING else SawMotion.ANOTHER)
+        if word not in self.words():
+            raise WrongAnswer(
+                f"the {self.name} motor should move the arm {' or '.join(self.words())}; if "
+                f"something else moved, answer {OTHER}"
+            )
+        saw = SawMotion.AS_SHOWN if self._expects(word) else SawMotion.OTHER_WAY
+        return SeenMotion(self, saw, self._expects(roll) if roll in WAYS["roll"] else None)
+
+    def _expects(self, word: str) -> bool:
+        return any(word in words and self.expected.word(way) == word for way, words in WAYS.items())
+
 
 def ask_way(trial: Trial) -> Talk[tuple[str, str]]:
     """Ask which way a motor moved the arm, and which way the hand turned if it should turn.
@@ -199,19 +217,38 @@ def _seen_roll(motion: ArmMotion) -> str:
     return seen.word("roll") if "roll" in seen.visible() else NOTHING
 
 
+class SawMotion(Enum):
+    """What was seen of one motor, compared with what should be seen."""
+
+    AS_SHOWN = "it moved as shown"
+    OTHER_WAY = "it moved the other way"
+    NOT_AT_ALL = "nothing moved"
+    ANOTHER = "another motor's part moved"
+    TWICE = "about twice as far"
+    HALF = "about half as far"
+
+
+FARTHER: Mapping[SawMotion, float] = MappingProxyType({SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5})
+"""How far the motor moved, as a share of what the arm file says."""
+
+HAND: Mapping[SawMotion, bool | None] = MappingProxyType(
+    {SawMotion.AS_SHOWN: True, SawMotion.OTHER_WAY: False, SawMotion.NOT_AT_ALL: None}
+)
+"""The answers about the turn of the hand: whether it was the expected one; None if not seen."""
+
+
 @dataclass(frozen=True, slots=True)
 class SeenMotion:
-    """What the user saw of a trial: a word, and which way the hand turned if that was asked.
+    """What the user saw of a trial.
 
-    `instead` names the motor whose part moved, and `farther` is the distance as a share of the
-    expected one.
+    `hand` is whether the hand turned as expected, None if that was not asked or not seen. `instead`
+    names the motor whose part moved, if the user said which.
     """
 
     trial: Trial
-    word: str
-    roll: str = ""
+    saw: SawMotion
+    hand: bool | None = None
     instead: str = ""
-    farther: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,15 +313,6 @@ def _seen(
     return sight(arm, posture, Joints(angles, posture.names), pulling * steps)
 
 
-def check_word(trial: Trial, word: str) -> None:
-    """Raise `WrongAnswer` for a direction in which this motor moves nothing."""
-    if word not in trial.words():
-        raise WrongAnswer(
-            f"the {trial.name} motor should move the arm {' or '.join(trial.words())}; if "
-            f"something else moved, answer {OTHER}"
-        )
-
-
 def conclude(seen: Iterable[SeenMotion], roll_joint: str) -> Signs:
     """Return what is wrong; `roll_joint` is the joint that the two wrist motors turn together.
 
@@ -294,29 +322,22 @@ def conclude(seen: Iterable[SeenMotion], roll_joint: str) -> Signs:
     farther, order = {}, {}
     for each in seen:
         name = each.trial.name
-        if each.farther != 1.0:
-            farther[name] = each.farther
         if each.instead:
             order[name] = each.instead
-            continue
-        if each.word in (NOTHING, OTHER):
+        elif each.saw in (SawMotion.NOT_AT_ALL, SawMotion.ANOTHER):
             unclear.append(name)
-            continue
-        check_word(each.trial, each.word)
-        sign = _agreement(each.trial, each.word)
-        if sign < 0:
-            motors.append(name)
-        if each.trial.turns_hand and each.roll in WAYS["roll"]:
-            rolls.append(sign * _agreement(each.trial, each.roll))
+        elif each.saw in FARTHER:
+            farther[name] = FARTHER[each.saw]
+        else:
+            right = each.saw is SawMotion.AS_SHOWN
+            if not right:
+                motors.append(name)
+            if each.trial.turns_hand and each.hand is not None:
+                rolls.append(right == each.hand)
     if len(set(rolls)) > 1:
         unclear.append(roll_joint)
-    joints = (roll_joint,) if rolls and set(rolls) == {-1} else ()
+    joints = (roll_joint,) if rolls and not any(rolls) else ()
     return Signs(tuple(motors), joints, tuple(unclear), farther, order)
-
-
-def _agreement(trial: Trial, word: str) -> int:
-    way = next(way for way, words in WAYS.items() if word in words)
-    return 1 if trial.expected.word(way) == word else -1
 
 
 def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
@@ -429,21 +450,6 @@ def _of_motors(
 # Each motor is brought back before the next one turns.
 
 
-class SawMotion(Enum):
-    """What was seen of one motor, compared with what should be seen."""
-
-    AS_SHOWN = "it moved as shown"
-    OTHER_WAY = "it moved the other way"
-    NOT_AT_ALL = "nothing moved"
-    ANOTHER = "another motor's part moved"
-    TWICE = "about twice as far"
-    HALF = "about half as far"
-
-
-FARTHER: Mapping[SawMotion, float] = {SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5}
-"""How far the motor moved, as a share of what the arm file says."""
-
-
 class DirectionCheck:
     """The motor whose turn it is, and the answers so far."""
 
@@ -504,41 +510,28 @@ class DirectionCheck:
             self.away = self.shown = True
 
     def saw(self, what: SawMotion, instead: str = "") -> None:
-        """Take what was seen. Raises `BadRequest` if the motor has not been turned yet."""
+        """Take what was seen of the motor, or of the hand if `asks_hand`. Raises `BadRequest`."""
         trial = self.trial
         if trial is None:
             raise BadRequest("every motor has its answer")
         if self.answered:
             raise BadRequest("this motor has its answer: bring it back first")
+        if self._half is not None:
+            if what not in HAND:
+                raise BadRequest("only which way the hand turned is asked now")
+            self.note(replace(self._half, hand=HAND[what]))
+            return
         if not self.shown and what is not SawMotion.NOT_AT_ALL:
             raise BadRequest("turn it first: it has not moved yet")
-        way = trial.ways[0]
-        shown = trial.expected.word(way)
-        other = next(each for each in WAYS[way] if each != shown)
-        words = {
-            SawMotion.OTHER_WAY: other, SawMotion.NOT_AT_ALL: NOTHING, SawMotion.ANOTHER: OTHER,
-        }  # fmt: skip
-        farther = FARTHER.get(what, 1.0)
-        seen = SeenMotion(trial, words.get(what, shown), instead=instead, farther=farther)
-        directed = what in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY)
-        if directed and trial.turns_hand and self._half is None:
+        seen = SeenMotion(trial, what, instead=instead)
+        if what in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY) and trial.turns_hand:
             self._half = seen
         else:
-            self._note(seen)
+            self.note(seen)
 
-    def answer(self, word: str, roll: str = "") -> None:
-        """Take the words of `ask_way` for a motor that was turned there and back."""
-        if self.trial is not None:
-            self._note(SeenMotion(self.trial, word, roll))
-
-    def hand(self, word: str) -> None:
-        """Take which way the hand turned about its own axis; "" if that was not seen."""
-        if self._half is None:
-            raise BadRequest("the question is not which way the hand turned")
-        self._note(replace(self._half, roll=word))
-
-    def _note(self, look: SeenMotion) -> None:
-        self.looks = (*self.looks, look)
+    def note(self, seen: SeenMotion) -> None:
+        """Take all that was seen of the motor."""
+        self.looks = (*self.looks, seen)
         self.shown, self._half = False, None
 
     def others(self) -> tuple[str, ...]:

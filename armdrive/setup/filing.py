@@ -13,7 +13,7 @@ from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import arm_problems, load_arm
 from armdrive.setup.arm_text import ArmFiles
-from armdrive.setup.directions import SeenMotion, Signs, changes, conclude, known_steps
+from armdrive.setup.directions import Signs, changes, conclude, known_steps
 from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
@@ -66,7 +66,7 @@ class FileProposal:
         replace_file(self.path, self.after.rstrip("\n"))
 
 
-def propose(path: Path, transmission: Transmission, signs: Signs) -> FileProposal:
+def propose(path: Path, transmission: Transmission | None, signs: Signs) -> FileProposal:
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
@@ -91,7 +91,7 @@ def propose(path: Path, transmission: Transmission, signs: Signs) -> FileProposa
 def signs_of(plan: CommissioningPlan, notes: Mapping[str, Notes]) -> Signs:
     """Return the reversed directions of the motors that were tried."""
     tried = [(each, notes[each.name]) for each in plan.drives if each.name in notes]
-    seen = [SeenMotion(drive.trial, noted.way, noted.roll) for drive, noted in tried if noted.way]
+    seen = [drive.trial.seen(noted.way, noted.roll) for drive, noted in tried if noted.way]
     return conclude(seen, plan.roll_joint)
 
 

@@ -14,7 +14,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from itertools import pairwise
 from statistics import median
 from typing import Protocol
@@ -37,47 +36,31 @@ else:
     import msvcrt
 
 ASK_FOCUS = b"\x1b[?1004$p"
-"""Asks whether focus events are known (DECRQM); the answer ends in a number of `_KNOWN`."""
+"""Asks whether focus events are known (DECRQM)."""
 ASK_RELEASES = b"\x1b[?u"
 """Asks whether key releases are reported (the kitty keyboard protocol); others stay silent."""
 ASK_END = b"\x1b[c"
 """Every terminal answers this; an earlier question without an answer will not get one."""
 
 _FOCUS = re.compile(rb"\x1b\[\?1004;(\d)\$y")
+_KNOWN = (b"1", b"2", b"3")
+"""Set, reset, and set for good: a mode that the terminal knows."""
 _RELEASES = re.compile(rb"\x1b\[\?\d+u")
 _END = re.compile(rb"\x1b\[\?[\d;]*c")
+_ANSWER = re.compile(rb"\x1b\[\?[\d;]*(?:\$y|u|c)")
 _KEY = re.compile(rb"\x1b\[[0-9;:?]*[ -/]*[@-~]|\x1bO[@-~]|\x1b(?=[^\[O])|[^\x1b]")
-_KNOWN = {b"1", b"2", b"3"}
-"""Set, reset, and set for good: a mode that the terminal knows."""
 
 
-class TerminalAnswer(Enum):
-    """An answer of a terminal about itself."""
-
-    FOCUS = "it reports when its window gains or loses the focus"
-    NO_FOCUS = "it does not report when its window loses the focus"
-    RELEASES = "it can report when a key is released"
-    END = "it gives no further answers"
-
-
-@dataclass(frozen=True, slots=True)
-class KeyArrival:
-    """A key event, as bytes, and when it arrived."""
-
-    text: bytes
-    time_s: float
-
-
-class Arrivals:
+class KeyEvents:
     """Splits bytes into key events and answers, also if a read cuts one in two."""
 
     def __init__(self) -> None:
         self._rest = b""
 
-    def feed(self, data: bytes, now_s: float) -> list[KeyArrival | TerminalAnswer]:
-        """Return the events and answers that these bytes complete, in order."""
+    def feed(self, data: bytes) -> list[bytes]:
+        """Return the events that these bytes complete, in order."""
         data, self._rest = self._rest + data, b""
-        found: list[KeyArrival | TerminalAnswer] = []
+        found: list[bytes] = []
         place = 0
         while place < len(data):
             match = _KEY.match(data, place)
@@ -85,25 +68,14 @@ class Arrivals:
                 self._rest = data[place:]  # the rest of it has not arrived
                 break
             place = match.end()
-            found.append(_answer(match[0]) or KeyArrival(match[0], now_s))
+            found.append(match[0])
         return found
-
-
-def _answer(sequence: bytes) -> TerminalAnswer | None:
-    if focus := _FOCUS.fullmatch(sequence):
-        return TerminalAnswer.FOCUS if focus[1] in _KNOWN else TerminalAnswer.NO_FOCUS
-    if _RELEASES.fullmatch(sequence):
-        return TerminalAnswer.RELEASES
-    return TerminalAnswer.END if _END.fullmatch(sequence) else None
 
 
 # Whether a held key can keep an arm moving: how the desk's dead-man switch treats its repeats.
 #
 # From the times of the events follow the delay, the rate, the jitter and a verdict. The verdict is
 # no guess: the dead-man switch itself (motion/dead_man.py) gets the same events.
-
-TOGETHER_S = 0.004
-"""Events closer together than this came in one piece: the link has held them back."""
 
 _FEWEST = 5
 """The fewest repeats from which a rate can be measured."""
@@ -122,11 +94,10 @@ _HELD_KEY = "held"
 class Held:
     """The measurements of one long press; None if too few repeats came.
 
-    `jitter_s` is how much longer than usual one repeat in twenty took, `longest_s` the longest gap
-    between two, and `together` the share of repeats that came in one piece with another.
-    `released_s` is how long after the last repeat the jog would end, `breaks` how often it would
-    have ended while the key was held, and `dropped` whether the dead-man switch took the repeats
-    for a backlog.
+    `jitter_s` is how much longer than usual one repeat in twenty took, and `longest_s` the longest
+    gap between two. `released_s` is how long after the last repeat the jog would end, `breaks` how
+    often it would have ended while the key was held, and `dropped` whether the dead-man switch took
+    the repeats for a backlog.
     """
 
     events: int
@@ -134,7 +105,6 @@ class Held:
     interval_s: float | None = None
     jitter_s: float = 0.0
     longest_s: float = 0.0
-    together: float = 0.0
     released_s: float | None = None
     breaks: int = 0
     dropped: bool = False
@@ -167,7 +137,6 @@ def held(times_s: Sequence[float]) -> Held:
         interval_s=usual_s,
         jitter_s=late - usual_s,
         longest_s=max(gaps),
-        together=sum(gap < TOGETHER_S for gap in gaps) / len(gaps),
         released_s=released_s,
         breaks=breaks,
         dropped=dropped,
@@ -235,8 +204,8 @@ def sentence(found: Held) -> str:
     return (
         f"first repeat after {found.delay_s * 1e3:.0f} ms, then {1.0 / found.interval_s:.0f} a "
         f"second; one in twenty {found.jitter_s * 1e3:.0f} ms late, the longest gap "
-        f"{found.longest_s * 1e3:.0f} ms, {found.together:.0%} together with another. A release "
-        f"is noticed after {(found.released_s or hold_s) * 1e3:.0f} ms"
+        f"{found.longest_s * 1e3:.0f} ms. A release is noticed after "
+        f"{(found.released_s or hold_s) * 1e3:.0f} ms"
     )
 
 
@@ -382,51 +351,40 @@ def examine(
     answers = _ask(terminal)
     tell("Now hold the right arrow key for three seconds, then release it.")
     press = held(_press(terminal))
-    focus = (
-        True
-        if TerminalAnswer.FOCUS in answers
-        else False
-        if TerminalAnswer.NO_FOCUS in answers
-        else None
-    )
+    focus = _FOCUS.search(answers)
     return Examined(
         press,
-        focus,
-        TerminalAnswer.RELEASES in answers,
+        None if focus is None else focus[1] in _KNOWN,
+        _RELEASES.search(answers) is not None,
         tmux="TMUX" in environment,
         screen="STY" in environment,
         remote="SSH_CONNECTION" in environment,
     )
 
 
-def _ask(terminal: RawTerminal) -> set[TerminalAnswer]:
-    """Return the terminal's answers, an empty set if it gives none."""
-    arrivals, found = Arrivals(), set[TerminalAnswer]()
+def _ask(terminal: RawTerminal) -> bytes:
+    """Return what the terminal answers, nothing if it is silent."""
+    answers = b""
     terminal.write(ASK_FOCUS + ASK_RELEASES + ASK_END)
     until_s = terminal.now_s() + ANSWERS_S
-    while TerminalAnswer.END not in found and terminal.now_s() < until_s:
-        data = terminal.read(until_s - terminal.now_s())
-        found |= {
-            each
-            for each in arrivals.feed(data, terminal.now_s())
-            if isinstance(each, TerminalAnswer)
-        }
-    return found
+    while not _END.search(answers) and terminal.now_s() < until_s:
+        answers += terminal.read(until_s - terminal.now_s())
+    return answers
 
 
 def _press(terminal: RawTerminal) -> list[float]:
     """Return the times of one long press: the events of its first key until a gap."""
-    arrivals = Arrivals()
+    events = KeyEvents()
     times_s: list[float] = []
     first = b""
     until_s = terminal.now_s() + PATIENCE_S
     while (left_s := until_s - terminal.now_s()) > 0.0:
         data = terminal.read(left_s)
         now_s = terminal.now_s()
-        for each in arrivals.feed(data, now_s):
-            if isinstance(each, KeyArrival) and (not first or each.text == first):
-                first = each.text
-                times_s.append(each.time_s)
+        for event in events.feed(data):
+            if event == (first or event) and not _ANSWER.fullmatch(event):
+                first = event
+                times_s.append(now_s)
         if times_s:
             until_s = min(times_s[-1] + OVER_S, times_s[0] + LONGEST_S)
     return times_s

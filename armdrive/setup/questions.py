@@ -10,9 +10,9 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_type_hints
 
-from armdrive.config.guards import NUMBERS as GUARDS
+from armdrive.config.guards import GuardSettings
 from armdrive.config.preset import LENGTHS
 from armdrive.config.sections import Connection, FingerModel
 from armdrive.config.write import MEANINGS
@@ -38,8 +38,7 @@ from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.storage.files import file_name
 from armdrive.text.toml import rule_of
 from armdrive.text.toml_document import TomlEntry
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 
 Fill = Callable[[Draft, str], str | None]
 """Returns a default, as the user would type it, from the answers and a name of the row's `each`."""
@@ -113,7 +112,7 @@ class ArmRow:
 
 
 SECTIONS: Mapping[str, type[Any]] = MappingProxyType(
-    {"connection": Connection, "fingers": FingerModel}
+    {"connection": Connection, "fingers": FingerModel, "guards": GuardSettings}
 )
 
 
@@ -121,10 +120,8 @@ def schema_reader(draft: Draft, place: str) -> Reader:
     """Return what reads an answer as the schema of the arm file allows it at a place."""
     name, _, key = place.rpartition(".")
     kind = draft.dialect.settings() if name == DIALECT else SECTIONS[name]
-    wanted, rule = (
-        get_type_hints(kind)[key],
-        rule_of(next(f for f in fields(kind) if f.name == key)),
-    )
+    hint, rule = get_type_hints(kind)[key], rule_of(next(f for f in fields(kind) if f.name == key))
+    wanted = next(iter(get_args(hint)), hint)  # of `float | None`, the number
     plain: Reader = whole(-sys.maxsize, sys.maxsize) if wanted is int else READERS[wanted]
     where = place.replace(DIALECT, draft.dialect.name)
 
@@ -685,9 +682,10 @@ ROWS = (
     ArmRow(
         "guards.tolerance_mm", "How far below the table may rounding put the tip, in mm?",
         "No point of the arm is planned to go further below the table than this.",
-        fixed(number(GUARDS["tolerance_mm"].low, GUARDS["tolerance_mm"].high, "mm")),
-        lambda draft, _one: typed((draft.preset.guards.tolerance_mm if draft.preset else 1.0,)),
-        place="guards.", put=_tolerance,
+        default=lambda draft, _one: typed(
+            (draft.preset.guards.tolerance_mm if draft.preset else 1.0,)
+        ),
+        place="guards.tolerance_mm", put=_tolerance,
     ),
     ArmRow(
         "signs", "Which way do the motors turn?",

@@ -1,20 +1,310 @@
-"""A survey of a serial port: who answers, and what has to be done. Also what a survey reports."""
+"""A survey of a port: what was found, in words, and what to do next.
+
+The findings of a bus, of settings and of this computer are here too.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import os
+import shlex
+import time
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.conversation import Finding, any_problem
-from armdrive.registry import DIALECTS
-from armdrive.setup import findings as after
+from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
+from armdrive.dialects.recognition import Identity, says_something_readable
+from armdrive.dialog.conversation import Finding, any_problem, note, ok, problem
+from armdrive.registry import DIALECTS, likely
+from armdrive.runtime.engine import excerpt
 from armdrive.setup import prober
 from armdrive.setup.ports import ClosedPort, lines_of
 from armdrive.setup.prober import Examination
+from armdrive.status import Lateness, SchedulingJitter
 from armdrive.storage.arm_lock import hold
+from armdrive.tasks import DeviceSettings, Difference
+from armdrive.text.toml import value as toml
+from armdrive.transports.can_health import BusHealth, BusState, frame_bits
+
+CHECK_WIRING = (
+    "check that the arm is switched on, that the cable carries data, and that transmit and "
+    "receive are not swapped"
+)
+NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dtr_on_close = true"
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What an arm file or the command line says of the port; None and empty if nothing."""
+
+    dialect: str = ""
+    baud: int | None = None
+    spared_reset: bool = False
+
+
+def of_examination(found: Examination, expected: Expected) -> list[Finding]:
+    """Return the findings of an examination."""
+    if found.identity is None:
+        return [*_unrecognised(found, expected)]
+    listed = [_identified(found.identity, found.baud)]
+    listed += _differing(found, expected)
+    if found.echoes:
+        listed.append(
+            problem(
+                "what is sent comes back as well",
+                "armdrive needs a line without an echo: switch it off in the adapter or on the "
+                "board, and check that transmit and receive are not joined",
+            )
+        )
+    if found.restarted:
+        listed.append(_restarted(found, expected))
+    return listed
+
+
+def _identified(identity: Identity, baud: int | None) -> Finding:
+    if not identity.dialect:
+        return problem(f"{identity.firmware} answers, which armdrive cannot drive", identity.remedy)
+    at = f" at {baud} baud" if baud else ""
+    return ok(f"it speaks {identity.dialect}: {identity.firmware}{at}")
+
+
+def _differing(found: Examination, expected: Expected) -> list[Finding]:
+    identity = found.identity
+    if identity is None or not identity.dialect or expected.dialect in ("", identity.dialect):
+        return []
+    return [
+        problem(
+            f"{expected.dialect} was expected, and {identity.dialect} answers",
+            f'say dialect = "{identity.dialect}" in the arm file (--dialect {identity.dialect}), '
+            "or connect the other arm",
+        )
+    ]
+
+
+def _restarted(found: Examination, expected: Expected) -> Finding:
+    if found.baud is None:
+        return note(
+            "the board greeted when the connection was opened: if it is behind a serial server, it "
+            "has restarted, and its arm may have sagged"
+        )
+    what = (
+        "the board restarted when its port was opened: motors lose their current, and an arm sags"
+    )
+    if expected.spared_reset:
+        return note(f"{what}; the first opening after plugging in always does that")
+    return note(what, NEVER_RESET)
+
+
+def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
+    received = found.everything
+    tried = sorted({each.baud for each in found.replies})
+    at = "" if len(tried) < 2 else f" at {' and '.join(map(str, tried))} baud"
+    if found.echoes:
+        return [
+            problem(
+                "what is sent comes straight back: no arm answers like that",
+                "transmit and receive are joined somewhere, or a terminal echoes: check the wiring",
+            )
+        ]
+    if not received:
+        if expected.baud is None:
+            return [problem(f"no device answers{at}", f"{CHECK_WIRING}; try another --baud")]
+        return [
+            problem(f"no device answers at {expected.baud} baud", f"{CHECK_WIRING}, and the rate")
+        ]
+    if says_something_readable(received):
+        return [
+            problem(
+                f"a device answers, in no dialect that armdrive knows: {excerpt(received)}",
+                "if that is half a line, check the cable; otherwise the firmware is not an arm's",
+            )
+        ]
+    return [
+        problem(
+            f"the bytes that come cannot be read{at}: {excerpt(received)}",
+            "try another baud rate (--baud N); check the contacts and the ground wire",
+        )
+    ]
+
+
+def next_steps(
+    port: str,
+    found: Examination,
+    *,
+    arm: str = "",
+    owners: Sequence[str] = (),
+    compared: bool = False,
+) -> list[str]:
+    """Return the commands to type next; none if no arm was found.
+
+    `arm` is the arm file that was examined, `owners` are those that the port belongs to, and
+    `compared` says that the settings have been compared already.
+    """
+    identity = found.identity
+    if identity is None or identity.dialect not in DIALECTS:
+        return []
+    if arm:
+        return [f"armdrive status --arm {arm}"]
+    if owners and not compared:
+        return [f"armdrive doctor --arm {each}" for each in owners]
+    row = DIALECTS[identity.dialect]
+    baud = "" if found.baud in (None, row.baud) else f" --baud {found.baud}"
+    status = f"armdrive status --port {quoted(port)} --dialect {row.name}{baud}"
+    settings = f"armdrive doctor {quoted(port)} --dialect {row.name}{baud}"
+    return [status] if compared else [settings, status]
+
+
+def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[str]:
+    """Return an arm file's lines for the arm that was found; none if there is none.
+
+    The adapter's number, if it has one, finds the arm under any name of its port.
+    """
+    identity = found.identity
+    if identity is None or identity.dialect not in DIALECTS:
+        return []
+    row = DIALECTS[identity.dialect]
+    lines = [f'model = "{row.preset}"', "", "[connection]"]
+    lines += [f'dialect = "{row.name}"', f"port = {toml(port)}"]
+    if usb_serial:
+        lines.append(f"usb_serial = {toml(usb_serial)}")
+    if found.baud not in (None, row.baud):
+        lines.append(f"baud = {found.baud}")
+    if found.restarted and found.baud is not None:
+        lines += ["raise_dtr = true", "keep_dtr_on_close = true"]
+    return lines
+
+
+def quoted(port: str) -> str:
+    """Return a port's name, quoted for a shell."""
+    return shlex.quote(port) if os.name == "posix" else port
+
+
+# A CAN bus: its traffic, its adapter, and the drives that answer.
+
+BUSY = 0.7
+"""A bus with a higher load makes its nodes wait."""
+MOST_SHOWN = 3
+
+
+def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding]:
+    """Return the findings of the traffic on a bus on which nothing was sent."""
+    count = len(traffic.passing)
+    if not count:
+        return [ok(f"nothing passed in {seconds:g} s, so questions disturb no other program")]
+    bits = sum(map(frame_bits, traffic.passing))
+    load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
+    what = f"{count} frames passed in {seconds:g} s{load}"
+    if traffic.commands:
+        ear = likely(traffic.commands).ear()
+        shown = "; ".join(ear.hear(each).words for each in traffic.commands[:MOST_SHOWN])
+        return [
+            problem(
+                f"{what}, and another program commands drives ({shown})",
+                "so no drive was asked: end that program, then ask again; `armdrive can monitor` "
+                "shows what it sends",
+            )
+        ]
+    found = [ok(f"{what}; no other program commands drives")]
+    if bits_s and bits / seconds / bits_s > BUSY:
+        found.append(note("the bus is very busy: answers come late", "use a higher bit rate"))
+    return found
+
+
+def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
+    """Return the findings of the state of the bus's adapter."""
+    counters = (
+        f"sent {health.sent}, received {health.heard}, refused {health.refused}, error frames "
+        f"{health.error_frames}"
+    )
+    state = f"the adapter is {health.state.value} ({counters})"
+    if health.state is BusState.OFF:
+        return [
+            problem(
+                f"the adapter has left the bus: {state}",
+                "the other nodes have another bit rate, or CAN H and L are shorted or swapped; an "
+                "adapter that is alone on the bus stays error-passive",
+            )
+        ]
+    if health.state is not BusState.ACTIVE:
+        trouble = f": {health.last_trouble}" if health.last_trouble else ""
+        return [note(f"{state}{trouble}", RESISTORS)]
+    return [ok(state)] if not lost else [note(f"{state}; then {lost}", RESISTORS)]
+
+
+def of_arm(
+    ids: Sequence[int], answering: Iterable[int], arm: str, section: str = "mks"
+) -> list[Finding]:
+    """Compare the ids that answer with those of an arm file."""
+    there = set(answering)
+    bus = DIALECTS[section].bus
+    commissioning = bus.commissioning if bus is not None else None
+    missing = [node for node in ids if node not in there]
+    more = sorted(there - set(ids))
+    found = []
+    if missing:
+        mend = "check their supply and plugs"
+        if commissioning is not None and commissioning.new_id in there:
+            mend += (
+                f"; a new drive has the id {commissioning.new_id}, whichever motor it turns: "
+                f"`armdrive can setup {arm}`"
+            )
+        found.append(problem(f"the arm file's drives {numbers(missing)} do not answer", mend))
+    if more:
+        what = f"drives {numbers(more)} answer that are not in the arm file's {section}.ids"
+        found.append(note(what, ""))
+    return found or [ok("every drive of the arm file answers, and no other")]
+
+
+# The settings of a controller, compared with what its arm file expects.
+
+
+def of_settings(settings: DeviceSettings) -> list[Finding]:
+    """Return the settings that differ; those that keep the arm from moving are problems."""
+    listed = [_finding(each) for each in settings.differences]
+    of = f" ({settings.firmware})" if settings.firmware else ""
+    return listed or [ok(f"the controller's settings{of} are what the arm file expects")]
+
+
+def _finding(difference: Difference) -> Finding:
+    what = f"{difference.setting} is {difference.found}, expected {difference.expected}"
+    return (problem if difference.must else note)(what, difference.mend)
+
+
+# How punctually this computer wakes a thread, measured while nothing is opened or moved.
+
+PERIOD_S = 0.01
+DEADLINES = 60
+
+LATE_S = 5e-3
+"""One deadline in a hundred may be this late: a burst lasts about 100 ms."""
+
+
+def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
+    """Return how late a thread woke for a series of deadlines."""
+    lateness = Lateness()
+    due_s = time.perf_counter()
+    for _ in range(deadlines):
+        due_s += period_s
+        time.sleep(max(due_s - time.perf_counter(), 0.0))
+        lateness.add(time.perf_counter() - due_s)
+    return lateness.view()
+
+
+def of_jitter(scheduling_jitter: SchedulingJitter) -> Finding:
+    """Return whether this computer is punctual enough to drive an arm smoothly."""
+    what = f"this computer's punctuality: {scheduling_jitter}"
+    if scheduling_jitter.p99_s <= LATE_S:
+        return ok(what)
+    return note(
+        what,
+        "other programs keep it busy, so that bursts come late and motion stutters; the arm still "
+        "stops in time. Close some, or set a longer motion.planned_burst_s",
+    )
+
+
+# What a survey reports, and the survey of a serial port.
 
 
 class Diagnosis(Enum):
@@ -97,7 +387,7 @@ def survey_port(
         found = prober.examine_port(report.port, only_baud)
     finally:
         holding.release()
-    report.add(after.of_examination(found, _expected(config, only_baud)))
+    report.add(of_examination(found, _expected(config, only_baud)))
     report.more |= _results(report, closed, found, compared=config is not None)
     identity = found.identity
     if identity is None or not identity.dialect:
@@ -116,11 +406,11 @@ def _only_baud(config: ArmConfig | None, baud: int | None) -> int | None:
     return None if wire.baud == DIALECTS[wire.dialect].baud else wire.baud
 
 
-def _expected(config: ArmConfig | None, only_baud: int | None) -> after.Expected:
+def _expected(config: ArmConfig | None, only_baud: int | None) -> Expected:
     if config is None:
-        return after.Expected(baud=only_baud)
+        return Expected(baud=only_baud)
     wire = config.connection
-    return after.Expected(wire.dialect, only_baud, wire.raise_dtr and wire.keep_dtr_on_close)
+    return Expected(wire.dialect, only_baud, wire.raise_dtr and wire.keep_dtr_on_close)
 
 
 def _results(
@@ -133,8 +423,8 @@ def _results(
         "firmware": identity.firmware if identity else "",
         "baud": found.baud if identity else None,
         "restarted": found.restarted,
-        "next": after.next_steps(
+        "next": next_steps(
             report.port, found, arm=report.arm, owners=closed.owners, compared=compared
         ),
-        "arm_file": [] if has_file else after.arm_file_lines(report.port, found, closed.usb_serial),
+        "arm_file": [] if has_file else arm_file_lines(report.port, found, closed.usb_serial),
     }

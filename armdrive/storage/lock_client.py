@@ -117,7 +117,7 @@ def follow_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
 
 
 def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield the traffic on a held arm's wire (trace/wire_tap.py), and `{}` while it is idle.
+    """Yield the traffic on a held arm's wire (trace/entries.py), and `{}` while it is idle.
 
     Ends and raises like `watch_holder`.
     """

@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import ArmError
 
 # Opening a file that may be anything, or may have been put there by another user.
 
@@ -281,22 +281,3 @@ def _without_newlines(error: Exception) -> str:
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
     return " ".join(str(error).split())
-
-
-# Numbers that a person typed.
-
-
-def number(word: str) -> float:
-    """Read a number. Raises `BadRequest`."""
-    try:
-        return float(word)
-    except ValueError:
-        raise BadRequest(f"{word!r} is no number") from None
-
-
-def whole(word: str) -> int:
-    """Read a whole number. Raises `BadRequest`."""
-    try:
-        return int(word)
-    except ValueError:
-        raise BadRequest(f"{word!r} is no whole number") from None

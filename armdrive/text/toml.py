@@ -203,13 +203,16 @@ class TomlTable:
         found = {name: table.value(name, read, None) for name in names}
         return {name: value for name, value in found.items() if value is not None}
 
-    def section(self, kind: type[S], own: Mapping[str, Any] | None = None) -> S | None:
-        """Read this table as a section; None where what is wrong with it leaves none.
+    def section(
+        self, kind: type[S], own: Mapping[str, Any] | None = None, elsewhere: Iterable[str] = ()
+    ) -> S | None:
+        """Read this table as a section; return None if its problems leave none.
 
-        `own` are values in the place of the section's defaults.
+        `own` are values in the place of the section's defaults. The keys `elsewhere` are known
+        too, and are read by the caller.
         """
         keys, needed = _keys_of(typing.cast(typing.Hashable, kind))
-        self.allow(keys)
+        self.allow([*keys, *elsewhere])
         given = {
             name: self.value(name, read, None)
             for name, read in keys.items()

@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from itertools import islice
-from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 from armdrive.status import Current, State, Trust
 from kinematics.spaces import Motors
-
-
-class EntryKind(StrEnum):
-    """The kind of an event. The values are part of the recording format and never change."""
-
-    SENT = "sent"
-    RECEIVED = "heard"
-    CALL = "call"
-    RAISED = "raised"
-    REQUEST = "request"
-    REGISTERS = "registers"
-    REPLY = "reply"
-    TIMEOUT = "silence"
-    ALERT = "alert"
-    WARNING = "oddity"
-    STATE = "state"
-    OFFSET = "offset"
-    TRUST = "trust"
-    CURRENT = "current"
-    NOTICE = "notice"
-    ERROR = "error"
-    STOP = "stop"
-    LOST = "lost"
-    FAILED = "failed"
-    GAP = "gap"
 
 
 class Topic(StrEnum):
@@ -48,58 +23,51 @@ class Topic(StrEnum):
     ERRORS = "errors"
 
 
-TOPICS: Mapping[EntryKind, Topic] = MappingProxyType(
-    {
-        EntryKind.SENT: Topic.BYTES,
-        EntryKind.RECEIVED: Topic.BYTES,
-        EntryKind.CALL: Topic.INTENTS,
-        EntryKind.RAISED: Topic.ERRORS,
-        EntryKind.REQUEST: Topic.REQUESTS,
-        EntryKind.REGISTERS: Topic.REQUESTS,
-        EntryKind.REPLY: Topic.REQUESTS,
-        EntryKind.TIMEOUT: Topic.ERRORS,
-        EntryKind.ALERT: Topic.ERRORS,
-        EntryKind.WARNING: Topic.ERRORS,
-        EntryKind.STATE: Topic.STATES,
-        EntryKind.OFFSET: Topic.STATES,
-        EntryKind.TRUST: Topic.STATES,
-        EntryKind.CURRENT: Topic.STATES,
-        EntryKind.NOTICE: Topic.ERRORS,
-        EntryKind.ERROR: Topic.ERRORS,
-        EntryKind.STOP: Topic.INTENTS,
-        EntryKind.LOST: Topic.ERRORS,
-        EntryKind.FAILED: Topic.ERRORS,
-        EntryKind.GAP: Topic.STATES,
-    }
-)
-"""The topic of each kind of entry."""
+class EntryKind(StrEnum):
+    """The kind of an event: its word in recordings (which never changes), topic and meaning."""
 
+    topic: Topic
+    meaning: str
 
-TITLES: Mapping[EntryKind, str] = MappingProxyType(
-    {
-        EntryKind.SENT: "bytes to the arm",
-        EntryKind.RECEIVED: "bytes from the arm",
-        EntryKind.CALL: "a call by a program or a person, with its arguments",
-        EntryKind.RAISED: "the error that a call or a task raised",
-        EntryKind.REQUEST: "a request that the driver began",
-        EntryKind.REGISTERS: "the controller's position counts, in reply to a request",
-        EntryKind.REPLY: "any other reply to a request",
-        EntryKind.TIMEOUT: "a request that got no reply in time",
-        EntryKind.ALERT: "an unsolicited message of the device that ends trust or motion",
-        EntryKind.WARNING: "bytes from the device that are no reply to any request",
-        EntryKind.STATE: "the new state of the arm",
-        EntryKind.OFFSET: "the reference offset, added to the controller's counts, in motor steps",
-        EntryKind.TRUST: "the position's new trust, and the reason",
-        EntryKind.CURRENT: "whether the motors have current",
-        EntryKind.NOTICE: "the notice in the status",
-        EntryKind.ERROR: "the error in the status",
-        EntryKind.STOP: "a stop request",
-        EntryKind.LOST: "the loss of the link",
-        EntryKind.FAILED: "a failure of the engine itself",
-        EntryKind.GAP: "entries that are no longer in the recording, except for lasting settings",
-    }
-)
-"""Every kind and its meaning. The docs are checked against this table."""
+    def __new__(cls, word: str, topic: Topic, meaning: str) -> Self:
+        """Make a member whose value is its word."""
+        kind = str.__new__(cls, word)
+        kind._value_, kind.topic, kind.meaning = word, topic, meaning
+        return kind
+
+    SENT = "sent", Topic.BYTES, "bytes to the arm"
+    RECEIVED = "heard", Topic.BYTES, "bytes from the arm"
+    CALL = "call", Topic.INTENTS, "a call by a program or a person, with its arguments"
+    RAISED = "raised", Topic.ERRORS, "the error that a call or a task raised"
+    REQUEST = "request", Topic.REQUESTS, "a request that the driver began"
+    REGISTERS = (
+        "registers",
+        Topic.REQUESTS,
+        "the controller's position counts, in reply to a request",
+    )
+    REPLY = "reply", Topic.REQUESTS, "any other reply to a request"
+    TIMEOUT = "silence", Topic.ERRORS, "a request that got no reply in time"
+    ALERT = "alert", Topic.ERRORS, "an unsolicited message of the device that ends trust or motion"
+    WARNING = "oddity", Topic.ERRORS, "bytes from the device that are no reply to any request"
+    STATE = "state", Topic.STATES, "the new state of the arm"
+    OFFSET = (
+        "offset",
+        Topic.STATES,
+        "the reference offset, added to the controller's counts, in motor steps",
+    )
+    TRUST = "trust", Topic.STATES, "the position's new trust, and the reason"
+    CURRENT = "current", Topic.STATES, "whether the motors have current"
+    NOTICE = "notice", Topic.ERRORS, "the notice in the status"
+    ERROR = "error", Topic.ERRORS, "the error in the status"
+    STOP = "stop", Topic.INTENTS, "a stop request"
+    LOST = "lost", Topic.ERRORS, "the loss of the link"
+    FAILED = "failed", Topic.ERRORS, "a failure of the engine itself"
+    GAP = (
+        "gap",
+        Topic.STATES,
+        "entries that are no longer in the recording, except for lasting settings",
+    )
+
 
 WIRE = frozenset((EntryKind.SENT, EntryKind.RECEIVED))
 """The kinds that hold bytes; all others hold text."""
@@ -240,3 +208,63 @@ class EntryRing:
 def counts_text(counts: tuple[int, ...]) -> str:
     """Return motor counts as an entry holds them."""
     return " ".join(map(str, counts))
+
+
+Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
+"""Takes a number, the most entries, and how far back to go at most: see `EntryRing.since`."""
+
+# The wire tap: the traffic of an arm, streamed to other programs while one program holds the arm.
+#
+# Each message is `{"wire": [[time_s, direction, bytes in hexadecimal], ...], "missed": number of
+# skipped entries, "now_s": the arm's clock}`, or `{}` if there was no traffic. The direction is
+# `"sent"` for bytes to the arm and `"heard"` for bytes from it.
+
+TAP_MOST = 200  # entries fetched from the recorder at once
+TAP_BACK = 4000  # a reader further behind than this skips the oldest entries
+PIECE_BYTES = 1024  # longer entries are split, because messages have a bounded size
+MESSAGE_BYTES = 8192
+
+Piece = tuple[float, str, str]
+
+
+def tap_messages(
+    since: Since, now_s: Callable[[], float], closed: Callable[[], bool], every_s: float
+) -> Iterator[dict[str, Any]]:
+    """Yield the traffic from now on, polled every `every_s`, until the arm is closed."""
+    number, _ = since(0, 0, 0)
+    missed = 0
+    while True:
+        ended = closed()
+        first, entries = since(number, TAP_MOST, TAP_BACK)
+        missed, number = missed + first - number, first + len(entries)
+        pieces = [piece for entry in entries if entry.kind in WIRE for piece in _pieces(entry)]
+        for message in _messages(pieces):
+            yield {"wire": message, "missed": missed, "now_s": now_s()}
+            missed = 0
+        if len(entries) == TAP_MOST:
+            continue
+        if ended:
+            return
+        if not pieces:
+            yield {}
+        time.sleep(every_s)
+
+
+def _pieces(entry: TraceEntry) -> Iterator[Piece]:
+    data = entry.what if isinstance(entry.what, bytes) else b""
+    for at in range(0, len(data), PIECE_BYTES):
+        yield entry.time_s, entry.kind.value, data[at : at + PIECE_BYTES].hex()
+
+
+def _messages(pieces: list[Piece]) -> Iterator[list[Piece]]:
+    """Group pieces into messages of at most `MESSAGE_BYTES`."""
+    message: list[Piece] = []
+    size = 0
+    for piece in pieces:
+        if message and size + len(piece[2]) > MESSAGE_BYTES:
+            yield message
+            message, size = [], 0
+        message.append(piece)
+        size += len(piece[2])
+    if message:
+        yield message

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -16,7 +16,7 @@ from armdrive.dialects.words import AnswerLines, Describer, answer
 from armdrive.errors.table import code_of_name
 from armdrive.registry import DIALECTS
 from armdrive.status import code_of_reason
-from armdrive.trace.entries import TOPICS, EntryKind, Topic, TraceEntry
+from armdrive.trace.entries import EntryKind, Since, Topic, TraceEntry
 from armdrive.trace.files import Recording
 
 _PLAIN = Describer(lambda: AnswerLines(b"\r\n", answer), None)
@@ -58,7 +58,7 @@ class LogLine:
     @property
     def topic(self) -> Topic:
         """The topic of the line."""
-        return TOPICS[self.kind]
+        return self.kind.topic
 
     @property
     def arrow(self) -> str:
@@ -119,21 +119,6 @@ class Narrator:
         if kind is EntryKind.SENT:
             return talk.words(data, talk.sent)
         return "; ".join(talk.words(each.data, talk.received) for each in self._splitter.feed(data))
-
-    def text(self, entry: TraceEntry) -> str:
-        """Return an entry as a line with the arm's clock and the full text of the entry."""
-        line = self.line(0, entry)
-        recorded = f"{entry.kind.value}: {entry.what!s}"
-        text = line.columns if isinstance(entry.what, bytes) else recorded
-        return f"{entry.time_s:12.4f} s  {line.arrow} {text}"
-
-    def view(self, entry: TraceEntry) -> dict[str, Any]:
-        """Return an entry as plain data, with its bytes in hexadecimal."""
-        view: dict[str, Any] = {"time_s": entry.time_s, "kind": entry.kind.value}
-        if not isinstance(entry.what, bytes):
-            return view | {"text": entry.what}
-        line = self.line(0, entry)
-        return view | {"hex": entry.what.hex(), "text": line.shown, "words": line.words}
 
     def gap(self, number: int, time_s: float, missing: int) -> LogLine:
         """Return a line in place of entries that are no longer available.
@@ -196,17 +181,13 @@ def lines(
     recording: Recording, divergence: Divergence | None = None
 ) -> Iterator[tuple[float, str]]:
     """Yield the time and words of each entry, and the divergence after its entry."""
-    narrator = Narrator(recording.header.dialect)
-    for index, entry in enumerate(recording.entries):
-        yield entry.time_s, narrator.text(entry)
-        if divergence is not None and divergence.index == index:
-            yield entry.time_s, f">>> {divergence}"
+    for line in recorded(recording):
+        yield line.time_s, str(line)
+        if divergence is not None and divergence.index == line.number:
+            yield line.time_s, f">>> {divergence}"
 
 
 # Following a flight recorder: each read returns the new entries, and its cost is bounded.
-
-Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
-"""Takes a number, the most entries, and how far back to go at most: see `EntryRing.since`."""
 
 MOST = 500  # lines made at once: about 25 ms on a small computer
 BACK = 2000  # a reader further behind skips the oldest entries; `armdrive record` writes them all

@@ -20,7 +20,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import is_model_file
-from armdrive.dialects.words import Describer, Message, Weight
+from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
 from armdrive.registry.arm_files import parse_arm
 from armdrive.registry.simulate import simulate_device
@@ -59,7 +59,8 @@ class ReplayBench:
         self._banners: TimedMessages = deque()
         self.passing: Message | None = None
         self._passed_s = -math.inf
-        self._splitter = describer(config.connection.dialect).splitter()
+        self.describer = describer(config.connection.dialect)
+        self._splitter = self.describer.splitter()
         self._make(None)
 
     @property
@@ -277,12 +278,12 @@ _NOT_COMPARED = frozenset((Weight.PASSING, Weight.SELF))
 class Comparison:
     """Compares entries up to the first difference; `compared` counts those that agreed."""
 
-    def __init__(self, bench: ReplayBench, describer: Describer) -> None:
+    def __init__(self, bench: ReplayBench) -> None:
         self.compared = 0
         self.divergence: Divergence | None = None
         self._bench = bench
-        self._describer = describer
-        self._splitter = describer.splitter()
+        self._describer = bench.describer
+        self._splitter = bench.describer.splitter()
         self._counts_seen = False
         self._received_s = 0.0
         self._passing: Message | None = None
@@ -417,7 +418,10 @@ class Replayed:
 
 
 def replay(recording: Recording, settings: Mapping[str, Value] | None = None) -> Replayed:
-    """Replay a recording against a simulated device of its arm. Raises `RecordingError`."""
+    """Replay a recording against a simulated device of its arm. Raises `RecordingError`.
+
+    All times of the result are seconds since the connection, as in the log.
+    """
     config = config_of(recording)
     notes = []
     if config.calibration != recording.header.calibration:
@@ -427,17 +431,21 @@ def replay(recording: Recording, settings: Mapping[str, Value] | None = None) ->
         )
     if recording.cut_off:
         notes.append("the last line of the recording is incomplete and was ignored")
-    return _Replay(recording, ReplayBench(config, settings), notes).run()
+    began_s = recording.header.began_s
+    entries = tuple(entry._replace(time_s=entry.time_s - began_s) for entry in recording.entries)
+    return _Replay(entries, ReplayBench(config, settings), notes).run()
 
 
 class _Replay:
     """A replay in progress."""
 
-    def __init__(self, recording: Recording, bench: ReplayBench, notes: list[str]) -> None:
-        self._entries = recording.entries
+    def __init__(
+        self, entries: tuple[TraceEntry, ...], bench: ReplayBench, notes: list[str]
+    ) -> None:
+        self._entries = entries
         self._bench = bench
         self._notes = notes
-        self._comparison = Comparison(bench, describer(recording.header.dialect))
+        self._comparison = Comparison(bench)
         self._request = ""  # the request that has no reply yet
 
     def run(self) -> Replayed:

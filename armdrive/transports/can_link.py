@@ -15,7 +15,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import ArmError, LinkLost, PortUnavailable
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.can_threads import CanReader, CanWriter, Watch
 from armdrive.transports.link import Bell, Link

@@ -23,8 +23,7 @@ from can.interfaces.slcan import slcanBus
 from armdrive.errors import NoConnection
 from armdrive.transports.can_threads import frame_of as frame_of_message
 from armdrive.transports.can_threads import message_of
-from firmware_protocol.frames import Frame
-from firmware_protocol.slcan import BELL, SlcanLines, frame_of, line_of
+from firmware_protocol.frames import BELL, Frame, SlcanLines, frame_of, line_of
 
 if sys.platform != "win32":
     import fcntl

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armdrive.errors import NoConnection, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress
 from kinematics.errors import suggestion
 
 if sys.platform != "win32":
@@ -96,7 +96,7 @@ _ADMIN_GROUPS = frozenset({"root", "wheel"})
 def refusal(port: str, error: BaseException, names: Names) -> PortUnavailable:
     """Return the error for a device that could not be opened."""
     text = str(error)
-    number = _number(error)
+    number = number_of(error)
     if number in _BUSY or "Access is denied" in text:  # the latter on Windows
         return PortInUse(_in_use(port))
     if number in _FORBIDDEN:
@@ -129,14 +129,6 @@ def no_connection(url: str, error: BaseException) -> PortUnavailable:
                 f"{url} does not answer: check that the host is on and in the same network"
             )
     return NoConnection(f"{url} cannot be reached ({error}): check the address and the network")
-
-
-def _number(error: BaseException) -> int | None:
-    """Return an error's errno, wherever pyserial has put it."""
-    for cause in causes(error):
-        if isinstance(cause, OSError) and cause.errno is not None:
-            return cause.errno
-    return None
 
 
 def _in_use(port: str) -> str:
@@ -295,7 +287,7 @@ def can_refusal(
 
 
 def number_of(error: BaseException) -> int | None:
-    """Return an error's errno, wherever python-can has put it."""
+    """Return an error's errno, wherever pyserial or python-can has put it."""
     for cause in causes(error):
         for name in ("errno", "error_code"):
             number = getattr(cause, name, None)

@@ -12,8 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.errors import LinkError, NoSuchPort
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.open_errors import (
     NET,
     PortHolder,

@@ -4,13 +4,11 @@ from firmware_protocol.armdroid.device import ROOM_BYTES as ROOM_BYTES
 from firmware_protocol.armdroid.device import Device as Device
 from firmware_protocol.armdroid.device import DeviceEvent as DeviceEvent
 from firmware_protocol.armdroid.device import Ignored as Ignored
-from firmware_protocol.armdroid.device import Overrun as Overrun
 from firmware_protocol.armdroid.host import LINE_BYTES as LINE_BYTES
 from firmware_protocol.armdroid.host import Completed as Completed
 from firmware_protocol.armdroid.host import Event as Event
 from firmware_protocol.armdroid.host import Host as Host
 from firmware_protocol.armdroid.host import Stray as Stray
-from firmware_protocol.armdroid.host import Unreadable as Unreadable
 from firmware_protocol.armdroid.messages import ANSWER_TO as ANSWER_TO
 from firmware_protocol.armdroid.messages import KEPT as KEPT
 from firmware_protocol.armdroid.messages import MOTORS as MOTORS
@@ -43,4 +41,6 @@ from firmware_protocol.armdroid.messages import Version as Version
 from firmware_protocol.armdroid.messages import VersionReported as VersionReported
 from firmware_protocol.armdroid.messages import Welcome as Welcome
 from firmware_protocol.armdroid.messages import ZeroOffsets as ZeroOffsets
+from firmware_protocol.events import Overrun as Overrun
+from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.lines import MAX_EARLY as MAX_EARLY

@@ -30,9 +30,10 @@ from firmware_protocol.armdroid.messages import (
     Version,
     Welcome,
     ZeroOffsets,
+    encode_answer,
 )
-from firmware_protocol.armdroid.wire import encode_answer
 from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.events import Overrun
 
 # The sketch's character machine: an accumulator, an argument index and the arguments it keeps.
 #
@@ -141,13 +142,6 @@ class Ignored:
     byte: int
 
 
-@dataclass(frozen=True, slots=True)
-class Overrun:
-    """Reports that `count` characters arrived while the buffer was full and are lost."""
-
-    count: int
-
-
 DeviceEvent: TypeAlias = Request | Ignored | Overrun
 
 
@@ -200,7 +194,7 @@ class Device:
     def next_event(self) -> DeviceEvent | None:
         """Return the next event; None if there is none or an answer is outstanding.
 
-        `Overrun` takes the place of the lost characters.
+        `Overrun` takes the place of the characters that arrived while the buffer was full.
         """
         if self._request is not None:
             return None

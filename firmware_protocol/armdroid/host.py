@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from firmware_protocol.armdroid.messages import (
     ANSWER_TO,
+    END,
     Answer,
     Clear,
     Command,
@@ -25,10 +26,12 @@ from firmware_protocol.armdroid.messages import (
     TorqueReported,
     Welcome,
     ZeroOffsets,
+    decode_answer,
+    encode_command,
 )
-from firmware_protocol.armdroid.wire import END, decode_answer, encode_command
-from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.lines import AnswerLines, Dropped
+from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.events import Unreadable
+from firmware_protocol.lines import LineHost
 
 LINE_BYTES = 80  # the sketch's own line buffer; its longest answer has 51 characters
 
@@ -63,26 +66,17 @@ class Stray:
     answer: Answer
 
 
-@dataclass(frozen=True, slots=True)
-class Unreadable:
-    """A line that is not an answer, or that began before the command was sent."""
-
-    data: bytes
-    reason: str
-
-
 Event: TypeAlias = Completed | Stray | Unreadable | Welcome
 
 
-class Host:
+class Host(LineHost[Event]):
     """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
-    There is no clock: the caller decides when to give up on an answer. The host holds at most 256
-    lines of 80 bytes and `MAX_EARLY` events.
+    There is no clock: the caller decides when to give up on an answer.
     """
 
     def __init__(self) -> None:
-        self._lines = AnswerLines[Event](END, self._interpret, max_length=LINE_BYTES)
+        super().__init__(END, max_length=LINE_BYTES)
         self._command: Command | None = None
         self._clean = False
 
@@ -99,11 +93,6 @@ class Host:
         """
         return self._clean
 
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._lines.buffered
-
     def send(self, command: Command) -> bytes:
         """Return a command's bytes.
 
@@ -118,18 +107,10 @@ class Host:
             )
         if isinstance(command, DropArguments) and not self._clean:
             raise LocalProtocolError("numbers may be left in the board: send Clear before it")
-        self._lines.keep_early()
-        self._lines.mark_early()
+        self._keep_early()
+        self._mark_early()
         self._command = command
         return encode_command(command)
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the board in any chunks."""
-        self._lines.feed(data)
-
-    def next_event(self) -> Event | None:
-        """Return the next event from the bytes received so far, or None."""
-        return self._lines.next_event()
 
     def give_up(self) -> Command | None:
         """Stop waiting for the unanswered command, after a timeout, and return it.
@@ -142,22 +123,8 @@ class Host:
         self._clean = False
         return command
 
-    def discard(self) -> None:
-        """Discard all received bytes and unread events; the next byte begins a line.
-
-        Call this only while the line is quiet. The unanswered command stays unanswered.
-        """
-        self._lines.discard()
-
-    def _interpret(self, line: bytes | Dropped, early: bool) -> Event:
-        if isinstance(line, Dropped):
-            return Unreadable(line.start, line.reason)
-        if early:
-            return Unreadable(line, "the line began before the command was sent")
-        try:
-            answer = decode_answer(line)
-        except RemoteProtocolError as error:
-            return Unreadable(line, str(error))
+    def _interpret(self, line: bytes) -> Event:
+        answer = decode_answer(line)
         return self._welcome() if isinstance(answer, Welcome) else self._accept(answer)
 
     def _accept(self, answer: Answer) -> Event:

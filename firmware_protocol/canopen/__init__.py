@@ -1,183 +1,131 @@
 """CANopen (CiA 301) and its drive profile (CiA 402), for the master and for drives."""
 
-from firmware_protocol.canopen.cob import (
-    NODE_MAX,
-    Service,
-    cob_id,
-    service_of,
-)
-from firmware_protocol.canopen.drive_device import (
-    DriveDevice,
-    SetPoint,
-    SetPoints,
-)
-from firmware_protocol.canopen.drives import (
-    TRANSITIONS,
-    Command,
-    ControlBit,
-    Controlword,
-    DriveState,
-    Happening,
-    OperationMode,
-    QuickStopOption,
-    StatusBit,
-    Statusword,
-    Transition,
-    mode_of,
-    supported_modes,
-    supported_word,
-    transition,
-    way,
-)
-from firmware_protocol.canopen.eds import (
-    read_eds,
-)
-from firmware_protocol.canopen.emcy import (
-    ERROR_WORDS,
-    Emergency,
-    ErrorRegister,
-    error_words,
-)
-from firmware_protocol.canopen.nmt import (
-    ALL_NODES,
-    SPEAKS,
-    Heartbeat,
-    HeartbeatWatch,
-    Nmt,
-    NmtCommand,
-    NmtNode,
-    NodeState,
-    Sync,
-)
+from firmware_protocol.canopen.drives import TRANSITIONS as TRANSITIONS
+from firmware_protocol.canopen.drives import Command as Command
+from firmware_protocol.canopen.drives import ControlBit as ControlBit
+from firmware_protocol.canopen.drives import Controlword as Controlword
+from firmware_protocol.canopen.drives import Disabled as Disabled
+from firmware_protocol.canopen.drives import DriveDevice as DriveDevice
+from firmware_protocol.canopen.drives import DriveState as DriveState
+from firmware_protocol.canopen.drives import FollowingError as FollowingError
+from firmware_protocol.canopen.drives import Happening as Happening
+from firmware_protocol.canopen.drives import OperationMode as OperationMode
+from firmware_protocol.canopen.drives import Phase as Phase
+from firmware_protocol.canopen.drives import QuickStopOption as QuickStopOption
+from firmware_protocol.canopen.drives import Reached as Reached
+from firmware_protocol.canopen.drives import SetPoint as SetPoint
+from firmware_protocol.canopen.drives import SetPointEvent as SetPointEvent
+from firmware_protocol.canopen.drives import SetPointHost as SetPointHost
+from firmware_protocol.canopen.drives import SetPoints as SetPoints
+from firmware_protocol.canopen.drives import StatusBit as StatusBit
+from firmware_protocol.canopen.drives import Statusword as Statusword
+from firmware_protocol.canopen.drives import Stood as Stood
+from firmware_protocol.canopen.drives import Taken as Taken
+from firmware_protocol.canopen.drives import Transition as Transition
+from firmware_protocol.canopen.drives import mode_of as mode_of
+from firmware_protocol.canopen.drives import supported_modes as supported_modes
+from firmware_protocol.canopen.drives import supported_word as supported_word
+from firmware_protocol.canopen.drives import transition as transition
+from firmware_protocol.canopen.drives import way as way
+from firmware_protocol.canopen.objects import CONSUMER_HEARTBEAT as CONSUMER_HEARTBEAT
+from firmware_protocol.canopen.objects import CONTROLWORD as CONTROLWORD
+from firmware_protocol.canopen.objects import DEVICE_NAME as DEVICE_NAME
+from firmware_protocol.canopen.objects import DEVICE_TYPE as DEVICE_TYPE
+from firmware_protocol.canopen.objects import DIGITAL_INPUTS as DIGITAL_INPUTS
+from firmware_protocol.canopen.objects import ENCODER_INCREMENTS as ENCODER_INCREMENTS
+from firmware_protocol.canopen.objects import ERROR_CODE as ERROR_CODE
+from firmware_protocol.canopen.objects import ERROR_COUNT as ERROR_COUNT
+from firmware_protocol.canopen.objects import ERROR_REGISTER as ERROR_REGISTER
+from firmware_protocol.canopen.objects import FAULT_REACTION_OPTION as FAULT_REACTION_OPTION
+from firmware_protocol.canopen.objects import FOLLOWING_ERROR as FOLLOWING_ERROR
 from firmware_protocol.canopen.objects import (
-    CONSUMER_HEARTBEAT,
-    CONTROLWORD,
-    DEVICE_NAME,
-    DEVICE_TYPE,
-    DIGITAL_INPUTS,
-    ENCODER_INCREMENTS,
-    ERROR_CODE,
-    ERROR_COUNT,
-    ERROR_REGISTER,
-    FAULT_REACTION_OPTION,
-    FOLLOWING_ERROR,
-    FOLLOWING_ERROR_TIMEOUT_MS,
-    FOLLOWING_ERROR_WINDOW,
-    HEARTBEAT_REACTION,
-    HOME_OFFSET,
-    HOMING_ACCELERATION,
-    HOMING_CREEP,
-    HOMING_METHOD,
-    HOMING_SPEED,
-    LAST_ERROR,
-    LEAST_POSITION,
-    MODE,
-    MODE_SHOWN,
-    MOST_MOTOR_SPEED,
-    MOST_POSITION,
-    PERIOD,
-    PERIOD_POWER,
-    POSITION,
-    POSITION_DEMAND,
-    POSITION_WINDOW,
-    PRODUCER_HEARTBEAT_MS,
-    PRODUCT,
-    PROFILE_ACCELERATION,
-    PROFILE_DECELERATION,
-    PROFILE_SPEED,
-    QUICK_STOP_DECELERATION,
-    QUICK_STOP_OPTION,
-    REVISION,
-    SERIAL_NUMBER,
-    STANDARD,
-    STATUSWORD,
-    SUPPORTED_MODES,
-    TARGET_POSITION,
-    VELOCITY,
-    VENDOR,
-    Access,
-    DataType,
-    Dictionary,
-    ObjectEntry,
-    Place,
-    Value,
+    FOLLOWING_ERROR_TIMEOUT_MS as FOLLOWING_ERROR_TIMEOUT_MS,
 )
-from firmware_protocol.canopen.pdo import (
-    EVERY_SYNC,
-    NO_REMOTE,
-    NOT_VALID,
-    ON_EVENT,
-    PDO_MAX,
-    PDO_SERVICES,
-    Direction,
-    Mapped,
-    Mapping,
-    PdoSetup,
-    Write,
-    switched_off,
-)
-from firmware_protocol.canopen.sdo import (
-    EVENTS_MAX,
-    Abort,
-    AbortCode,
-    abort_words,
-)
-from firmware_protocol.canopen.sdo_client import (
-    Aborted,
-    Downloaded,
-    GarbledResponse,
-    SdoClient,
-    SdoEvent,
-    StrayResponse,
-    Uploaded,
-)
-from firmware_protocol.canopen.sdo_server import (
-    Ask,
-    GivenUp,
-    IgnoredRequest,
-    ObjectStore,
-    ReadAsked,
-    SdoServer,
-    SdoServerEvent,
-    WriteAsked,
-)
-from firmware_protocol.canopen.set_point_host import (
-    Disabled,
-    FollowingError,
-    Phase,
-    Reached,
-    SetPointEvent,
-    SetPointHost,
-    Stood,
-    Taken,
-)
-from firmware_protocol.waiting import (
-    Overrun,
-)
-
-# one name per line would double the file
-# fmt: off
-__all__ = [
-    "ALL_NODES", "CONSUMER_HEARTBEAT", "CONTROLWORD", "DEVICE_NAME", "DEVICE_TYPE",
-    "DIGITAL_INPUTS", "ENCODER_INCREMENTS", "ERROR_CODE", "ERROR_COUNT", "ERROR_REGISTER",
-    "ERROR_WORDS", "EVENTS_MAX", "EVERY_SYNC", "FAULT_REACTION_OPTION", "FOLLOWING_ERROR",
-    "FOLLOWING_ERROR_TIMEOUT_MS", "FOLLOWING_ERROR_WINDOW", "HEARTBEAT_REACTION", "HOME_OFFSET",
-    "HOMING_ACCELERATION", "HOMING_CREEP", "HOMING_METHOD", "HOMING_SPEED", "LAST_ERROR",
-    "LEAST_POSITION", "MODE", "MODE_SHOWN", "MOST_MOTOR_SPEED", "MOST_POSITION", "NODE_MAX",
-    "NOT_VALID", "NO_REMOTE", "ON_EVENT", "PDO_MAX", "PDO_SERVICES", "PERIOD", "PERIOD_POWER",
-    "POSITION", "POSITION_DEMAND", "POSITION_WINDOW", "PRODUCER_HEARTBEAT_MS", "PRODUCT",
-    "PROFILE_ACCELERATION", "PROFILE_DECELERATION", "PROFILE_SPEED", "QUICK_STOP_DECELERATION",
-    "QUICK_STOP_OPTION", "REVISION", "SERIAL_NUMBER", "SPEAKS", "STANDARD", "STATUSWORD",
-    "SUPPORTED_MODES", "TARGET_POSITION", "TRANSITIONS", "VELOCITY", "VENDOR", "Abort",
-    "AbortCode", "Aborted", "Access", "Ask", "Command", "ControlBit", "Controlword", "DataType",
-    "Dictionary", "Direction", "Disabled", "Downloaded", "DriveDevice", "DriveState", "Emergency",
-    "ErrorRegister", "FollowingError", "GarbledResponse", "GivenUp", "Happening", "Heartbeat",
-    "HeartbeatWatch", "IgnoredRequest", "Mapped", "Mapping", "Nmt", "NmtCommand", "NmtNode",
-    "NodeState", "ObjectEntry", "ObjectStore", "OperationMode", "Overrun", "PdoSetup", "Phase",
-    "Place", "QuickStopOption", "Reached", "ReadAsked", "SdoClient", "SdoEvent", "SdoServer",
-    "SdoServerEvent", "Service", "SetPoint", "SetPointEvent", "SetPointHost", "SetPoints",
-    "StatusBit", "Statusword", "Stood", "StrayResponse", "Sync", "Taken", "Transition", "Uploaded",
-    "Value", "Write", "WriteAsked", "abort_words", "cob_id", "error_words", "mode_of", "read_eds",
-    "service_of", "supported_modes", "supported_word", "switched_off", "transition", "way",
-]
-# fmt: on
+from firmware_protocol.canopen.objects import FOLLOWING_ERROR_WINDOW as FOLLOWING_ERROR_WINDOW
+from firmware_protocol.canopen.objects import HEARTBEAT_REACTION as HEARTBEAT_REACTION
+from firmware_protocol.canopen.objects import HOME_OFFSET as HOME_OFFSET
+from firmware_protocol.canopen.objects import HOMING_ACCELERATION as HOMING_ACCELERATION
+from firmware_protocol.canopen.objects import HOMING_CREEP as HOMING_CREEP
+from firmware_protocol.canopen.objects import HOMING_METHOD as HOMING_METHOD
+from firmware_protocol.canopen.objects import HOMING_SPEED as HOMING_SPEED
+from firmware_protocol.canopen.objects import LAST_ERROR as LAST_ERROR
+from firmware_protocol.canopen.objects import LEAST_POSITION as LEAST_POSITION
+from firmware_protocol.canopen.objects import MODE as MODE
+from firmware_protocol.canopen.objects import MODE_SHOWN as MODE_SHOWN
+from firmware_protocol.canopen.objects import MOST_MOTOR_SPEED as MOST_MOTOR_SPEED
+from firmware_protocol.canopen.objects import MOST_POSITION as MOST_POSITION
+from firmware_protocol.canopen.objects import PERIOD as PERIOD
+from firmware_protocol.canopen.objects import PERIOD_POWER as PERIOD_POWER
+from firmware_protocol.canopen.objects import POSITION as POSITION
+from firmware_protocol.canopen.objects import POSITION_DEMAND as POSITION_DEMAND
+from firmware_protocol.canopen.objects import POSITION_WINDOW as POSITION_WINDOW
+from firmware_protocol.canopen.objects import PRODUCER_HEARTBEAT_MS as PRODUCER_HEARTBEAT_MS
+from firmware_protocol.canopen.objects import PRODUCT as PRODUCT
+from firmware_protocol.canopen.objects import PROFILE_ACCELERATION as PROFILE_ACCELERATION
+from firmware_protocol.canopen.objects import PROFILE_DECELERATION as PROFILE_DECELERATION
+from firmware_protocol.canopen.objects import PROFILE_SPEED as PROFILE_SPEED
+from firmware_protocol.canopen.objects import QUICK_STOP_DECELERATION as QUICK_STOP_DECELERATION
+from firmware_protocol.canopen.objects import QUICK_STOP_OPTION as QUICK_STOP_OPTION
+from firmware_protocol.canopen.objects import REVISION as REVISION
+from firmware_protocol.canopen.objects import SERIAL_NUMBER as SERIAL_NUMBER
+from firmware_protocol.canopen.objects import STANDARD as STANDARD
+from firmware_protocol.canopen.objects import STATUSWORD as STATUSWORD
+from firmware_protocol.canopen.objects import SUPPORTED_MODES as SUPPORTED_MODES
+from firmware_protocol.canopen.objects import TARGET_POSITION as TARGET_POSITION
+from firmware_protocol.canopen.objects import VELOCITY as VELOCITY
+from firmware_protocol.canopen.objects import VENDOR as VENDOR
+from firmware_protocol.canopen.objects import Access as Access
+from firmware_protocol.canopen.objects import DataType as DataType
+from firmware_protocol.canopen.objects import Dictionary as Dictionary
+from firmware_protocol.canopen.objects import ObjectEntry as ObjectEntry
+from firmware_protocol.canopen.objects import Place as Place
+from firmware_protocol.canopen.objects import Value as Value
+from firmware_protocol.canopen.objects import read_eds as read_eds
+from firmware_protocol.canopen.pdo import EVERY_SYNC as EVERY_SYNC
+from firmware_protocol.canopen.pdo import NO_REMOTE as NO_REMOTE
+from firmware_protocol.canopen.pdo import NOT_VALID as NOT_VALID
+from firmware_protocol.canopen.pdo import ON_EVENT as ON_EVENT
+from firmware_protocol.canopen.pdo import PDO_MAX as PDO_MAX
+from firmware_protocol.canopen.pdo import PDO_SERVICES as PDO_SERVICES
+from firmware_protocol.canopen.pdo import Direction as Direction
+from firmware_protocol.canopen.pdo import Mapped as Mapped
+from firmware_protocol.canopen.pdo import Mapping as Mapping
+from firmware_protocol.canopen.pdo import PdoSetup as PdoSetup
+from firmware_protocol.canopen.pdo import Write as Write
+from firmware_protocol.canopen.pdo import switched_off as switched_off
+from firmware_protocol.canopen.sdo import EVENTS_MAX as EVENTS_MAX
+from firmware_protocol.canopen.sdo import Abort as Abort
+from firmware_protocol.canopen.sdo import AbortCode as AbortCode
+from firmware_protocol.canopen.sdo import Aborted as Aborted
+from firmware_protocol.canopen.sdo import Downloaded as Downloaded
+from firmware_protocol.canopen.sdo import SdoClient as SdoClient
+from firmware_protocol.canopen.sdo import SdoEvent as SdoEvent
+from firmware_protocol.canopen.sdo import StrayResponse as StrayResponse
+from firmware_protocol.canopen.sdo import Uploaded as Uploaded
+from firmware_protocol.canopen.sdo import abort_words as abort_words
+from firmware_protocol.canopen.sdo_server import Ask as Ask
+from firmware_protocol.canopen.sdo_server import GivenUp as GivenUp
+from firmware_protocol.canopen.sdo_server import ObjectStore as ObjectStore
+from firmware_protocol.canopen.sdo_server import ReadAsked as ReadAsked
+from firmware_protocol.canopen.sdo_server import SdoServer as SdoServer
+from firmware_protocol.canopen.sdo_server import SdoServerEvent as SdoServerEvent
+from firmware_protocol.canopen.sdo_server import WriteAsked as WriteAsked
+from firmware_protocol.canopen.services import ALL_NODES as ALL_NODES
+from firmware_protocol.canopen.services import ERROR_WORDS as ERROR_WORDS
+from firmware_protocol.canopen.services import NODE_MAX as NODE_MAX
+from firmware_protocol.canopen.services import SPEAKS as SPEAKS
+from firmware_protocol.canopen.services import Emergency as Emergency
+from firmware_protocol.canopen.services import ErrorRegister as ErrorRegister
+from firmware_protocol.canopen.services import Heartbeat as Heartbeat
+from firmware_protocol.canopen.services import HeartbeatWatch as HeartbeatWatch
+from firmware_protocol.canopen.services import Nmt as Nmt
+from firmware_protocol.canopen.services import NmtCommand as NmtCommand
+from firmware_protocol.canopen.services import NmtNode as NmtNode
+from firmware_protocol.canopen.services import NodeState as NodeState
+from firmware_protocol.canopen.services import Service as Service
+from firmware_protocol.canopen.services import Sync as Sync
+from firmware_protocol.canopen.services import cob_id as cob_id
+from firmware_protocol.canopen.services import error_words as error_words
+from firmware_protocol.canopen.services import service_of as service_of
+from firmware_protocol.events import Overrun as Overrun
+from firmware_protocol.events import UnreadableFrame as UnreadableFrame

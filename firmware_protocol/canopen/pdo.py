@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
 
-from firmware_protocol.canopen.cob import Service, checked_node, cob_id
 from firmware_protocol.canopen.objects import DataType, Dictionary, Place, Value
 from firmware_protocol.canopen.sdo import AbortCode
+from firmware_protocol.canopen.services import Service, checked_node, cob_id
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from firmware_protocol.canopen.cob import Service, checked_node, cob_id, is_for
 from firmware_protocol.canopen.objects import Dictionary, ObjectEntry, Place, Value
 from firmware_protocol.canopen.sdo import (
     EVENTS_MAX,
@@ -35,9 +34,10 @@ from firmware_protocol.canopen.sdo import (
     encode,
     place_of,
 )
+from firmware_protocol.canopen.services import Service, checked_node, cob_id, is_for
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
 from firmware_protocol.frames import Frame
-from firmware_protocol.waiting import Overrun, Waiting
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,16 +63,8 @@ class GivenUp:
     abort: Abort
 
 
-@dataclass(frozen=True, slots=True)
-class IgnoredRequest:
-    """A frame to this server that was ignored, and the reason."""
-
-    frame: Frame
-    reason: str
-
-
 Ask: TypeAlias = ReadAsked | WriteAsked
-SdoServerEvent: TypeAlias = Ask | GivenUp | IgnoredRequest | Overrun
+SdoServerEvent: TypeAlias = Ask | GivenUp | UnreadableFrame | Overrun
 
 
 @dataclass(slots=True)
@@ -101,7 +93,7 @@ class SdoServer:
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
         self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
         self._current: _Asked | _Telling | _Taking | None = None
-        self._events: Waiting[SdoServerEvent] = Waiting(EVENTS_MAX)
+        self._events: EventQueue[SdoServerEvent] = EventQueue(EVENTS_MAX)
 
     @property
     def asked(self) -> Ask | None:
@@ -115,7 +107,7 @@ class SdoServer:
         try:
             request = decode_request(frame.data)
         except RemoteProtocolError as error:
-            self._events.put(IgnoredRequest(frame, str(error)))
+            self._events.put(UnreadableFrame(frame, str(error)))
             if len(frame.data) != SDO_SIZE:
                 return None
             return self._give_up(place_of(frame.data), AbortCode.COMMAND)  # a block transfer

@@ -5,17 +5,22 @@ Fields are checked when a message is built; each message can format its line.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import ClassVar
+from enum import StrEnum
+from typing import Any, ClassVar, TypeAlias
 
-from firmware_protocol.errors import BadField
-from firmware_protocol.fields import checks, each, optional, whole_from
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.fields import checks, each, optional, row_of, whole_from
 from firmware_protocol.grbl.commands import SETTING_MAX
-from firmware_protocol.grbl.dialect import RING_BYTES_MAX, Variant
-from firmware_protocol.grbl.words import (
+from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
+    RING_BYTES_MAX,
     Template,
+    Variant,
     coordinates,
+    number,
     printable,
     within,
     written,
@@ -246,3 +251,365 @@ def is_parameter(name: object) -> bool:
     if not isinstance(name, str):
         return False
     return name in ("TLO", "PRB") or (name[:1] == "G" and name[1:2].isdigit() and name.isascii())
+
+
+COUNT_MAX = 99_999_999
+_STATE = re.compile(r"([A-Za-z]+)(?::([0-9]{1,3}))?")
+_DECIMAL = re.compile(r"-?[0-9]{1,9}(?:\.[0-9]{0,6})?")
+_WHOLE = re.compile(r"[0-9]{1,8}")
+
+
+class State(StrEnum):
+    """What the machine is doing. A state that is not listed stays text in a report."""
+
+    IDLE = "Idle"
+    RUN = "Run"
+    HOLD = "Hold"
+    """Sub-state 0: it stands; 1: it is still braking."""
+    JOG = "Jog"
+    ALARM = "Alarm"
+    DOOR = "Door"
+    CHECK = "Check"
+    HOME = "Home"
+    SLEEP = "Sleep"
+    TOOL = "Tool"
+    """grblHAL only: it waits for a tool change."""
+
+
+_STATES = {str(state): state for state in State}
+
+
+def _state(field: str, value: object) -> State | str:
+    if not isinstance(value, str) or not _STATE.fullmatch(value) or ":" in value:
+        raise BadField(field, value, "a state, or a name in letters")
+    return _STATES.get(value, value)
+
+
+_COUNT = whole_from(0, COUNT_MAX)
+_PLACE = optional(coordinates)
+_PART = within("|<>")
+
+
+@dataclass(frozen=True, slots=True)
+@checks(
+    state=_state,
+    sub_state=optional(whole_from(0, 999)),
+    machine_position=_PLACE,
+    work_position=_PLACE,
+    free_blocks=optional(_COUNT),
+    free_bytes=optional(_COUNT),
+    line_number=optional(_COUNT),
+    feed=optional(number),
+    speed=optional(number),
+    actual_speed=optional(number),
+    pins=optional(_PART),
+    work_offset=_PLACE,
+    overrides=optional(row_of(_COUNT, 3, "three numbers")),
+    accessories=optional(_PART),
+    others=each(_PART),
+)
+class StatusReport:
+    """One report as it stands on the wire: machine position or work position, never both.
+
+    Positions are in the machine's unit, in the order of its axes. `work_offset`, `overrides`
+    (feed, rapid, spindle in per cent) and `accessories` appear now and then. Raises `BadField`.
+    """
+
+    state: State | str
+    sub_state: int | None = None
+    machine_position: tuple[float, ...] | None = None
+    work_position: tuple[float, ...] | None = None
+    free_blocks: int | None = None
+    free_bytes: int | None = None
+    line_number: int | None = None
+    feed: float | None = None
+    speed: float | None = None
+    actual_speed: float | None = None
+    pins: str | None = None
+    work_offset: tuple[float, ...] | None = None
+    overrides: tuple[int, ...] | None = None
+    accessories: str | None = None
+    others: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if (self.machine_position is None) == (self.work_position is None):
+            raise BadField("machine_position", self.machine_position, "given, or else the work's")
+        if (self.free_blocks is None) != (self.free_bytes is None):
+            raise BadField("free_bytes", self.free_bytes, "given where free_blocks is")
+        rates = (self.feed, self.speed, self.actual_speed)
+        for name, before, rate in zip(("speed", "actual_speed"), rates, rates[1:], strict=False):
+            if rate is not None and before is None:
+                raise BadField(name, rate, "given where what stands before it is")
+        if any(other.partition(":")[0] in _FIELDS or not other for other in self.others):
+            raise BadField("others", self.others, "fields that have no place of their own")
+
+    @property
+    def line(self) -> str:
+        """The line without its end."""
+        sub = "" if self.sub_state is None else f":{self.sub_state}"
+        texts = ((name, field.text(self)) for name, field in _FIELDS.items())
+        fields = [f"{name}:{text}" for name, text in texts if text is not None]
+        return f"<{'|'.join([f'{self.state}{sub}', *fields, *self.others])}>"
+
+
+def decimals(text: str) -> tuple[float, ...]:
+    """Read decimal numbers between commas; raises `RemoteProtocolError`."""
+    parts = text.split(",")
+    if not all(_DECIMAL.fullmatch(part) for part in parts):
+        raise RemoteProtocolError(f"'{text[:48]}' are no decimal numbers")
+    return tuple(float(part) for part in parts)
+
+
+def wholes(text: str, count: int) -> tuple[int, ...]:
+    """Read so many whole numbers between commas; raises `RemoteProtocolError`."""
+    parts = text.split(",")
+    if len(parts) != count or not all(_WHOLE.fullmatch(part) for part in parts):
+        raise RemoteProtocolError(f"'{text[:48]}' is not {count} whole numbers")
+    return tuple(int(part) for part in parts)
+
+
+@dataclass(frozen=True, slots=True)
+class ReportField:
+    """A field of a report: the attributes that it fills, and how their values are read.
+
+    It is written where so many of the attributes are known as `counts` says.
+    """
+
+    attributes: tuple[str, ...]
+    read: Callable[[str], tuple[object, ...]]
+    counts: range = range(1, 2)
+    called: str = ""
+    write: Callable[[Any], str] = written
+
+    def text(self, report: StatusReport) -> str | None:
+        """Return what is written of a report; None where it is left out."""
+        if getattr(report, self.attributes[0]) is None:  # as most of them are, in most reports
+            return None
+        values = [getattr(report, name) for name in self.attributes]
+        known = [value for value in values if value is not None]
+        return ",".join(map(self.write, known)) if len(known) in self.counts else None
+
+    def values(self, text: str) -> dict[str, object]:
+        """Return what a text says of the attributes; raises `RemoteProtocolError`."""
+        found = self.read(text)
+        if len(found) not in self.counts:
+            raise RemoteProtocolError(f"'{text[:48]}' is not {self.called}")
+        return dict(zip(self.attributes, found, strict=False))
+
+
+_RATES = ("feed", "speed", "actual_speed")
+_FIELDS: dict[str, ReportField] = {
+    "MPos": ReportField(("machine_position",), lambda text: (decimals(text),)),
+    "WPos": ReportField(("work_position",), lambda text: (decimals(text),)),
+    "Bf": ReportField(("free_blocks", "free_bytes"), lambda text: wholes(text, 2), range(2, 3)),
+    "Ln": ReportField(("line_number",), lambda text: wholes(text, 1)),
+    "F": ReportField(_RATES, decimals, range(1, 2), "one feed"),
+    "FS": ReportField(_RATES, decimals, range(2, 4), "a feed and a speed"),
+    "Pn": ReportField(("pins",), lambda text: (text,)),
+    "WCO": ReportField(("work_offset",), lambda text: (decimals(text),)),
+    "Ov": ReportField(
+        ("overrides",),
+        lambda text: (wholes(text, 3),),
+        write=lambda values: ",".join(map(str, values)),
+    ),
+    "A": ReportField(("accessories",), lambda text: (text,)),
+}
+"""The fields by their names, in the order in which they are written."""
+
+
+def read_status(line: str) -> StatusReport:
+    """Read a report with its chevrons; raises `RemoteProtocolError`."""
+    if not line.startswith("<") or not line.endswith(">"):
+        raise RemoteProtocolError("a status report does not end where it should")
+    head, *parts = line[1:-1].split("|")
+    state = _STATE.fullmatch(head)
+    if state is None:
+        raise RemoteProtocolError(f"'{head[:16]}' is no state")
+    found: dict[str, object] = {"sub_state": int(state[2]) if state[2] else None}
+    others: list[str] = []
+    for part in parts:
+        name, colon, text = part.partition(":")
+        field = _FIELDS.get(name) if colon else None
+        read = {} if field is None else field.values(text)
+        if read.keys() & found.keys():
+            raise RemoteProtocolError(f"a status report has {name} twice")
+        found |= read
+        others += [] if field else [part]
+    try:
+        return StatusReport(state[1], others=tuple(others), **found)  # type: ignore[arg-type]
+    except LocalProtocolError as error:  # what does not fit was not our choice
+        raise RemoteProtocolError(f"status report: {error}") from None
+
+
+Info: TypeAlias = (
+    Setting
+    | Feedback
+    | Version
+    | BuildInfo
+    | AxesInfo
+    | ParserState
+    | Parameter
+    | StartupEcho
+    | Bracketed
+)
+"""What is pushed, or follows a query, and changes nothing in the host's machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class WordedError:
+    """A refusal in words instead of a number, from older or verbose firmware."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class WordedAlarm:
+    """An alarm in words instead of a number."""
+
+    text: str
+
+
+Answer: TypeAlias = Ok | Error | Alarm | Banner | StatusReport | Info
+"""What a device sends."""
+
+END = b"\r\n"
+PADDING = b" \t\0"
+"""Bytes that are ignored at either end of a line."""
+
+_CODE = re.compile(r" ?([0-9]{1,3})")
+_BANNER = re.compile(
+    r"(grblhal|grbl) ([!-Z\\^-~]+) \[(?:FluidNC ([^\[\]']*) )?'\$'.* for help\]", re.IGNORECASE
+)
+_SETTING = re.compile(r"([^= ]+)=(.*)")
+_COMMENT = re.compile(r" +\(.*\)$")
+_STARTUP = re.compile(r">(.*):(?:ok|error: ?([0-9]{1,3}))")
+
+
+def encode_answer(answer: Answer) -> bytes:
+    """Return the bytes of a line, CR LF at its end; a banner has an empty line before it."""
+    before = END if isinstance(answer, Banner) else b""
+    return before + answer.line.encode("ascii") + END
+
+
+def decode_answer(line: bytes) -> Answer | WordedError | WordedAlarm:
+    """Decode a line without its end. Raises `RemoteProtocolError`."""
+    body = line.strip(PADDING)
+    if not all(0x20 <= byte <= 0x7E for byte in body):
+        raise RemoteProtocolError("the line has bytes that are no printable ASCII")
+    text = body.decode("ascii")
+    for start, reader in _READERS.items():
+        if text.startswith(start):
+            try:
+                return reader(text)
+            except LocalProtocolError as error:  # the board chose the value
+                raise RemoteProtocolError(str(error)) from None
+    raise RemoteProtocolError("the line is nothing that this firmware family sends")
+
+
+def _ok(text: str) -> Ok:
+    if text != "ok":
+        raise RemoteProtocolError("an ok has something behind it")
+    return Ok()
+
+
+def _error(text: str) -> Error | WordedError:
+    rest = text.partition(":")[2]
+    code = _CODE.fullmatch(rest)
+    return Error(int(code[1])) if code else WordedError(_words(rest))
+
+
+def _alarm(text: str) -> Alarm | WordedAlarm:
+    rest = text.partition(":")[2]
+    code = _CODE.fullmatch(rest)
+    return Alarm(int(code[1])) if code else WordedAlarm(_words(rest))
+
+
+def _words(rest: str) -> str:
+    """Admit words alone: damaged digits are no words."""
+    if not re.search("[A-Za-z]{2}", rest):
+        raise RemoteProtocolError(f"'{rest[:16]}' is no code")
+    return rest.strip()
+
+
+def _banner(text: str) -> Banner:
+    found = _BANNER.fullmatch(text)
+    if found is None:
+        raise RemoteProtocolError("a banner does not end as it should")
+    if found[3]:
+        return Banner(found[2], Variant.FLUIDNC, found[3])
+    return Banner(found[2], Variant.GRBLHAL if found[1].lower() == "grblhal" else Variant.GRBL)
+
+
+def _setting(text: str) -> Setting:
+    found = _SETTING.fullmatch(text[1:])
+    if found is None:
+        raise RemoteProtocolError("a setting has no value")
+    if not found[1].isdigit():
+        return Setting(found[1], found[2].strip())
+    return Setting(int(found[1]), _COMMENT.sub("", found[2]).strip())
+
+
+def _startup(text: str) -> StartupEcho:
+    found = _STARTUP.fullmatch(text)
+    if found is None:
+        raise RemoteProtocolError("a startup line does not say how it went")
+    return StartupEcho(found[1], int(found[2]) if found[2] else None)
+
+
+def _bracketed(text: str) -> Info:
+    if not text.endswith("]"):
+        raise RemoteProtocolError("a bracket is not closed")
+    name, colon, rest = text[1:-1].partition(":")
+    if colon and is_parameter(name):
+        return _parameter(name, rest)
+    reader = _BRACKETS.get(name) if colon else None
+    return Bracketed(text[1:-1]) if reader is None else reader(rest)
+
+
+def _parameter(name: str, rest: str) -> Parameter:
+    numbers, colon, success = rest.partition(":")
+    if colon and success not in ("0", "1"):
+        raise RemoteProtocolError("a probing is either 0 or 1")
+    return Parameter(name, decimals(numbers), success == "1" if colon else None)
+
+
+def _version(rest: str) -> Version:
+    version, _, note = rest.partition(":")
+    return Version(version, note)
+
+
+def _build_info(rest: str) -> BuildInfo:
+    letters, *parts = rest.split(",")
+    numbers = [int(part) for part in parts[:2] if part.isdigit() and len(part) <= 5]
+    if len(numbers) != len(parts[:2]):
+        raise RemoteProtocolError("the blocks or the ring of the build are no numbers")
+    padded = (*numbers, None, None)
+    return BuildInfo(letters, padded[0], padded[1], tuple(parts[2:]))
+
+
+def _axes_info(rest: str) -> AxesInfo:
+    count, _, letters = rest.replace(" ", "").partition(":")
+    if not re.fullmatch("[0-9]{1,2}", count):
+        raise RemoteProtocolError("the number of axes is no number")
+    return AxesInfo(int(count), letters)
+
+
+_BRACKETS: dict[str, Callable[[str], Info]] = {
+    "MSG": Feedback,
+    "GC": lambda rest: ParserState(tuple(rest.split())),
+    "VER": _version,
+    "OPT": _build_info,
+    "AXS": _axes_info,
+}
+
+_READERS: dict[str, Callable[[str], Answer | WordedError | WordedAlarm]] = {
+    "ok": _ok,
+    "error:": _error,
+    "<": read_status,
+    "ALARM:": _alarm,
+    "$": _setting,
+    "[": _bracketed,
+    ">": _startup,
+    "Grbl": _banner,
+    "grbl": _banner,
+}

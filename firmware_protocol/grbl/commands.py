@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from enum import IntEnum
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError
-from firmware_protocol.fields import checks, optional, whole_from
-from firmware_protocol.grbl.dialect import Dialect, Variant
-from firmware_protocol.grbl.words import (
+from firmware_protocol.fields import checks, whole_from
+from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
+    Dialect,
     Template,
-    axis_values,
+    Variant,
     line_text,
     number,
-    number_from,
-    write_axes,
-    write_number,
 )
 
 SETTING_MAX = 65535
@@ -149,74 +146,12 @@ class Restore:
     text = Template("$RST={what}")
 
 
-# G-code lines: moves, modes, outputs and waits, checked when built.
-#
-# Distances are in the machine's unit: "mm" to GRBL, but degrees or motor steps on an arm, depending
-# on its settings. Feeds are in that unit per minute. Invalid values raise `BadField`.
+# G-code lines: modes and outputs. Motions are a driver's own text (`Line`), because only the driver
+# knows how many digits of the board's unit resolve a motor step.
 
 PORT_MAX = 255
 """The highest output number; real boards have only a few outputs."""
-PORT = whole_from(0, PORT_MAX)
-DWELL_MAX_S = 3600.0
-FEED_MIN = 0.0001
-"""The lowest feed that can be written; GRBL takes 0 for no feed."""
 COORDINATE_SYSTEMS = (54, 59)
-
-_DISTANCE = {None: "", False: "G90", True: "G91"}
-
-
-def _check_absolute(relative: bool | None, machine: bool) -> None:
-    if machine and relative is not False:
-        raise BadField("relative", relative, "False in machine coordinates, which are absolute")
-
-
-@dataclass(frozen=True, slots=True)
-@checks(axes=axis_values, feed=optional(number_from(FEED_MIN)))
-class Move:
-    """A straight move of the named axes: G1 at `feed`, or G0 at full speed if `feed` is None.
-
-    `relative` adds G91 (True) or G90 (False) to the line; None keeps the mode. `machine` selects
-    machine coordinates (G53) for this line only.
-    """
-
-    axes: Mapping[str, float] = field(hash=False)
-    feed: float | None = None
-    relative: bool | None = False
-    machine: bool = False
-
-    def __post_init__(self) -> None:
-        _check_absolute(self.relative, self.machine)
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        how = "G0" if self.feed is None else "G1"
-        place = "G53" if self.machine else ""
-        feed = "" if self.feed is None else f"F{write_number(self.feed)}"
-        return f"{_DISTANCE[self.relative]}{place}{how}{write_axes(self.axes)}{feed}"
-
-
-@dataclass(frozen=True, slots=True)
-@checks(axes=axis_values, feed=number_from(FEED_MIN))
-class Jog:
-    """A jog (`$J=`) of the named axes, always in millimetres (G21).
-
-    A jog does not change the modes, a jog cancel ends it, and over-travel is refused if $20=1.
-    """
-
-    axes: Mapping[str, float] = field(hash=False)
-    feed: float
-    relative: bool = True
-    machine: bool = False
-
-    def __post_init__(self) -> None:
-        _check_absolute(self.relative, self.machine)
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        place = "G53" if self.machine else _DISTANCE[self.relative]
-        return f"$J=G21{place}{write_axes(self.axes)}F{write_number(self.feed)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,28 +168,7 @@ class Modes:
     @property
     def text(self) -> str:
         """The line without its end."""
-        return f"G17G21{_DISTANCE[self.relative]}G94G{self.coordinate_system}"
-
-
-@dataclass(frozen=True, slots=True)
-@checks(speed=number_from(0))
-class SpindleOn:
-    """Turn the spindle on (M3, or M4 in reverse), or set a servo's position."""
-
-    speed: float
-    counterclockwise: bool = False
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"M{4 if self.counterclockwise else 3}S{write_number(self.speed)}"
-
-
-@dataclass(frozen=True, slots=True)
-class SpindleOff:
-    """Turn the spindle off."""
-
-    text: ClassVar[str] = "M5"
+        return f"G17G21G9{int(self.relative)}G94G{self.coordinate_system}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,7 +184,7 @@ class Coolant:
 
 
 @dataclass(frozen=True, slots=True)
-@checks(port=PORT)
+@checks(port=whole_from(0, PORT_MAX))
 class DigitalOutput:
     """Switch an output, in step with the motion (M62, M63) or at once (M64, M65)."""
 
@@ -283,31 +197,6 @@ class DigitalOutput:
         """The line without its end."""
         code = (62 if self.on else 63) + (2 if self.at_once else 0)
         return f"M{code}P{self.port}"
-
-
-@dataclass(frozen=True, slots=True)
-@checks(port=PORT, value=number)
-class AnalogOutput:
-    """Set an output's value, in step with the motion (M67) or at once (M68)."""
-
-    port: int
-    value: float
-    at_once: bool = False
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"M{68 if self.at_once else 67}E{self.port}Q{write_number(self.value)}"
-
-
-@dataclass(frozen=True, slots=True)
-@checks(seconds=number_from(0, DWELL_MAX_S))
-class Dwell:
-    """Wait after the end of the preceding motion; the `ok` comes after the wait."""
-
-    seconds: float
-
-    text = Template("G4P{seconds}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -338,11 +227,7 @@ SystemCommand: TypeAlias = (
 )
 """The lines that begin with `$`, except jogs."""
 
-GcodeCommand: TypeAlias = (
-    Move | Modes | SpindleOn | SpindleOff | Coolant | DigitalOutput | AnalogOutput | Dwell
-)
-
-Command: TypeAlias = GcodeCommand | Jog | SystemCommand | Line
+Command: TypeAlias = SystemCommand | Modes | Coolant | DigitalOutput | Line
 
 _WRITES_EEPROM = re.compile(
     r"\$[0-9.]+=|\$N[0-9]+=|\$I=|\$RST=|[^$]*G0*(?:10(?:\.0*)?(?![0-9.])|(?:28|30)\.10*(?![0-9]))"
@@ -362,13 +247,12 @@ def writes_eeprom(text: str) -> bool:
 
 def check_command(command: Command, dialect: Dialect) -> None:
     """Raise `LocalProtocolError` if this board cannot read the line or would refuse it."""
-    if isinstance(command, Move | Jog | Home):
+    if isinstance(command, DigitalOutput) and not dialect.outputs:
+        raise LocalProtocolError(f"this board has no outputs for '{command.text}'")
+    if isinstance(command, Home) and command.axes:
         strangers = set(command.axes) - set(dialect.axes)
         if strangers:
             raise BadField("axes", "".join(sorted(strangers)), f"axes out of {dialect.axes}")
-    if isinstance(command, DigitalOutput | AnalogOutput) and not dialect.outputs:
-        raise LocalProtocolError(f"this board has no outputs for '{command.text}'")
-    if isinstance(command, Home) and command.axes:
         several = len(command.axes) > 1 and dialect.variant is not Variant.GRBLHAL
         if several or not dialect.single_axis_homing:
             raise LocalProtocolError(f"this board cannot home by '{command.text}'")
@@ -377,3 +261,98 @@ def check_command(command: Command, dialect: Dialect) -> None:
             f"'{command.text}' has {len(command.text)} characters, the board takes "
             f"{dialect.max_line}: name fewer axes, or digits"
         )
+
+
+class Realtime(IntEnum):
+    """One byte each; legal at any time, with no `ok`."""
+
+    SOFT_RESET = 0x18
+    """Empties ring and planner; in motion it raises ALARM:3. A banner follows."""
+    STOP = 0x19
+    """grblHAL only."""
+    FEED_HOLD = ord("!")
+    STATUS = ord("?")
+    RESUME = ord("~")
+    STATUS_ALIAS = 0x80
+    """grblHAL only, as are the next three."""
+    RESUME_ALIAS = 0x81
+    FEED_HOLD_ALIAS = 0x82
+    PARSER_STATE = 0x83
+    SAFETY_DOOR = 0x84
+    JOG_CANCEL = 0x85
+    """Ignored unless the state is Jog already; on GRBL it does not clear unread lines."""
+    FULL_STATUS = 0x87
+    """grblHAL only, as are the next five."""
+    OPTIONAL_STOP = 0x88
+    SINGLE_BLOCK = 0x89
+    FAN = 0x8A
+    PENDANT_MODE = 0x8B
+    AUTO_REPORT = 0x8C
+    FEED_100 = 0x90
+    FEED_PLUS_10 = 0x91
+    FEED_MINUS_10 = 0x92
+    FEED_PLUS_1 = 0x93
+    FEED_MINUS_1 = 0x94
+    RAPID_100 = 0x95
+    RAPID_50 = 0x96
+    RAPID_25 = 0x97
+    SPINDLE_100 = 0x99
+    SPINDLE_PLUS_10 = 0x9A
+    SPINDLE_MINUS_10 = 0x9B
+    SPINDLE_PLUS_1 = 0x9C
+    SPINDLE_MINUS_1 = 0x9D
+    SPINDLE_STOP = 0x9E
+    FLOOD_TOGGLE = 0xA0
+    MIST_TOGGLE = 0xA1
+    PID_REPORT = 0xA2
+    """grblHAL only, as are the next two."""
+    TOOL_ACKNOWLEDGE = 0xA3
+    PROBE_TOGGLE = 0xA4
+
+
+GRBLHAL_ONLY = frozenset(
+    {
+        Realtime.STOP,
+        Realtime.STATUS_ALIAS,
+        Realtime.RESUME_ALIAS,
+        Realtime.FEED_HOLD_ALIAS,
+        Realtime.PARSER_STATE,
+        Realtime.FULL_STATUS,
+        Realtime.OPTIONAL_STOP,
+        Realtime.SINGLE_BLOCK,
+        Realtime.FAN,
+        Realtime.PENDANT_MODE,
+        Realtime.AUTO_REPORT,
+        Realtime.PID_REPORT,
+        Realtime.TOOL_ACKNOWLEDGE,
+        Realtime.PROBE_TOGGLE,
+    }
+)
+"""What GRBL 1.1 itself does not have."""
+
+_BY_BYTE = {int(member): member for member in Realtime}
+_EXTENDED = 0x80
+
+
+def realtime_of(byte: int, *, grblhal: bool = False) -> Realtime | None:
+    """Return the real-time command of a byte on this firmware, or None where it is none."""
+    member = _BY_BYTE.get(byte)
+    return None if member in GRBLHAL_ONLY and not grblhal else member
+
+
+def is_picked_out(byte: int, *, grblhal: bool = False) -> bool:
+    """Tell whether a byte never reaches the ring: a real-time command, or any over 0x7F.
+
+    Those over 0x7F that mean nothing are thrown away.
+    """
+    return byte >= _EXTENDED or realtime_of(byte, grblhal=grblhal) is not None
+
+
+def split_realtime(data: bytes, *, grblhal: bool = False) -> tuple[tuple[Realtime, ...], bytes]:
+    """Part a stream, as the receive interrupt does: the real-time commands, and the other bytes.
+
+    Any chunking gives the same two sequences.
+    """
+    found = (realtime_of(byte, grblhal=grblhal) for byte in data)
+    rest = bytes(byte for byte in data if not is_picked_out(byte, grblhal=grblhal))
+    return tuple(member for member in found if member is not None), rest

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.grbl.answers import Banner, Error, Ok
+from firmware_protocol.grbl.answers import Answer, Banner, Error, Ok, encode_answer
 from firmware_protocol.grbl.commands import (
     SETTING_MAX,
     CheckMode,
@@ -24,6 +24,7 @@ from firmware_protocol.grbl.commands import (
     QueryParserState,
     QuerySettings,
     QueryStartupLines,
+    Realtime,
     Restore,
     SetSetting,
     Sleep,
@@ -31,12 +32,11 @@ from firmware_protocol.grbl.commands import (
     StoreStartupLine,
     SystemCommand,
     Unlock,
+    is_picked_out,
+    realtime_of,
 )
-from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
+from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant, take_number
 from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
-from firmware_protocol.grbl.realtime import Realtime, is_picked_out, realtime_of
-from firmware_protocol.grbl.reports import Answer, encode_answer
-from firmware_protocol.grbl.words import take_number
 
 # Splits bytes into lines as GRBL's main loop does: without spaces and comments, in upper case.
 #

@@ -1,12 +1,149 @@
-"""The properties of one GRBL firmware: axes, line length, receive buffer and extra words."""
+"""GRBL's numbers, axis letters and lines of text: how they are checked, written and read.
+
+GRBL reads a number as an optional sign, digits and one point, no exponent. It keeps the first
+eight digits, leading zeros included, and holds the result as a float32: 24 bits, about 7.2 digits
+(gnea/grbl grbl/nuts_bolts.c, read_float). So a number is written here with as many decimals as
+eight digits leave room for, four at most; beyond 16,777,216 a float32 no longer holds every whole
+number, and such numbers are refused.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import StrEnum
+from string import Formatter
+from typing import overload
 
-from firmware_protocol.errors import whole
-from firmware_protocol.grbl.words import axis_letters
+from firmware_protocol.errors import BadField, whole
+from firmware_protocol.fields import Rule, row_of
+
+AXIS_LETTERS = "XYZABCUVW"
+"""Letters that the firmwares of this family can give to an axis, in the order they are written."""
+DECIMALS = 4
+"""The most decimals that are written; GRBL reports three."""
+COORDINATE_DECIMALS = 3
+"""Of coordinates in reports."""
+COORDINATE_MAX = 1e9
+DIGITS = 8
+"""The digits of a number that GRBL reads; it drops the others."""
+NUMBER_MAX = float(1 << 24)
+"""Up to here a float32 holds every whole number."""
+
+_NUMBER = re.compile(r"[+-]?(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))")
+_REALTIME_IN_TEXT = "?!~"
+
+
+def number(field: str, value: object, low: float = -NUMBER_MAX, high: float = NUMBER_MAX) -> float:
+    """Return a finite number from low to high as it is, or raise `BadField`."""
+    fits = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (fits and isinstance(value, int | float)) or not low <= value <= high:
+        raise BadField(field, value, f"a finite number from {low:g} to {high:g}")
+    return value
+
+
+def write_number(value: float) -> str:
+    """Return a number in fixed decimals, without zeros that mean nothing."""
+    whole_digits = len(str(int(abs(value))))
+    text = f"{value:.{max(0, min(DECIMALS, DIGITS - whole_digits))}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def take_number(text: str, start: int) -> tuple[float, int] | None:
+    """Read a number at `start` as GRBL does; return it and where it ends, or None.
+
+    Digits after the eighth are dropped: zeros in their place before the point, nothing behind it.
+    """
+    found = _NUMBER.match(text, start)
+    if found is None:
+        return None
+    whole_part, decimals = found[1] or "", found[2] or found[3] or ""
+    kept = whole_part[:DIGITS] + "0" * max(0, len(whole_part) - DIGITS)
+    kept_decimals = decimals[: max(0, DIGITS - len(whole_part))]
+    value = float(f"{kept or '0'}.{kept_decimals or '0'}")
+    return (-value if text[start] == "-" else value), found.end()
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """The text of a message, as `$N{which}={line}`: its fields stand in braces.
+
+    Numbers are written as GRBL reads them, coordinates as it reports them.
+    """
+
+    form: str
+
+    @overload
+    def __get__(self, message: None, kind: type) -> Template: ...
+    @overload
+    def __get__(self, message: object, kind: type) -> str: ...
+    def __get__(self, message: object | None, kind: type) -> Template | str:
+        if message is None:
+            return self
+        names = (name for _, name, _, _ in Formatter().parse(self.form) if name)
+        return self.form.format(**{name: written(getattr(message, name)) for name in names})
+
+
+def written(value: object) -> str:
+    """Return a field of a message as GRBL writes it."""
+    if isinstance(value, tuple):
+        return ",".join(f"{each:.{COORDINATE_DECIMALS}f}" for each in value)
+    return write_number(value) if isinstance(value, float) else str(value)
+
+
+def axis_letters(value: object, field: str = "axes") -> str:
+    """Return the letters of a machine's axes, each at most once, or raise `BadField`."""
+    if not isinstance(value, str) or not value or not set(value) <= set(AXIS_LETTERS):
+        raise BadField(field, value, f"letters out of {AXIS_LETTERS}")
+    if len(set(value)) != len(value):
+        raise BadField(field, value, "letters that differ from one another")
+    return value
+
+
+def line_text(field: str, value: object) -> str:
+    """Return text that one line can carry to the device, or raise `BadField`.
+
+    `?`, `!` and `~` are refused: the device picks them out of any line as real-time commands.
+    """
+    text = printable(field, value)
+    if any(sign in text for sign in _REALTIME_IN_TEXT):
+        raise BadField(field, value, "text without the real-time characters ? ! ~")
+    return text
+
+
+def printable(field: str, value: object) -> str:
+    """Return printable ASCII text, or raise `BadField`."""
+    if not isinstance(value, str) or not all(" " <= sign <= "~" for sign in value):
+        raise BadField(field, value, "printable ASCII text")
+    return value
+
+
+def within(forbidden: str) -> Rule:
+    """Return the rule of printable text without the signs that would end it early."""
+
+    def rule(field: str, value: object) -> str:
+        text = printable(field, value)
+        if any(sign in forbidden for sign in text):
+            raise BadField(field, value, f"text without any of {forbidden}")
+        return text
+
+    return rule
+
+
+def number_from(low: float, high: float = NUMBER_MAX) -> Rule:
+    """Return the rule of a finite number from low to high."""
+    return lambda field, value: number(field, value, low, high)
+
+
+coordinates = row_of(
+    number_from(-COORDINATE_MAX, COORDINATE_MAX),
+    range(1, len(AXIS_LETTERS) + 1),
+    f"1 to {len(AXIS_LETTERS)} numbers",
+)
+"""The rule of at least one coordinate."""
+
 
 LINE_CHARACTERS_MAX = 1024
 RING_BYTES_MAX = 1 << 16

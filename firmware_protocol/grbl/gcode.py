@@ -13,8 +13,7 @@ from types import MappingProxyType
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.grbl.answers import ParserState
 from firmware_protocol.grbl.codes import error_code
-from firmware_protocol.grbl.dialect import Dialect
-from firmware_protocol.grbl.words import take_number, write_number
+from firmware_protocol.grbl.dialect import Dialect, take_number, write_number
 
 
 class Group(Enum):

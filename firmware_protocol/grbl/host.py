@@ -19,21 +19,26 @@ from operator import add, sub
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.grbl.answers import Alarm, Banner, Bracketed, Error, Ok, Version
-from firmware_protocol.grbl.codes import alarm_code, error_code
-from firmware_protocol.grbl.commands import Command, check_command, writes_eeprom
-from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
-from firmware_protocol.grbl.realtime import Realtime
-from firmware_protocol.grbl.reports import (
+from firmware_protocol.events import Unreadable
+from firmware_protocol.grbl.answers import (
     PADDING,
+    Alarm,
     Answer,
+    Banner,
+    Bracketed,
+    Error,
     Info,
+    Ok,
+    StatusReport,
+    Version,
     WordedAlarm,
     WordedError,
     decode_answer,
 )
-from firmware_protocol.grbl.status import StatusReport
-from firmware_protocol.lines import AnswerLines, Dropped
+from firmware_protocol.grbl.codes import alarm_code, error_code
+from firmware_protocol.grbl.commands import Command, Realtime, check_command, writes_eeprom
+from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
+from firmware_protocol.lines import LineHost
 
 # The host's events.
 
@@ -94,14 +99,6 @@ class Unexpected:
     """An answer while no line was unanswered."""
 
     answer: Ok | Error | WordedError
-
-
-@dataclass(frozen=True, slots=True)
-class Unreadable:
-    """Unreadable bytes, and the reason."""
-
-    data: bytes
-    reason: str
 
 
 Event: TypeAlias = (
@@ -177,7 +174,7 @@ class _Sent:
         return cls(command, len(text) + 1, writes_eeprom(text))
 
 
-class Host:
+class Host(LineHost[Event]):
     """The machine that speaks to a board. Raises `LocalProtocolError` for its owner's mistakes.
 
     At most 256 lines of up to 512 bytes wait to be fetched; what comes after them is lost, and an
@@ -186,9 +183,7 @@ class Host:
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self.dialect = dialect
-        self._lines = AnswerLines[Event](
-            _LINE_ENDS, self._interpret, padding=PADDING, max_length=LINE_BYTES_MAX
-        )
+        super().__init__(_LINE_ENDS, padding=PADDING, max_length=LINE_BYTES_MAX)
         self._outstanding: deque[_Sent] = deque()
         self._bytes = 0
         self._resetting = False
@@ -213,16 +208,6 @@ class Host:
         """How many bytes of the board's ring they may fill, line ends included."""
         return self._bytes
 
-    @property
-    def awaits_banner(self) -> bool:
-        """Whether the host waits for the banner after a soft reset."""
-        return self._resetting
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._lines.buffered
-
     def room_for(self, command: Command) -> bool:
         """Return whether a line may be sent now."""
         return self._hindrance(_Sent.of(command)) is None
@@ -241,9 +226,9 @@ class Host:
         hindrance = self._hindrance(sent)
         if hindrance is not None:
             raise LocalProtocolError(f"'{text}' cannot be sent now: {hindrance}")
-        self._lines.keep_early()
+        self._keep_early()
         if not self._outstanding:
-            self._lines.mark_early()
+            self._mark_early()
         self._outstanding.append(sent)
         self._bytes += sent.size
         return text.encode("ascii") + b"\n"
@@ -258,14 +243,6 @@ class Host:
         self._resetting |= command is Realtime.SOFT_RESET
         return bytes((command,))
 
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the board in any chunks."""
-        self._lines.feed(data)
-
-    def next_event(self) -> Event | None:
-        """Return the next event from the bytes received so far, or None."""
-        return self._lines.next_event()
-
     def forget_outstanding(self) -> tuple[Command, ...]:
         """Forget the unanswered lines, and an awaited banner, and return the lines.
 
@@ -276,12 +253,8 @@ class Host:
         self._outstanding.clear()
         self._bytes = 0
         self._resetting = False
-        self._lines.mark_early(early=False)
+        self._mark_early(early=False)
         return lost
-
-    def discard(self) -> None:
-        """Discard all received bytes and unread events; unanswered lines stay."""
-        self._lines.discard()
 
     def _hindrance(self, line: _Sent) -> str | None:
         if self._resetting:
@@ -296,13 +269,11 @@ class Host:
             return f"{self.outstanding_bytes} bytes are in a ring of {self.ring_bytes}"
         return None
 
-    def _interpret(self, line: bytes | Dropped, early: bool) -> Event:
-        if isinstance(line, Dropped):
-            return Unreadable(line.start, line.reason)
-        try:
-            return self._event(decode_answer(line), early=early)
-        except RemoteProtocolError as error:
-            return Unreadable(line, str(error))
+    def _interpret(self, line: bytes) -> Event:
+        return self._event(decode_answer(line), early=False)
+
+    def _interpret_early(self, line: bytes) -> Event:
+        return self._event(decode_answer(line), early=True)
 
     def _event(self, answer: Answer | WordedError | WordedAlarm, *, early: bool) -> Event:
         match answer:

@@ -1,169 +1,126 @@
 """The MKS SERVO42D/57D on CAN, for the host of a bus of drives and for a drive."""
 
-from firmware_protocol.mks.answers import (
-    BOARDS,
-    AngleErrorRead,
-    Answer,
-    EnabledRead,
-    EncoderRead,
-    HomingRead,
-    InputsRead,
-    PulsesRead,
-    RawEncoderRead,
-    Reading,
-    SettingRead,
-    SpeedRead,
-    StallRead,
-    StateRead,
-    Status,
-    VersionRead,
-)
-from firmware_protocol.mks.device import (
-    Asked,
-    Device,
-    DeviceEvent,
-    Ignored,
-)
-from firmware_protocol.mks.host import (
-    EVENTS_MAX,
-    Host,
-)
-from firmware_protocol.mks.replies import (
-    Answered,
-    Done,
-    Event,
-    Failed,
-    Foreign,
-    Garbled,
-    LimitStop,
-    Reported,
-    Started,
-    StoredForStart,
-    Stray,
-    Superseded,
-)
-from firmware_protocol.mks.requests import (
-    ACC_MAX,
-    COURSE_CODES,
-    CURRENT_MAX_MA,
-    MICROSTEPS_MAX,
-    MOTION_CODES,
-    READ_CODES,
-    RUN_MAX_MS,
-    SETTING_CODES,
-    Action,
-    ArmSynchronous,
-    Calibrate,
-    ClearStall,
-    EmergencyStop,
-    Enable,
-    GoSynchronous,
-    GoToZero,
-    Home,
-    Motion,
-    Move,
-    MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    MoveRelativeAxis,
-    MoveRelativePulses,
-    Read,
-    ReadAngleError,
-    ReadEnabled,
-    ReadEncoder,
-    ReadHoming,
-    ReadInputs,
-    ReadPulses,
-    ReadRawEncoder,
-    ReadSetting,
-    ReadSpeed,
-    ReadStall,
-    ReadState,
-    ReadVersion,
-    ReportByItself,
-    Request,
-    Restart,
-    RunAtSpeed,
-    RunFor,
-    SetArrival,
-    SetBitrate,
-    SetCurrent,
-    SetDirection,
-    SetGroup,
-    SetHoldingCurrent,
-    SetHoming,
-    SetId,
-    SetMicrosteps,
-    SetMode,
-    SetPositionProtection,
-    SetReplies,
-    SetStallProtection,
-    Setting,
-    SetZero,
-    SilenceWatchdog,
-    Stop,
-    needed_for,
-)
-from firmware_protocol.mks.values import (
-    ANGLE_ERROR_PER_TURN,
-    BROADCAST,
-    COUNTS_PER_TURN,
-    COUNTS_S_PER_RPM,
-    HARD_STOP_MAX_RPM,
-    LATEST,
-    NODE_DEFAULT,
-    NODE_MAX,
-    SINCE,
-    SPEED_MAX_RPM,
-    TARGET_MAX,
-    Ability,
-    Bitrate,
-    Code,
-    HomingState,
-    Mode,
-    MotorState,
-    Outcome,
-    ReplyMode,
-    Since,
-    Version,
-    abilities_of,
-    acc_of,
-    check_byte,
-    ramp_rpm_s,
-    slope_of,
-    true_rpm,
-)
-from firmware_protocol.mks.wire import (
-    as_setting,
-    decode_answer,
-    decode_request,
-    encode,
-)
-from firmware_protocol.waiting import (
-    Overrun,
-)
-
-# one name per line would double the file
-# fmt: off
-__all__ = [
-    "ACC_MAX", "ANGLE_ERROR_PER_TURN", "BOARDS", "BROADCAST", "COUNTS_PER_TURN",
-    "COUNTS_S_PER_RPM", "COURSE_CODES", "CURRENT_MAX_MA", "EVENTS_MAX", "HARD_STOP_MAX_RPM",
-    "LATEST", "MICROSTEPS_MAX", "MOTION_CODES", "NODE_DEFAULT", "NODE_MAX", "READ_CODES",
-    "RUN_MAX_MS", "SETTING_CODES", "SINCE", "SPEED_MAX_RPM", "TARGET_MAX", "Ability", "Action",
-    "AngleErrorRead", "Answer", "Answered", "ArmSynchronous", "Asked", "Bitrate", "Calibrate",
-    "ClearStall", "Code", "Device", "DeviceEvent", "Done", "EmergencyStop", "Enable",
-    "EnabledRead", "EncoderRead", "Event", "Failed", "Foreign", "Garbled", "GoSynchronous",
-    "GoToZero", "Home", "HomingRead", "HomingState", "Host", "Ignored", "InputsRead", "LimitStop",
-    "Mode", "Motion", "MotorState", "Move", "MoveAbsoluteAxis", "MoveAbsolutePulses",
-    "MoveRelativeAxis", "MoveRelativePulses", "Outcome", "Overrun", "PulsesRead", "RawEncoderRead",
-    "Read", "ReadAngleError", "ReadEnabled", "ReadEncoder", "ReadHoming", "ReadInputs",
-    "ReadPulses", "ReadRawEncoder", "ReadSetting", "ReadSpeed", "ReadStall", "ReadState",
-    "ReadVersion", "Reading", "ReplyMode", "ReportByItself", "Reported", "Request", "Restart",
-    "RunAtSpeed", "RunFor", "SetArrival", "SetBitrate", "SetCurrent", "SetDirection", "SetGroup",
-    "SetHoldingCurrent", "SetHoming", "SetId", "SetMicrosteps", "SetMode", "SetPositionProtection",
-    "SetReplies", "SetStallProtection", "SetZero", "Setting", "SettingRead", "SilenceWatchdog",
-    "Since", "SpeedRead", "StallRead", "Started", "StateRead", "Status", "Stop", "StoredForStart",
-    "Stray", "Superseded", "Version", "VersionRead", "abilities_of", "acc_of", "as_setting",
-    "check_byte", "decode_answer", "decode_request", "encode", "needed_for", "ramp_rpm_s",
-    "slope_of", "true_rpm",
-]
-# fmt: on
+from firmware_protocol.events import Overrun as Overrun
+from firmware_protocol.events import UnreadableFrame as UnreadableFrame
+from firmware_protocol.mks.answers import BOARDS as BOARDS
+from firmware_protocol.mks.answers import AngleErrorRead as AngleErrorRead
+from firmware_protocol.mks.answers import Answer as Answer
+from firmware_protocol.mks.answers import EnabledRead as EnabledRead
+from firmware_protocol.mks.answers import EncoderRead as EncoderRead
+from firmware_protocol.mks.answers import HomingRead as HomingRead
+from firmware_protocol.mks.answers import InputsRead as InputsRead
+from firmware_protocol.mks.answers import PulsesRead as PulsesRead
+from firmware_protocol.mks.answers import RawEncoderRead as RawEncoderRead
+from firmware_protocol.mks.answers import Reading as Reading
+from firmware_protocol.mks.answers import SettingRead as SettingRead
+from firmware_protocol.mks.answers import SpeedRead as SpeedRead
+from firmware_protocol.mks.answers import StallRead as StallRead
+from firmware_protocol.mks.answers import StateRead as StateRead
+from firmware_protocol.mks.answers import Status as Status
+from firmware_protocol.mks.answers import VersionRead as VersionRead
+from firmware_protocol.mks.answers import as_setting as as_setting
+from firmware_protocol.mks.answers import decode_answer as decode_answer
+from firmware_protocol.mks.answers import decode_request as decode_request
+from firmware_protocol.mks.answers import encode as encode
+from firmware_protocol.mks.device import Asked as Asked
+from firmware_protocol.mks.device import Device as Device
+from firmware_protocol.mks.device import DeviceEvent as DeviceEvent
+from firmware_protocol.mks.host import EVENTS_MAX as EVENTS_MAX
+from firmware_protocol.mks.host import Answered as Answered
+from firmware_protocol.mks.host import Done as Done
+from firmware_protocol.mks.host import Event as Event
+from firmware_protocol.mks.host import Failed as Failed
+from firmware_protocol.mks.host import Foreign as Foreign
+from firmware_protocol.mks.host import Host as Host
+from firmware_protocol.mks.host import LimitStop as LimitStop
+from firmware_protocol.mks.host import Reported as Reported
+from firmware_protocol.mks.host import Started as Started
+from firmware_protocol.mks.host import StoredForStart as StoredForStart
+from firmware_protocol.mks.host import Stray as Stray
+from firmware_protocol.mks.host import Superseded as Superseded
+from firmware_protocol.mks.requests import ACC_MAX as ACC_MAX
+from firmware_protocol.mks.requests import COURSE_CODES as COURSE_CODES
+from firmware_protocol.mks.requests import CURRENT_MAX_MA as CURRENT_MAX_MA
+from firmware_protocol.mks.requests import MICROSTEPS_MAX as MICROSTEPS_MAX
+from firmware_protocol.mks.requests import MOTION_CODES as MOTION_CODES
+from firmware_protocol.mks.requests import READ_CODES as READ_CODES
+from firmware_protocol.mks.requests import RUN_MAX_MS as RUN_MAX_MS
+from firmware_protocol.mks.requests import SETTING_CODES as SETTING_CODES
+from firmware_protocol.mks.requests import Action as Action
+from firmware_protocol.mks.requests import ArmSynchronous as ArmSynchronous
+from firmware_protocol.mks.requests import Calibrate as Calibrate
+from firmware_protocol.mks.requests import ClearStall as ClearStall
+from firmware_protocol.mks.requests import EmergencyStop as EmergencyStop
+from firmware_protocol.mks.requests import Enable as Enable
+from firmware_protocol.mks.requests import GoSynchronous as GoSynchronous
+from firmware_protocol.mks.requests import GoToZero as GoToZero
+from firmware_protocol.mks.requests import Home as Home
+from firmware_protocol.mks.requests import Motion as Motion
+from firmware_protocol.mks.requests import Move as Move
+from firmware_protocol.mks.requests import MoveAbsoluteAxis as MoveAbsoluteAxis
+from firmware_protocol.mks.requests import MoveAbsolutePulses as MoveAbsolutePulses
+from firmware_protocol.mks.requests import MoveRelativeAxis as MoveRelativeAxis
+from firmware_protocol.mks.requests import MoveRelativePulses as MoveRelativePulses
+from firmware_protocol.mks.requests import Read as Read
+from firmware_protocol.mks.requests import ReadAngleError as ReadAngleError
+from firmware_protocol.mks.requests import ReadEnabled as ReadEnabled
+from firmware_protocol.mks.requests import ReadEncoder as ReadEncoder
+from firmware_protocol.mks.requests import ReadHoming as ReadHoming
+from firmware_protocol.mks.requests import ReadInputs as ReadInputs
+from firmware_protocol.mks.requests import ReadPulses as ReadPulses
+from firmware_protocol.mks.requests import ReadRawEncoder as ReadRawEncoder
+from firmware_protocol.mks.requests import ReadSetting as ReadSetting
+from firmware_protocol.mks.requests import ReadSpeed as ReadSpeed
+from firmware_protocol.mks.requests import ReadStall as ReadStall
+from firmware_protocol.mks.requests import ReadState as ReadState
+from firmware_protocol.mks.requests import ReadVersion as ReadVersion
+from firmware_protocol.mks.requests import ReportByItself as ReportByItself
+from firmware_protocol.mks.requests import Request as Request
+from firmware_protocol.mks.requests import Restart as Restart
+from firmware_protocol.mks.requests import RunAtSpeed as RunAtSpeed
+from firmware_protocol.mks.requests import RunFor as RunFor
+from firmware_protocol.mks.requests import SetArrival as SetArrival
+from firmware_protocol.mks.requests import SetBitrate as SetBitrate
+from firmware_protocol.mks.requests import SetCurrent as SetCurrent
+from firmware_protocol.mks.requests import SetDirection as SetDirection
+from firmware_protocol.mks.requests import SetGroup as SetGroup
+from firmware_protocol.mks.requests import SetHoldingCurrent as SetHoldingCurrent
+from firmware_protocol.mks.requests import SetHoming as SetHoming
+from firmware_protocol.mks.requests import SetId as SetId
+from firmware_protocol.mks.requests import SetMicrosteps as SetMicrosteps
+from firmware_protocol.mks.requests import SetMode as SetMode
+from firmware_protocol.mks.requests import SetPositionProtection as SetPositionProtection
+from firmware_protocol.mks.requests import SetReplies as SetReplies
+from firmware_protocol.mks.requests import SetStallProtection as SetStallProtection
+from firmware_protocol.mks.requests import Setting as Setting
+from firmware_protocol.mks.requests import SetZero as SetZero
+from firmware_protocol.mks.requests import SilenceWatchdog as SilenceWatchdog
+from firmware_protocol.mks.requests import Stop as Stop
+from firmware_protocol.mks.requests import needed_for as needed_for
+from firmware_protocol.mks.values import ANGLE_ERROR_PER_TURN as ANGLE_ERROR_PER_TURN
+from firmware_protocol.mks.values import BROADCAST as BROADCAST
+from firmware_protocol.mks.values import COUNTS_PER_TURN as COUNTS_PER_TURN
+from firmware_protocol.mks.values import COUNTS_S_PER_RPM as COUNTS_S_PER_RPM
+from firmware_protocol.mks.values import HARD_STOP_MAX_RPM as HARD_STOP_MAX_RPM
+from firmware_protocol.mks.values import LATEST as LATEST
+from firmware_protocol.mks.values import NODE_DEFAULT as NODE_DEFAULT
+from firmware_protocol.mks.values import NODE_MAX as NODE_MAX
+from firmware_protocol.mks.values import SINCE as SINCE
+from firmware_protocol.mks.values import SPEED_MAX_RPM as SPEED_MAX_RPM
+from firmware_protocol.mks.values import TARGET_MAX as TARGET_MAX
+from firmware_protocol.mks.values import Ability as Ability
+from firmware_protocol.mks.values import Bitrate as Bitrate
+from firmware_protocol.mks.values import Code as Code
+from firmware_protocol.mks.values import HomingState as HomingState
+from firmware_protocol.mks.values import Mode as Mode
+from firmware_protocol.mks.values import MotorState as MotorState
+from firmware_protocol.mks.values import Outcome as Outcome
+from firmware_protocol.mks.values import ReplyMode as ReplyMode
+from firmware_protocol.mks.values import Since as Since
+from firmware_protocol.mks.values import Version as Version
+from firmware_protocol.mks.values import abilities_of as abilities_of
+from firmware_protocol.mks.values import acc_of as acc_of
+from firmware_protocol.mks.values import check_byte as check_byte
+from firmware_protocol.mks.values import ramp_rpm_s as ramp_rpm_s
+from firmware_protocol.mks.values import slope_of as slope_of
+from firmware_protocol.mks.values import true_rpm as true_rpm

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
+from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks.answers import Reading, SettingRead, Status
+from firmware_protocol.mks.answers import Reading, SettingRead, Status, decode_request, encode
 from firmware_protocol.mks.requests import (
     COURSE_CODES,
     Read,
@@ -36,8 +37,6 @@ from firmware_protocol.mks.values import (
     Version,
     abilities_of,
 )
-from firmware_protocol.mks.wire import decode_request, encode
-from firmware_protocol.waiting import Overrun, Waiting
 
 WAITING_MAX = 256
 """Most queued frames; the newest are kept."""
@@ -54,15 +53,7 @@ class Asked:
     alone: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Ignored:
-    """A frame to this drive that was ignored, and the reason."""
-
-    frame: Frame
-    reason: str
-
-
-DeviceEvent: TypeAlias = Asked | Ignored | Overrun
+DeviceEvent: TypeAlias = Asked | UnreadableFrame | Overrun
 
 
 class Device:
@@ -93,7 +84,7 @@ class Device:
         self._firmware = ".".join(map(str, firmware))
         self._new_id_answers = new_id_answers
         self._unpacker = Unpacker()
-        self._waiting: Waiting[tuple[Frame, bool]] = Waiting(WAITING_MAX)
+        self._waiting: EventQueue[tuple[Frame, bool]] = EventQueue(WAITING_MAX)
 
     @property
     def node(self) -> int:
@@ -144,10 +135,12 @@ class Device:
         try:
             request = decode_request(frame)
         except RemoteProtocolError as error:
-            return Ignored(frame, str(error))
+            return UnreadableFrame(frame, str(error))
         needed = needed_for(request)
         if needed is not None and needed not in self._abilities:
-            return Ignored(frame, f"firmware {self._firmware} has no {type(request).__name__}")
+            return UnreadableFrame(
+                frame, f"firmware {self._firmware} has no {type(request).__name__}"
+            )
         return Asked(request, alone)
 
     def tell(self, asked: Asked, outcome: Outcome) -> bytes:

@@ -1,32 +1,364 @@
-"""The host's end of a bus of MKS drives: requests out, events in, no clock, no I/O.
+"""A host's events from MKS drives, and the matching of replies to requests.
 
-Input and output are frame records (`firmware_protocol.frames`). One host talks to several drives.
-An answer is matched on arrival to the request with the same drive and code, so that an earlier
-answer never matches a later request. A late answer after `forget` may be taken for the answer to
-the next request with this code, because nothing in it shows the difference.
+A reply contains only a drive and a code. Of each reading, setting and action, only one request per
+code is open at a time. Several motions with one code may be unanswered:
 
-Requests to a group and broadcasts have no answers. No frame on the bus raises.
+    STARTED     belongs to the oldest unanswered motion
+    STORED      likewise; a stored motion is under way from the synchronous start on
+    DONE,       end the motion under way, or else the oldest unanswered one, whose STARTED
+    LIMIT_STOP  was then lost
+    FAILED      belongs to a superseded motion if there is one, else to the oldest unanswered
+                motion, else to the motion under way
+
+A motion is superseded by a new target (F5 only) or by a stop. According to a public transcription
+of the manual, the drive then reports FAILED for the old motion and STARTED for the new one, in an
+undocumented order. So a FAILED while the new motion is unanswered is assigned to the old one; if
+that is wrong, the new motion stays unanswered. Duplicate, lost and reordered replies never raise,
+but may be assigned to the wrong motion: the position is more reliable.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import chain
+from typing import TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks.replies import Event, Expecting, Foreign, Garbled, Stray
+from firmware_protocol.mks.answers import (
+    Answer,
+    Reading,
+    SettingRead,
+    Status,
+    decode_answer,
+    encode,
+)
 from firmware_protocol.mks.requests import (
+    EmergencyStop,
     GoSynchronous,
     Motion,
     Read,
     ReadSetting,
+    ReportByItself,
     Request,
+    Restart,
     SetGroup,
     SetId,
+    Stop,
+    answer_code,
 )
-from firmware_protocol.mks.values import BROADCAST, NODE_MAX, Code
-from firmware_protocol.mks.wire import decode_answer, encode
-from firmware_protocol.waiting import Waiting
+from firmware_protocol.mks.values import BROADCAST, NODE_MAX, Code, Outcome
+
+# -- events --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _OfRequest:
+    node: int
+    request: Request
+
+
+@dataclass(frozen=True, slots=True)
+class _OfMotion:
+    node: int
+    request: Motion
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """A read request and its answer."""
+
+    node: int
+    request: Read | ReadSetting
+    answer: Reading | SettingRead
+
+
+@dataclass(frozen=True, slots=True)
+class Started(_OfMotion):
+    """A motion, homing or calibration has started."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done(_OfRequest):
+    """A setting or action was accepted, or a motion has reached its target."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failed(_OfRequest):
+    """The request was refused, or the motion ended early."""
+
+
+@dataclass(frozen=True, slots=True)
+class LimitStop(_OfMotion):
+    """A limit switch has ended a motion."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredForStart(_OfMotion):
+    """A motion is stored for the synchronous start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Superseded(_OfMotion):
+    """The drive has abandoned a motion in favour of a newer one, which continues."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reported:
+    """A reading in an automatic report that was requested earlier."""
+
+    node: int
+    reading: Reading
+
+
+@dataclass(frozen=True, slots=True)
+class Stray:
+    """A readable but unexpected answer: late, or from a second drive with this id."""
+
+    node: int
+    answer: Answer
+
+
+@dataclass(frozen=True, slots=True)
+class Foreign:
+    """A frame from another device on the bus."""
+
+    frame: Frame
+
+
+Event: TypeAlias = (
+    Answered
+    | Started
+    | Done
+    | Failed
+    | LimitStop
+    | StoredForStart
+    | Superseded
+    | Reported
+    | Stray
+    | UnreadableFrame
+    | Foreign
+    | Overrun
+)
+
+# -- the motions of one code ---------------------------------------------------------------------
+
+Heard: TypeAlias = Started | Done | LimitStop | StoredForStart | Superseded | Failed
+
+UNANSWERED_MAX = 8
+"""Most motions per code that wait for their first reply; beyond that, the oldest is dropped."""
+
+
+class Course:
+    """Tracks the motions with one code that were sent to a drive."""
+
+    def __init__(self, node: int, code: Code) -> None:
+        self._node = node
+        self._retargets = code is Code.ABSOLUTE_AXIS
+        self._unanswered: deque[Motion] = deque(maxlen=UNANSWERED_MAX)
+        self._under_way: Motion | None = None
+        self._superseded: Motion | None = None
+        self._stored: Motion | None = None
+        self._begun_unsaid = False
+
+    @property
+    def unanswered(self) -> tuple[Motion, ...]:
+        """The unanswered motions, oldest first."""
+        return tuple(self._unanswered)
+
+    @property
+    def under_way(self) -> Motion | None:
+        """The motion that the drive has reported as started."""
+        return self._under_way
+
+    @property
+    def stored(self) -> Motion | None:
+        """The motion stored for the synchronous start."""
+        return self._stored
+
+    def send(self, motion: Motion) -> None:
+        """Record a motion that is being sent."""
+        self._unanswered.append(motion)
+
+    def go(self) -> None:
+        """Record the synchronous start, which drives do not answer."""
+        if self._stored is not None:
+            self._begin(self._stored)
+            self._stored, self._begun_unsaid = None, True
+
+    def forget(self, motion: Motion) -> None:
+        """Stop waiting for the first reply to a motion."""
+        if motion in self._unanswered:
+            self._unanswered.remove(motion)
+
+    def settle(self) -> None:
+        """Record that no motion is under way."""
+        self._under_way = self._superseded = None
+
+    def hear(self, outcome: Outcome) -> Heard | None:
+        """Return the event for a reply, or None if the reply is unexpected."""
+        match outcome:
+            case Outcome.STARTED:
+                return self._started()
+            case Outcome.STORED:
+                return self._to_store()
+            case Outcome.FAILED:
+                return self._failed()
+            case Outcome.DONE:
+                ended = self._ended()
+                return None if ended is None else Done(self._node, ended)
+            case Outcome.LIMIT_STOP:
+                ended = self._ended()
+                return None if ended is None else LimitStop(self._node, ended)
+
+    def _begin(self, motion: Motion) -> None:
+        if self._gives_way_to(motion):
+            self._superseded = self._under_way
+        self._under_way, self._begun_unsaid = motion, False
+
+    def _gives_way_to(self, motion: Motion) -> bool:
+        return self._under_way is not None and (self._retargets or isinstance(motion, Stop))
+
+    def _started(self) -> Started | None:
+        if self._unanswered:
+            self._begin(self._unanswered.popleft())
+        elif not self._begun_unsaid:
+            return None
+        self._begun_unsaid = False
+        return None if self._under_way is None else Started(self._node, self._under_way)
+
+    def _to_store(self) -> StoredForStart | None:
+        if not self._unanswered:
+            return None
+        self._stored = self._unanswered.popleft()
+        return StoredForStart(self._node, self._stored)
+
+    def _ended(self) -> Motion | None:
+        motion = self._under_way
+        if motion is None and self._unanswered:
+            motion = self._unanswered.popleft()
+        self.settle()
+        return motion
+
+    def _failed(self) -> Superseded | Failed | None:
+        if self._superseded is None and self._unanswered:
+            if not self._gives_way_to(self._unanswered[0]):
+                return Failed(self._node, self._unanswered.popleft())
+            self._superseded, self._under_way = self._under_way, None
+        if self._superseded is not None:
+            motion, self._superseded = self._superseded, None
+            return Superseded(self._node, motion)
+        ended = self._ended()
+        return None if ended is None else Failed(self._node, ended)
+
+
+# -- all requests to one drive -------------------------------------------------------------------
+
+
+class Expecting:
+    """A drive's unanswered requests, and the automatic reports requested from it.
+
+    Several motions may be unanswered, but only one other request per code.
+    """
+
+    def __init__(self, node: int) -> None:
+        self._node = node
+        self._asked: dict[Code, Request] = {}
+        self._courses: dict[Code, Course] = {}
+        self._reports: set[Code] = set()
+
+    @property
+    def unanswered(self) -> tuple[Request, ...]:
+        """All requests without a first answer, in no particular order."""
+        motions = (course.unanswered for course in self._courses.values())
+        return (*self._asked.values(), *chain.from_iterable(motions))
+
+    @property
+    def under_way(self) -> tuple[Motion, ...]:
+        """All motions that the drive has reported as started and not as ended."""
+        return _without_none(course.under_way for course in self._courses.values())
+
+    @property
+    def stored(self) -> tuple[Motion, ...]:
+        """All motions stored for the synchronous start."""
+        return _without_none(course.stored for course in self._courses.values())
+
+    def send(self, request: Request) -> None:
+        """Record a request. Raises `LocalProtocolError` while a similar one is unanswered."""
+        if isinstance(request, Motion):
+            if request.code not in self._courses:
+                self._courses[request.code] = Course(self._node, request.code)
+            self._courses[request.code].send(request)
+            return
+        code = answer_code(request)
+        earlier = self._asked.get(code)
+        if earlier is not None and not isinstance(request, EmergencyStop):
+            raise LocalProtocolError(
+                f"{type(earlier).__name__} to drive {self._node} is unanswered: wait for its "
+                f"answer, or forget it, before sending {type(request).__name__}"
+            )
+        if isinstance(request, Restart):
+            self.clear()
+        if isinstance(request, ReportByItself):
+            (self._reports.add if request.period_ms else self._reports.discard)(request.reading)
+        self._asked[code] = request
+
+    def go(self) -> None:
+        """Record the synchronous start."""
+        for course in self._courses.values():
+            course.go()
+
+    def settle(self) -> None:
+        """Record that the motor is at rest."""
+        for course in self._courses.values():
+            course.settle()
+
+    def forget(self, request: Request) -> None:
+        """Stop waiting for the answer to a request."""
+        if isinstance(request, Motion):
+            if request.code in self._courses:
+                self._courses[request.code].forget(request)
+        elif self._asked.get(answer_code(request)) == request:
+            del self._asked[answer_code(request)]
+
+    def clear(self) -> None:
+        """Stop waiting for all answers."""
+        for expected in (self._asked, self._courses, self._reports):
+            expected.clear()
+
+    def awaited(self, code: int) -> Request | None:
+        """Return the request (not a motion) that an answer with this code belongs to."""
+        return next((request for key, request in self._asked.items() if key == code), None)
+
+    def hear(self, answer: Answer) -> Event:
+        """Return the event for an answer."""
+        if isinstance(answer, Status):
+            return self._status(answer) or Stray(self._node, answer)
+        request = self._asked.get(answer.code)
+        if isinstance(request, Read | ReadSetting):
+            del self._asked[answer.code]
+            return Answered(self._node, request, answer)
+        if answer.code in self._reports and not isinstance(answer, SettingRead):
+            return Reported(self._node, answer)
+        return Stray(self._node, answer)
+
+    def _status(self, status: Status) -> Event | None:
+        if (course := self._courses.get(status.code)) is not None:
+            return course.hear(status.outcome)
+        request = self._asked.get(status.code)
+        if request is None or status.reading != getattr(request, "reading", None):
+            return None
+        del self._asked[status.code]
+        kind = Done if status.outcome is Outcome.DONE else Failed
+        return kind(self._node, request)
+
+
+def _without_none(motions: Iterable[Motion | None]) -> tuple[Motion, ...]:
+    return tuple(motion for motion in motions if motion is not None)
+
 
 EVENTS_MAX = 256
 """Most queued events; the newest are kept."""
@@ -42,7 +374,7 @@ class Host:
     def __init__(self, nodes: Iterable[int], groups: Iterable[int] = ()) -> None:
         self._drives: dict[int, Expecting] = {}
         self._unpacker = Unpacker()
-        self._events: Waiting[Event] = Waiting(EVENTS_MAX)
+        self._events: EventQueue[Event] = EventQueue(EVENTS_MAX)
         for node in nodes:
             self.add(node)
         self._groups = frozenset(whole("groups", group, 1, NODE_MAX) for group in groups)
@@ -148,7 +480,7 @@ class Host:
         try:
             answer = decode_answer(frame, setting=isinstance(awaited, ReadSetting))
         except RemoteProtocolError as error:
-            return Garbled(frame, str(error))
+            return UnreadableFrame(frame, str(error))
         event = drive.hear(answer)
         if isinstance(event, Stray) and answer.code is Code.NODE:
             return self._by_new_id(frame.can_id, event)

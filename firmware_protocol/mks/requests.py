@@ -13,16 +13,6 @@ from typing import Annotated, ClassVar, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import boolean
-from firmware_protocol.mks.forms import (
-    Form,
-    Message,
-    Switch,
-    choice,
-    one_of,
-    signed,
-    sized,
-    unsigned,
-)
 from firmware_protocol.mks.values import (
     NODE_MAX,
     SPEED_MAX_RPM,
@@ -30,8 +20,16 @@ from firmware_protocol.mks.values import (
     Ability,
     Bitrate,
     Code,
+    Form,
+    Message,
     Mode,
     ReplyMode,
+    Switch,
+    choice,
+    one_of,
+    signed,
+    sized,
+    unsigned,
 )
 
 # -- readings ------------------------------------------------------------------------------------

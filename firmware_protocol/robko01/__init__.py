@@ -5,15 +5,15 @@ The ESP32 retrofit (robko01/robko01_retrofit_fw) also reads lines that look like
 once, takes absolute positions and does not wait for the motion.
 """
 
+from firmware_protocol.events import Overrun as Overrun
+from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.robko01.device import Device as Device
 from firmware_protocol.robko01.device import Heard as Heard
-from firmware_protocol.robko01.device import Ignored as Ignored
 from firmware_protocol.robko01.frames import FLUSH as FLUSH
 from firmware_protocol.robko01.frames import FRAME_MAX as FRAME_MAX
 from firmware_protocol.robko01.frames import PAYLOAD_MAX as PAYLOAD_MAX
 from firmware_protocol.robko01.host import Answered as Answered
 from firmware_protocol.robko01.host import Event as Event
-from firmware_protocol.robko01.host import Garbled as Garbled
 from firmware_protocol.robko01.host import Host as Host
 from firmware_protocol.robko01.host import Stray as Stray
 from firmware_protocol.robko01.messages import AXES as AXES
@@ -49,5 +49,4 @@ from firmware_protocol.robko01.messages import SavePosition as SavePosition
 from firmware_protocol.robko01.messages import SetRobotId as SetRobotId
 from firmware_protocol.robko01.messages import Status as Status
 from firmware_protocol.robko01.messages import Stop as Stop
-from firmware_protocol.robko01.messages import unwrap as unwrap
 from firmware_protocol.robko01.messages import wrap as wrap

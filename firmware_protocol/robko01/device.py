@@ -6,23 +6,15 @@ The device handles one request at a time. The owner sends the answer or drops th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.robko01.frames import Noise, Receiving
+from firmware_protocol.events import Overrun, Unreadable
+from firmware_protocol.robko01.frames import Frame, Receiving
 from firmware_protocol.robko01.messages import Answer, Request, decode_request, encode_answer
 
-
-@dataclass(frozen=True, slots=True)
-class Ignored:
-    """Bytes that are not a request, and the reason. The firmware silently drops them."""
-
-    data: bytes
-    reason: str
-
-
-Heard: TypeAlias = Request | Ignored
+Heard: TypeAlias = Request | Unreadable | Overrun
+"""The firmware silently drops what is no request."""
 
 
 class Device(Receiving):
@@ -45,14 +37,12 @@ class Device(Receiving):
         if self._request is not None:
             return None
         frame = self._frames.next_frame()
-        if frame is None:
-            return None
-        if isinstance(frame, Noise):
-            return Ignored(frame.data, frame.reason)
+        if not isinstance(frame, Frame):
+            return frame
         try:
             self._request = decode_request(frame)
         except RemoteProtocolError as error:
-            return Ignored(frame.raw, str(error))
+            return Unreadable(frame.raw, str(error))
         return self._request
 
     def send(self, answer: Answer) -> bytes:

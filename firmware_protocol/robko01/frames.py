@@ -10,9 +10,10 @@ bytes in LEN (`counts_check`).
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from enum import IntEnum
+
+from firmware_protocol.events import EventQueue, Overrun, Unreadable
 
 SENTINEL = 0xAA
 PAYLOAD_MAX = 26
@@ -73,14 +74,6 @@ class Frame:
         return self.raw[_HEADER + 1 : -_CHECK]
 
 
-@dataclass(frozen=True, slots=True)
-class Noise:
-    """A run of at most 64 bytes that belong to no frame, and the reason."""
-
-    data: bytes
-    reason: str
-
-
 def check_bytes(data: bytes | bytearray) -> bytes:
     """Return the two check bytes for a frame that begins with `data`."""
     even = odd = 0
@@ -103,8 +96,8 @@ class FrameSplitter:
 
     After an invalid frame, the search goes on at its second byte, so that bad bytes never hide a
     good frame; it is found at the latest `FRAME_MAX` bytes after the bad ones, or at `silence`. The
-    buffer holds at most one incomplete frame, one run of noise and 256 entries; beyond that the
-    oldest entries are lost, which is reported.
+    buffer holds at most one incomplete frame, one run of at most 64 bytes and 256 entries; beyond
+    that the oldest entries are lost, which is reported.
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
@@ -112,8 +105,7 @@ class FrameSplitter:
         self._pending = bytearray()
         self._run = bytearray()
         self._reason = _NO_FRAME
-        self._waiting: deque[Frame | Noise] = deque()
-        self._lost = 0
+        self._waiting = EventQueue[Frame | Unreadable](_WAITING_MAX)
         self._consumed = 0
 
     @property
@@ -145,19 +137,15 @@ class FrameSplitter:
             self.feed(b"")
         self._end_run()
 
-    def next_frame(self) -> Frame | Noise | None:
-        """Return the next frame or noise, or None."""
-        if self._lost:
-            lost, self._lost = self._lost, 0
-            return Noise(b"", f"{lost} frames or runs of noise were not fetched, and are lost")
-        return self._waiting.popleft() if self._waiting else None
+    def next_frame(self) -> Frame | Unreadable | Overrun | None:
+        """Return the next frame, the next run of bytes between frames, or None."""
+        return self._waiting.next()
 
     def discard(self) -> None:
         """Discard all buffered bytes and entries."""
         self._consumed += len(self._pending)
         for held in (self._pending, self._run, self._waiting):
             held.clear()
-        self._lost = 0
 
     def _take(self, at: int) -> int:
         """Process the bytes at an index; return the number consumed, 0 if more are needed."""
@@ -174,7 +162,7 @@ class FrameSplitter:
         wanted = check_bytes(frame[:-_CHECK])
         if size and frame[-_CHECK:] == wanted:
             self._end_run()
-            self._put(Frame(frame, self._consumed + at))
+            self._waiting.put(Frame(frame, self._consumed + at))
             return size
         reason = f"the check bytes should be {wanted.hex(' ')}" if size else _NO_FRAME
         self._skip(pending[at : at + 1], reason)
@@ -205,18 +193,12 @@ class FrameSplitter:
 
     def _end_run(self) -> None:
         if self._run:
-            self._put(Noise(bytes(self._run), self._reason))
+            self._waiting.put(Unreadable(bytes(self._run), self._reason))
             self._run.clear()
-
-    def _put(self, entry: Frame | Noise) -> None:
-        if len(self._waiting) == _WAITING_MAX:
-            self._waiting.popleft()
-            self._lost += 1
-        self._waiting.append(entry)
 
 
 class Receiving:
-    """The receiving side of both ends, for byte streams and datagrams."""
+    """The receiving side of both ends."""
 
     def __init__(self, *, counts_check: bool) -> None:
         self._counts_check = counts_check
@@ -230,12 +212,6 @@ class Receiving:
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the other end in any chunks."""
         self._frames.feed(data)
-
-    def receive_datagram(self, data: bytes) -> None:
-        """Take a datagram from the other end; no frame spans two datagrams."""
-        self._frames.silence()
-        self._frames.feed(data)
-        self._frames.silence()
 
     def silence(self) -> None:
         """Report that the line has been quiet for longer than any pause within a frame.

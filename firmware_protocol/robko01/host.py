@@ -2,7 +2,7 @@
 
 At most one request is unanswered. An answer matches if it has the request's operation, began to
 arrive after the request was sent and, for a `Ping`, returns its bytes. Any other answer is `Stray`;
-bytes that are not an answer are `Garbled`. Neither changes the state, and no input from the arm
+bytes that are not an answer are `Unreadable`. Neither changes the state, and no input from the arm
 raises.
 """
 
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.robko01.frames import Frame, Noise, Receiving
+from firmware_protocol.events import Overrun, Unreadable
+from firmware_protocol.robko01.frames import Frame, Receiving
 from firmware_protocol.robko01.messages import (
     Answer,
     Ping,
@@ -38,22 +39,14 @@ class Stray:
     answer: Answer
 
 
-@dataclass(frozen=True, slots=True)
-class Garbled:
-    """Bytes that are not an answer, and the reason. Empty if entries were lost."""
-
-    data: bytes
-    reason: str
-
-
-Event: TypeAlias = Answered | Stray | Garbled
+Event: TypeAlias = Answered | Stray | Unreadable | Overrun
 
 
 class Host(Receiving):
     """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
     The arm silently drops frames that it cannot parse, so the caller must call `forget` after a
-    timeout. Input is a stream (`receive_data`) or datagrams of whole frames (`receive_datagram`).
+    timeout.
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
@@ -84,14 +77,12 @@ class Host(Receiving):
     def next_event(self) -> Event | None:
         """Return the next event from the bytes received so far, or None."""
         frame = self._frames.next_frame()
-        if frame is None:
-            return None
-        if isinstance(frame, Noise):
-            return Garbled(frame.data, frame.reason)
+        if not isinstance(frame, Frame):
+            return frame
         try:
             answer = decode_answer(frame)
         except RemoteProtocolError as error:
-            return Garbled(frame.raw, str(error))
+            return Unreadable(frame.raw, str(error))
         return self._accept(frame, answer)
 
     def forget(self) -> Request | None:

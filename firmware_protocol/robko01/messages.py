@@ -91,14 +91,6 @@ def wrap(position_steps: int) -> int:
     return (position_steps - WORD_MIN) % _TURN + WORD_MIN
 
 
-def unwrap(reported_steps: int, near_steps: int) -> int:
-    """Return the position nearest to a known one that is reported as `reported_steps`.
-
-    Correct while the axis is less than 32768 steps from the known position.
-    """
-    return near_steps + wrap(reported_steps - near_steps)
-
-
 # The four forms of a payload, in requests and answers.
 
 
@@ -191,84 +183,72 @@ class _OfBytes:
 class Ping(_OfBytes):
     """Ask for the same bytes back; on a retrofit this also feeds the watchdog."""
 
-    __slots__ = ()
     op = Op.PING
 
 
 class Stop(_OfNothing):
     """Ramp a move down. A `MoveSpeed` continues; end it with one whose speeds are all zero."""
 
-    __slots__ = ()
     op = Op.STOP
 
 
 class Disable(_OfNothing):
     """Switch the motor current off."""
 
-    __slots__ = ()
     op = Op.DISABLE
 
 
 class Enable(_OfNothing):
     """Switch the motor current on."""
 
-    __slots__ = ()
     op = Op.ENABLE
 
 
 class Clear(_OfNothing):
     """Set the present position of every axis as zero, even in motion."""
 
-    __slots__ = ()
     op = Op.CLEAR
 
 
 class Inputs(_OfNothing):
     """Ask for the digital inputs."""
 
-    __slots__ = ()
     op = Op.INPUTS
 
 
 class IsMoving(_OfNothing):
     """Ask which axes move. For 10 ms after accepting a move, the arm may answer "none"."""
 
-    __slots__ = ()
     op = Op.IS_MOVING
 
 
 class Position(_OfNothing):
     """Ask for the position and the speed of every axis."""
 
-    __slots__ = ()
     op = Op.POSITION
 
 
 class SavePosition(_OfNothing):
     """Defined but not implemented by the firmware: it does not answer."""
 
-    __slots__ = ()
     op = Op.SAVE_POSITION
 
 
 class LoadPosition(_OfNothing):
     """Defined but not implemented by the firmware: it does not answer."""
 
-    __slots__ = ()
     op = Op.LOAD_POSITION
 
 
 class MoveRelative(_OfAxes):
     """Move every axis by a distance, uncoordinated. The answer comes at once."""
 
-    __slots__ = ()
     op = Op.MOVE_RELATIVE
 
 
 class MoveAbsolute(_OfAxes):
     """Move every axis to a position, limited to 16 bits without wrapping."""
 
-    __slots__ = ()
     op = Op.MOVE_ABSOLUTE
 
 
@@ -278,14 +258,12 @@ class MoveSpeed(_OfAxes):
     It continues if the connection is lost, and `Stop` does not end it either.
     """
 
-    __slots__ = ()
     op = Op.MOVE_SPEED
 
 
 class Outputs(_OfByte):
     """Set the digital outputs, one per bit."""
 
-    __slots__ = ()
     op = Op.OUTPUTS
 
 
@@ -311,14 +289,12 @@ class _OfRobotId:
 class SetRobotId(_OfRobotId):
     """Set the robot's name. The firmware does not store it."""
 
-    __slots__ = ()
     op = Op.SET_ROBOT_ID
 
 
 class GetRobotId(_OfRobotId):
     """Ask for the robot's name. Send no bytes, because the firmware would return those."""
 
-    __slots__ = ()
     op = Op.GET_ROBOT_ID
 
 
@@ -388,28 +364,24 @@ class Busy:
 class Pong(_OfBytes):
     """The bytes of a `Ping`."""
 
-    __slots__ = ()
     op, status = Op.PING, Status.OK
 
 
 class OutputsSet(_OfByte):
     """The present outputs. Some firmware sends an `Acknowledged` without the byte instead."""
 
-    __slots__ = ()
     op, status = Op.OUTPUTS, Status.OK
 
 
 class InputsRead(_OfByte):
     """The inputs, one per bit."""
 
-    __slots__ = ()
     op, status = Op.INPUTS, Status.OK
 
 
 class Moving(_OfByte):
     """Which axes move: bit n of `value` is axis n."""
 
-    __slots__ = ()
     op, status = Op.IS_MOVING, Status.OK
 
     @property
@@ -421,7 +393,6 @@ class Moving(_OfByte):
 class Positions(_OfAxes):
     """The position of every axis, wrapped to 16 bits (`unwrap`), and its speed."""
 
-    __slots__ = ()
     op, status = Op.POSITION, Status.OK
 
 

@@ -17,11 +17,14 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.lines import Dropped, LineSplitter
+from firmware_protocol.events import Unreadable
+from firmware_protocol.lines import LineSplitter
 from firmware_protocol.teachmover.messages import (
     AFTER_DONE,
     ATTENTION,
+    CR,
     FORMS,
+    NOISE,
     Arm,
     Command,
     Due,
@@ -29,33 +32,27 @@ from firmware_protocol.teachmover.messages import (
     Reply,
     Status,
     attention_character,
+    decode_command,
+    encode_reply,
 )
-from firmware_protocol.teachmover.wire import CR, NOISE, decode_command, encode_reply
-
-
-@dataclass(frozen=True, slots=True)
-class Malformed:
-    """A line to this device that is not a command. Answer it with `Status.FAILED`."""
-
-    line: bytes
-    reason: str
 
 
 @dataclass(frozen=True, slots=True)
 class Ignored:
     """A line without the attention character; it gets no answer."""
 
-    line: bytes
+    data: bytes
 
 
-Request: TypeAlias = Command | Malformed | Ignored
+Request: TypeAlias = Command | Unreadable | Ignored
+"""`Unreadable` is a line to this device that is no command: answer it with `Status.FAILED`."""
 
 
 class Device:
     """The protocol machine of a simulated arm. Raises `LocalProtocolError` if misused.
 
     It is unverified that a real arm ignores lines without its attention character. With
-    `answers_strangers=True`, such lines are `Malformed` and get an answer.
+    `answers_strangers=True`, such lines are `Unreadable` and get an answer.
     """
 
     def __init__(self, attention: str = ATTENTION, *, answers_strangers: bool = False) -> None:
@@ -63,7 +60,7 @@ class Device:
         self._answers_strangers = answers_strangers
         self._lines = LineSplitter(CR)
         self._owes = Due.NOTHING
-        self._request: Command | Malformed | None = None
+        self._request: Command | Unreadable | None = None
 
     @property
     def attention(self) -> str:
@@ -71,7 +68,7 @@ class Device:
         return self._attention
 
     @property
-    def unanswered(self) -> Command | Malformed | None:
+    def unanswered(self) -> Command | Unreadable | None:
         """The command that still needs an answer."""
         return self._request
 
@@ -118,7 +115,7 @@ class Device:
             self.forget()
         return encode_reply(reply)
 
-    def forget(self) -> Command | Malformed | None:
+    def forget(self) -> Command | Unreadable | None:
         """Drop the unanswered command, as after a loss of power, and return it."""
         request = self._request
         self._owes, self._request = Due.NOTHING, None
@@ -128,26 +125,26 @@ class Device:
         """Discard the received bytes; the outstanding answer stays outstanding."""
         self._lines.discard()
 
-    def _read(self, line: bytes | Dropped) -> Request:
-        data = line.start if isinstance(line, Dropped) else line
+    def _read(self, line: bytes | Unreadable) -> Request:
+        data = line.data if isinstance(line, Unreadable) else line
         body = data.lstrip(NOISE)
         if not body.startswith(self._attention.encode("ascii")):
             return self._stranger(data)
-        if isinstance(line, Dropped):
-            return Malformed(data, line.reason)
+        if isinstance(line, Unreadable):
+            return line
         try:
             return decode_command(body[1:])
         except RemoteProtocolError as error:
-            return Malformed(line, str(error))
+            return Unreadable(line, str(error))
 
     def _stranger(self, data: bytes) -> Request:
         if self._answers_strangers:
-            return Malformed(data, f"the line does not begin with {self._attention}")
+            return Unreadable(data, f"the line does not begin with {self._attention}")
         return Ignored(data)
 
     def _answer(self, status: Status) -> None:
         request = self.forget()
-        if status is not Status.DONE or request is None or isinstance(request, Malformed):
+        if status is not Status.DONE or request is None or isinstance(request, Unreadable):
             return
         if isinstance(request, Arm):
             self._attention = request.attention

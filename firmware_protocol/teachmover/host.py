@@ -8,7 +8,7 @@ The host waits in one of four states:
     STATUS     --1 to QDUMP-->     ROWS        --end_dump-->       NOTHING
 
 Unexpected lines do not change the state: they become `Stray` (readable, but no command is open) or
-`Garbled` (unreadable, or not the expected answer). No input from the arm raises.
+`Unreadable` (unreadable, or not the expected answer). No input from the arm raises.
 """
 
 from __future__ import annotations
@@ -16,12 +16,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.lines import AnswerLines, Dropped
+from firmware_protocol.errors import LocalProtocolError
+from firmware_protocol.events import Unreadable
+from firmware_protocol.lines import LineHost
 from firmware_protocol.teachmover.messages import (
     AFTER_DONE,
     ATTENTION,
+    CR,
     FORMS,
+    NOISE,
     Arm,
     Command,
     Due,
@@ -30,8 +33,9 @@ from firmware_protocol.teachmover.messages import (
     Reply,
     Status,
     attention_character,
+    decode_reply,
+    encode_command,
 )
-from firmware_protocol.teachmover.wire import CR, NOISE, decode_reply, encode_command
 
 MAX_ROWS = 64
 """The most rows in a dump: they fill the arm's 1 KB of memory."""
@@ -57,18 +61,10 @@ class Stray:
     line: bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Garbled:
-    """Bytes that are unreadable or cannot be the expected answer, and the reason."""
-
-    data: bytes
-    reason: str
+Event: TypeAlias = Completed | Stray | Unreadable
 
 
-Event: TypeAlias = Completed | Stray | Garbled
-
-
-class Host:
+class Host(LineHost[Event]):
     """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
     There is no clock: the caller decides when to give up on an answer, and when a dump has ended.
@@ -77,7 +73,7 @@ class Host:
 
     def __init__(self, attention: str = ATTENTION) -> None:
         self._attention = attention_character(attention)
-        self._lines = AnswerLines[Event](CR, self._interpret, padding=NOISE)
+        super().__init__(CR, padding=NOISE)
         self._awaits = Due.NOTHING
         self._command: Command | None = None
         self._rows: list[ProgramRow] = []
@@ -98,11 +94,6 @@ class Host:
         """Whether the rows of a QDUMP are arriving, so that `end_dump` may be called."""
         return self._awaits is Due.ROWS
 
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._lines.buffered
-
     def send(self, command: Command) -> bytes:
         """Return a command's bytes.
 
@@ -115,19 +106,15 @@ class Host:
                 f"{self._command.name} is unanswered: wait for its Completed, or give_up, "
                 f"before sending {command.name}"
             )
-        self._lines.keep_early()
-        self._lines.mark_early()
+        self._keep_early()
+        self._mark_early()
         data = encode_command(command, self._attention)
         self._command, self._awaits = command, Due.STATUS
         return data
 
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the arm in any chunks."""
-        self._lines.feed(data)
-
     def next_event(self) -> Event | None:
         """Return the next event from the bytes received so far, or None."""
-        event = self._lines.next_event()
+        event = super().next_event()
         return self._end_of_dump() if event is None and self._dump_over else event
 
     def end_dump(self) -> None:
@@ -153,27 +140,13 @@ class Host:
         self._finish()
         return command
 
-    def discard(self) -> None:
-        """Discard all received bytes and unread events; the next byte begins a line.
-
-        Call this only while the line is quiet. The unanswered command stays unanswered.
-        """
-        self._lines.discard()
-
-    def _interpret(self, line: bytes | Dropped, early: bool) -> Event | None:
-        if isinstance(line, Dropped):
-            return Garbled(line.start, line.reason)
-        if early:
-            return Garbled(line, "the line began before the command was sent")
-        try:
-            reply = decode_reply(line)
-        except RemoteProtocolError as error:
-            return Garbled(line, str(error))
+    def _interpret(self, line: bytes) -> Event | None:
+        reply = decode_reply(line)
         if self._command is None:
             return Stray(line)
         form, wanted = FORMS[self._awaits]
         if not isinstance(reply, form):
-            return Garbled(line, f"{wanted} was awaited after {self._command.name}")
+            return Unreadable(line, f"{wanted} was awaited after {self._command.name}")
         return self._accept(self._command, reply, line)
 
     def _accept(self, command: Command, reply: Reply, line: bytes) -> Event | None:
@@ -185,7 +158,7 @@ class Host:
             case ProgramRow() if len(self._rows) < MAX_ROWS:
                 self._rows.append(reply)
                 return None
-        return Garbled(line, f"more than {MAX_ROWS} rows in one dump")
+        return Unreadable(line, f"more than {MAX_ROWS} rows in one dump")
 
     def _accept_status(self, command: Command, status: Status) -> Event | None:
         following = AFTER_DONE.get(type(command))
@@ -199,9 +172,9 @@ class Host:
     def _end_of_dump(self) -> Event | None:
         if self._command is None:
             return None
-        if cut_off := self._lines.partial:
+        if cut_off := self._partial:
             self._lines.discard()
-            return Garbled(cut_off, "the dump ended in the middle of a line")
+            return Unreadable(cut_off, "the dump ended in the middle of a line")
         return self._complete(Completed(self._command, Status.DONE, rows=tuple(self._rows)))
 
     def _complete(self, event: Completed) -> Completed:

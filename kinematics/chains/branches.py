@@ -85,7 +85,6 @@ def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = Fals
         *head,
         f"{names} = free",
         "found = []",
-        "keep = found.append",
         *arm.code.live(),
         "return found",
     ]
@@ -244,7 +243,7 @@ def _outer_of_six(arm: Layout) -> _Outer:
     rise = [total((both, one)) for one in height_of(code, row, v)]
     rise[2] = total((rise[2],), (_height_beyond(arm),))
     if v[0] == v[1] == ZERO:  # axes 5 and 6 meet
-        first = first_by_height(arm, arm.origin, rise[2])
+        first, _ = first_by_height(arm, arm.origin, rise[2])
         z = arm.into(1, unturned(code, first, arm.z))
         fifth = each_linear(code, lean[0], lean[1], total((z[2],), (-lean[2],)), arm.free[4], 1.0)
     elif u[0] == u[1] == ZERO:  # axes 5 and 6 are parallel
@@ -308,8 +307,8 @@ def _outer_of_five(arm: Layout, *, heading_free: bool) -> _Outer:
         hand = [unturned(code, heading, column) for column in (arm.x, arm.y, arm.z)]
         way = _combined(code, hand, arm.last_origin)
         ahead = code.dot(code.times(arm.rows(1), Z), way)
-        first = first_by_height(arm, arm.tip, total((height,), (ahead,)))
-        origin = code.minus(unturned(code, first, arm.tip), way)
+        first, tip = first_by_height(arm, arm.tip, total((height,), (ahead,)))
+        origin = code.minus(tip, way)
     else:
         first = _first_by_either(arm, lean, height)
         hand = [unturned(code, first, column) for column in (arm.x, arm.y, arm.z)]

@@ -12,6 +12,7 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from kinematics.chains.branches import BranchFinder, Posture, branch_code
 from kinematics.chains.chain import Chain
@@ -19,7 +20,7 @@ from kinematics.chains.code_lines import functions_of
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
-from kinematics.chains.structure import Family, Structure, structures
+from kinematics.chains.structure import Family, Structure, structures, why_no_structure
 from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
 from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted, turn_into
@@ -214,6 +215,28 @@ def closed_form(chain: Chain) -> ClosedForm | None:
         return None
     solver = _solver(chain.within())
     return None if solver is None else ClosedForm(solver, chain.limits, fit_code(chain.limits))
+
+
+class HowSolved(NamedTuple):
+    """What class of structure a chain is of, and what that means for its inverse kinematics."""
+
+    structure: str
+    solved: str
+
+
+def how_solved(chain: Chain) -> HowSolved:
+    """Say what class a chain is of, or why of none, and how its postures are found."""
+    form = closed_form(chain)
+    if form is None:
+        return HowSolved(
+            f"none: {why_no_structure(chain)}", "numerically, from many starts: one posture"
+        )
+    solved = "in closed form: all postures, each compared with the goal"
+    if form.structure.fixed is not None:
+        solved = "in closed form, for the angle of the fixed joint or for one as near as serves"
+    elif not form.structure.exact:
+        solved = "in the closed form of that class, and every posture improved numerically"
+    return HowSolved(str(form.structure), solved)
 
 
 @lru_cache(maxsize=64)

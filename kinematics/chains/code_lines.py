@@ -40,12 +40,16 @@ INDENT = "    "
 
 
 class Line(NamedTuple):
-    """A line of source; an assignment has the name that it assigns."""
+    """A line of source, the variables that it reads, and the one that it gives a value.
+
+    A line that is not `always` there is left out if nothing needs its value, and may move.
+    """
 
     depth: int
     source: str
     needs: tuple[str, ...]
     name: str = ""
+    always: bool = False
 
 
 def functions_of(source: str, called: Mapping[str, object], what: str) -> dict[str, Any]:
@@ -182,12 +186,13 @@ class CodeLines:
     def write(self, source: str, *needs: Term) -> None:
         """Add a line that is always kept; each {} in it stands for the next of the terms."""
         line = source.format(*map(text, needs))
-        self._lines.append(Line(len(self._blocks) - 1, line, tuple(_variables(needs))))
+        self._write(line, needs)
 
     def set(self, variable: Term, source: str, *needs: Term) -> None:
         """Add a line that sets a variable, as `write` has lines; it may be set in several ways."""
         self._blocks[-1].defined.add(variable.variable)
-        self.write(f"{variable.variable} = {source}", *needs)
+        line = f"{variable.variable} = {source.format(*map(text, needs))}"
+        self._write(line, needs, variable.variable)
 
     def open(self, header: str, *needs: Term) -> None:
         """Begin a block, with a header as `write` has lines."""
@@ -207,14 +212,41 @@ class CodeLines:
         self._blocks[-1].defined |= ended.defined
 
     def live(self, results: Iterable[Term] = ()) -> list[str]:
-        """Return the lines that these results and the lines always kept need, in order."""
-        wanted = {term.variable for term in results}
-        kept = []
+        """Return the lines that these results and the lines always kept need, in order.
+
+        What only one branch needs is computed there.
+        """
+        returned = {term.variable for term in results}
+        wanted, kept = set(returned), list[Line]()
         for line in reversed(self._lines):
-            if not line.name or line.name in wanted:
+            if line.always or line.name in wanted:
                 wanted.update(line.needs)
-                kept.append(INDENT * line.depth + line.source)
-        return kept[::-1]
+                kept.insert(0, line)
+                if not line.always and line.name not in returned:
+                    _sink(kept)
+        return [INDENT * line.depth + line.source for line in kept]
+
+    def _write(self, source: str, needs: Sequence[Term], name: str = "") -> None:
+        depth = len(self._blocks) - 1
+        self._lines.append(Line(depth, source, tuple(_variables(needs)), name, always=True))
+
+
+def _sink(lines: list[Line]) -> None:
+    """Move the first line into the branch that alone needs its value, if there is one."""
+    line = lines[0]
+    users = [index for index, one in enumerate(lines) if line.name in one.needs]
+    start = users[0]
+    while lines[start].depth > line.depth:
+        start -= 1
+    end = start + 1  # the branch that begins here, if the first user is in one
+    while end < len(lines) and lines[end].depth > line.depth:
+        end += 1
+    changed = any(one.name in line.needs for one in lines[1:start])
+    if start in users or users[-1] >= end or changed or lines[start].source.startswith("for "):
+        return
+    branch = [line._replace(depth=line.depth + 1), *lines[start + 1 : end]]
+    _sink(branch)
+    lines[:] = [*lines[1 : start + 1], *branch, *lines[end:]]
 
 
 def text(term: Term) -> str:

@@ -28,10 +28,6 @@ from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
 from kinematics.spaces import Pose, RollFrame
 
-# The account of a numerical solution: what was met, what was missed, by how much, and why.
-#
-# Measured by the product of the A matrices, not by what the solver believes.
-
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
 
@@ -82,12 +78,11 @@ class Solution:
         return not self.missed
 
 
-def account(
+def _account(
     chain: Chain,
     goal: Goal,
     values: Sequence[float],
-    tolerance_mm: float,
-    tolerance_rad: float,
+    effort: Effort,
     starts: int = 0,
     unlimited: Sequence[float] | None = None,
     *,
@@ -104,10 +99,10 @@ def account(
     turn, split = goal.turn(frame)
     misses = tuple((part, abs(miss)) for part, _, miss in split)
     residual_rad = norm(turn)
-    missed = {part for part, miss in misses if miss > tolerance_rad}
-    if residual_mm > tolerance_mm:
+    missed = {part for part, miss in misses if miss > effort.tolerance_rad}
+    if residual_mm > effort.tolerance_mm:
         missed.add(Part.POSITION)
-    if residual_rad > math.sqrt(3.0) * tolerance_rad and not missed - {Part.POSITION}:
+    if residual_rad > math.sqrt(3.0) * effort.tolerance_rad and not missed - {Part.POSITION}:
         missed |= {part for part, _ in misses}  # a turn that the split does not show
     broken = chain.violations(joints if unlimited is None else unlimited)
     reason = _reason(chain, goal, joints, missed, broken, unlimited is not None)
@@ -378,20 +373,6 @@ def _postures_of_hand(
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
     """Return where one descent from the seed ends, for goals a small step away."""
     return _account(chain, goal, Descent(chain, goal).meet(seed), DEFAULT_EFFORT, 1)
-
-
-def _account(
-    chain: Chain,
-    goal: Goal,
-    values: Sequence[float],
-    effort: Effort,
-    starts: int = 0,
-    unlimited: Sequence[float] | None = None,
-    *,
-    certain: bool = False,
-) -> Solution:
-    near = effort.tolerance_mm, effort.tolerance_rad
-    return account(chain, goal, values, *near, starts, unlimited, certain=certain)
 
 
 def _met(chain: Chain, goal: Goal, values: Sequence[float], effort: Effort) -> bool:

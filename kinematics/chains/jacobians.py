@@ -162,6 +162,9 @@ def _damped(
 SINGULAR = 1e-9
 """A dimensionless singular value below this is zero."""
 
+EVEN = 1e-6
+"""Singular values no further apart than this share are one: no direction is the hardest."""
+
 SMALL_PART = 0.05
 """Components of a unit direction below this are left out of its description."""
 
@@ -253,33 +256,36 @@ def condition_of(chain: Chain, jacobian: Jacobian, rows: Sequence[int]) -> Condi
         hardest,
         idle,
         is_singular,
-        _sentence(chain, parts.values[-1], hardest, idle, rows, is_singular),
+        _sentence(chain, parts.values, hardest, idle, rows),
     )
 
 
 def _sentence(
     chain: Chain,
-    smallest: float,
+    singular_values: Sequence[float],
     hardest: Sequence[float],
     idle: Sequence[float],
     rows: Sequence[int],
-    is_singular: bool,
 ) -> str:
+    """Say which direction is lost, nearly lost, or only the hardest of all."""
+    largest, smallest = singular_values[0], singular_values[-1]
+    if smallest >= (1.0 - EVEN) * largest > SINGULAR:
+        return f"the tip moves as easily in every direction: all singular values are {smallest:.3g}"
+    is_singular, is_near = smallest < SINGULAR, smallest < THRESHOLD
     joints = _named(
         [(name.replace("_", " "), part) for name, part in zip(chain.joint_names, idle, strict=True)]
     )
     parts = []
     if len(rows) <= len(chain):
-        parts.append(
-            f"the tip {'cannot' if is_singular else 'can hardly'} {in_words(hardest, rows)}"
-        )
+        able = "cannot" if is_singular else "can hardly" if is_near else "is slowest to"
+        parts.append(f"the tip {able} {in_words(hardest, rows)}")
     if len(rows) >= len(chain):
-        still = "at rest" if is_singular else "almost at rest"
-        parts.append(f"moving {joints} leaves the tip {still}")
+        still = "leaves the tip at rest" if is_singular else "moves it least"
+        if is_near and not is_singular:
+            still = "leaves the tip almost at rest"
+        parts.append(f"moving {joints} {still}")
     said = "; ".join(parts)
-    if is_singular:
-        return f"singular: {said}"
-    return f"smallest singular value {smallest:.3g}; hardest: {said}"
+    return f"singular: {said}" if is_singular else f"smallest singular value {smallest:.3g}: {said}"
 
 
 def _named(parts: Sequence[tuple[str, float]]) -> str:

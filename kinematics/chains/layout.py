@@ -100,7 +100,7 @@ class Layout:
             if self.structure.fixed is not None:
                 values[self.structure.fixed] = Term(1.0, f"f{self.structure.fixed}")
             listed = [values[joint] for joint in sorted(values)]
-            self.code.write(f"keep(({', '.join('{}' for _ in listed)}))", *listed)
+            self.code.write(f"found.append(({', '.join('{}' for _ in listed)}))", *listed)
 
     def _join(self, place: int, joint: int) -> None:
         """Make one place of the two beside a joint that keeps its angle."""

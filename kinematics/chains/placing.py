@@ -15,6 +15,7 @@ from kinematics.chains.code_lines import ZERO, CodeLines, Term, Vector3, Z
 from kinematics.chains.layout import Layout
 from kinematics.chains.structure import FirstThree
 from kinematics.chains.subproblems import (
+    Linear,
     Turn,
     across,
     along,
@@ -23,6 +24,8 @@ from kinematics.chains.subproblems import (
     at,
     each_linear,
     each_on_conic,
+    each_root,
+    linear,
     turn_of,
     turned,
     unturned,
@@ -57,24 +60,79 @@ def _level(v: Vector3) -> Vector3:
 def _second_and_third_parallel(arm: Layout) -> Placed:
     """The point's height along axis 2 gives joint 1, then the triangle of joints 2 and 3 is level.
 
-    McKerrow, chapter 4, section 16, for any offsets.
+    McKerrow, chapter 4, section 16, for any offsets. Where axes 1 and 2 meet, or axis 2 is only
+    moved along itself, the point is as far from axis 2 for both turns of joint 1: the elbow bends
+    alike, and its angles need not be found twice.
     """
-    code = arm.code
+    code, p, start = arm.code, arm.origin, arm.place(1)
     height = code.total((arm.tilt(2), arm.place(3)[2]), (arm.place(2)[2],))
-    first = first_by_height(arm, arm.origin, height)
-    seen = code.minus(unturned(code, first, arm.origin), arm.place(1))
-    second, third = triangle(arm, arm.into(1, seen))
+    shoulder = _by_height(arm, p, height)
+    elbow = None
+    if across(code, shoulder.axis, start) == ZERO:
+        elbow = _elbow(arm, _square_from_second(arm, shoulder, height))
+    first, seen = _each_first(arm, p, shoulder)
+    g = arm.into(1, code.minus(seen, start))
+    second, third = _second_and_third(arm, g, elbow or _elbow(arm, along(code, g, g)))
     both = code.total((second,), (arm.tilt(2), third.angle))
     return Placed((first, Turn(second, ZERO, ZERO), third), turn_of(code, both))
 
 
-def first_by_height(arm: Layout, point: Vector3, height: Term) -> Turn:
-    """Begin a loop over the turns of joint 1 that bring a point to a height along axis 2 (SP4)."""
+def _square_from_second(arm: Layout, shoulder: _ByHeight, height: Term) -> Term:
+    """Return the square of the point's distance from axis 2, where it is that of both turns."""
+    code, p, start = arm.code, arm.origin, arm.place(1)
+    two, level_square = Term(2.0), along(code, p, p)
+    share = code.reciprocal(along(code, shoulder.axis, shoulder.axis))
+    towards = code.total((share, along(code, shoulder.axis, start)))
+    return code.total(
+        (level_square,),
+        (p[2], p[2]),
+        (code.dot(start, start),),
+        (-two, start[2], p[2]),
+        (-two, towards, shoulder.level),
+        (-height, height),
+    )
+
+
+class _ByHeight(NamedTuple):
+    """What brings a point to a height along axis 2 by joint 1, in whose frame the axis is given.
+
+    `level` is the part of the height, from joint 1's origin, that joint 1 has a say in.
+    """
+
+    solved: Linear
+    axis: Vector3
+    level: Term
+
+
+def _by_height(arm: Layout, point: Vector3, height: Term) -> _ByHeight:
     code = arm.code
     axis = code.times(arm.rows(1), Z)
     a, minus_b, c = height_of(code, axis, point)
-    wanted = code.total((height,), (-c,), *zip(axis, arm.place(1), strict=True))
-    return each_linear(code, a, -minus_b, wanted, arm.free[0], arm.size)
+    level = code.total((height,), (-c,), *zip(axis, arm.place(1), strict=True))
+    solved = linear(code, a, -minus_b, level, arm.free[0], arm.size)
+    return _ByHeight(solved, axis, level)
+
+
+def _each_first(arm: Layout, point: Vector3, shoulder: _ByHeight) -> tuple[Turn, Vector3]:
+    """Begin the loop over joint 1's turns; return the turn and the point as its frame sees it.
+
+    The root that tells the turns apart is the point's distance from the plane of axes 1 and 2.
+    """
+    code = arm.code
+    turn, root = each_root(code, shoulder.solved)
+    (x, y, _), level = shoulder.axis, shoulder.level
+    share = code.reciprocal(along(code, shoulder.axis, shoulder.axis))
+    seen_x = code.total((share, x, level), (share, y, root))
+    seen_y = code.total((share, y, level), (-share, x, root))
+    return turn, (seen_x, seen_y, point[2])
+
+
+def first_by_height(arm: Layout, point: Vector3, height: Term) -> tuple[Turn, Vector3]:
+    """Begin a loop over the turns of joint 1 that bring a point to a height along axis 2 (SP4).
+
+    Return the turn, and the point as the frame sees it that joint 1 turns.
+    """
+    return _each_first(arm, point, _by_height(arm, point, height))
 
 
 def triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
@@ -82,19 +140,32 @@ def triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
 
     Axes 2 and 3 are parallel, and g is where the point is seen by joint 2's frame.
     """
-    code, w = arm.code, _level(arm.place(3))
-    hinge = _level(arm.into(2, arm.place(2)))  # less the place of axis 2, seen by joint 3's frame
-    square = along(code, g, g)
+    return _second_and_third(arm, g, _elbow(arm, along(arm.code, g, g)))
+
+
+def _elbow(arm: Layout, square: Term) -> Linear:
+    """Write what bends joint 3 so that the point's distance from axis 2 has this square."""
+    code, w, hinge = arm.code, _level(arm.place(3)), _hinge(arm)
     a, b, _ = height_of(code, hinge, w)
     two = Term(2.0)
     wanted = code.total((square,), (-along(code, w, w),), (-along(code, hinge, hinge),))
-    third = each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[2], arm.size**2
-    )
+    a, b = code.total((two, a)), code.total((two, b))
+    return linear(code, a, b, wanted, arm.free[2], arm.size**2)
+
+
+def _hinge(arm: Layout) -> Vector3:
+    """Return the level way from axis 2 to axis 3 as joint 3's frame sees it, before it turns."""
+    return _level(arm.into(2, arm.place(2)))
+
+
+def _second_and_third(arm: Layout, g: Vector3, elbow: Linear) -> tuple[Term, Turn]:
+    """Begin the loop over joint 3's turns; return joint 2's angle and joint 3's turn."""
+    code, w = arm.code, _level(arm.place(3))
+    third, _ = each_root(code, elbow)
     k = carried(arm, 2, third, w)
-    if _unequal(hinge, w, arm.size):  # then the point is never on axis 2
+    if _unequal(_hinge(arm), w, arm.size):  # then the point is never on axis 2
         return angle_from(code, k, g), third
-    return angle_or_free(code, k, g, square, arm.free[1], arm.size), third
+    return angle_or_free(code, k, g, along(code, g, g), arm.free[1], arm.size), third
 
 
 def _unequal(u: Vector3, v: Vector3, size: float) -> bool:

@@ -33,8 +33,8 @@ no axes are parallel by chance."""
 class Family(Enum):
     """What lets an arm be solved in closed form."""
 
-    SPHERICAL_WRIST = "the last three axes meet in one point"
-    THREE_PARALLEL = "axes 2, 3 and 4 are parallel"
+    SPHERICAL_WRIST = "spherical wrist: the last three axes meet in one point"
+    THREE_PARALLEL = "three parallel axes: 2, 3 and 4"
     LAST_TWO_MEET = "the last two of five axes meet"
 
 
@@ -70,7 +70,7 @@ class Structure:
         return self.tolerance == EXACT
 
     def __str__(self) -> str:
-        said = self.family.value if self.exact else f"nearly so: {self.family.value}"
+        said = self.family.value if self.exact else f"nearly {self.family.value}"
         if self.first_three is not None:
             said += f", {self.first_three.value}"
         if self.from_hand:
@@ -154,6 +154,25 @@ def structures(chain: Chain) -> Iterator[Structure]:
         for fixed in (2, 3, 4, 1, 5, 0, 6):  # the upper arm's turn first, as in a human arm
             posture = tuple(FIXED_RAD if index == fixed else 0.0 for index in range(count))
             yield from _structures(axes_of(chain, posture).without(fixed), fixed)
+
+
+def why_no_structure(chain: Chain) -> str:
+    """Return the reason why a chain is of no class."""
+    count = len(chain)
+    if any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
+        return "a joint slides, and the classes are of turning joints"
+    if count not in (5, 6, 7):
+        return f"the classes are of five to seven joints, not of {count}"
+    if count == 7:
+        return "whichever joint is kept still, the other six are of no class"
+    axes = axes_of(chain, chain.zero)
+    if any(seen.parallel(0, 1) and seen.parallel(1, 2) for seen in (axes, axes.backwards())):
+        return "three axes in a row at one end are parallel: they move a point in a plane only"
+    wrist = "last three axes meet in one point" if count == 6 else "last two axes meet"
+    return (
+        f"axes 2, 3 and 4 are not parallel, nor do the {wrist}; counted from the hand it is no "
+        "different"
+    )
 
 
 def _structures(axes: Axes, fixed: int | None) -> Iterator[Structure]:

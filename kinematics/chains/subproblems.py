@@ -83,8 +83,27 @@ def angle_or_free(
     return angle
 
 
+class Linear(NamedTuple):
+    """What solves an equation a cos q + b sin q = c in code: a sin q - b cos q is one of `roots`.
+
+    `share` is 1 / (a² + b²).
+    """
+
+    a: Term
+    b: Term
+    c: Term
+    share: Term
+    roots: Term
+
+
 def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) -> Turn:
-    """Begin a loop over the angles with a cos q + b sin q = c (SP3 and SP4).
+    """Begin a loop over the angles with a cos q + b sin q = c (SP3 and SP4); see `linear`."""
+    turn, _ = each_root(code, linear(code, a, b, c, free, size))
+    return turn
+
+
+def linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) -> Linear:
+    """Write what solves a cos q + b sin q = c.
 
     `size` is what a and b usually are; where both are nothing any angle serves, and `free` is it.
     """
@@ -94,7 +113,7 @@ def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: fl
         c = code.named(code.total((Term(1.0 / length), c)))
     square = code.total((a, a), (b, b))
     gap = code.total((square,), (-c, c))
-    roots, root = code.variable(), code.variable()
+    roots = code.variable()
     factors = [code.variable() if one is c or one.variable else None for one in (a, b, c, square)]
     kept = [one for one in factors if one is not None]
     code.open("if {} > {}:", gap, Term(EDGE * size * size))
@@ -112,10 +131,17 @@ def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: fl
     a, b, c, share = (
         one if name is None else name for name, one in zip(factors, (a, b, c, ONE), strict=True)
     )
+    return Linear(a, b, c, share, roots)
+
+
+def each_root(code: CodeLines, solved: Linear) -> tuple[Turn, Term]:
+    """Begin a loop over the angles that solve an equation; return the turn and its root."""
+    a, b, c, share, roots = solved
+    root = code.variable()
     code.loop(roots, root)
     sine, cosine = code.total((b, c), (a, root)), code.total((a, c), (-b, root))
     angle = code.call("atan2", sine, cosine)
-    return Turn(angle, code.total((share, cosine)), code.total((share, sine)))
+    return Turn(angle, code.total((share, cosine)), code.total((share, sine))), root
 
 
 def each_of(code: CodeLines, angles: Term) -> Turn:

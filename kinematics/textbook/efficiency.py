@@ -13,6 +13,7 @@ the running code takes nor what it computes once and uses twice, which is what i
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import reduce
@@ -85,6 +86,28 @@ class Ledger:
         return Tally(**self.counts)
 
 
+def _operation(
+    kind: str, operate: Callable[[Any, Any], float], *, turned: bool = False
+) -> Callable[[Count, Any], Count]:
+    """Return the method for a counted operation of two numbers; `turned` exchanges them."""
+
+    def method(self: Count, other: Any) -> Count:
+        pair = (plain(other), self.value) if turned else (self.value, plain(other))
+        return self.made(kind, operate(*pair))
+
+    return method
+
+
+def _function(kind: str, evaluate: Callable[[float], float]) -> Callable[[Count], Count]:
+    """Return the method for a function of one number that is counted."""
+    return lambda self: self.made(kind, evaluate(self.value))
+
+
+def _comparison(compare: Callable[[Any, Any], bool]) -> Callable[[Count, Any], bool]:
+    """Return the method for a comparison, which costs nothing."""
+    return lambda self, other: compare(self.value, plain(other))
+
+
 class Count:
     """A number that counts; anything that would need it as a plain float fails loudly."""
 
@@ -97,31 +120,23 @@ class Count:
     def __repr__(self) -> str:
         return f"Count({self.value!r})"
 
-    def _made(self, kind: str, value: float) -> Count:
+    def made(self, kind: str, value: float) -> Count:
+        """Return the result of an operation, and count it."""
         self.ledger.note(kind)
         return Count(value, self.ledger)
 
-    def __add__(self, other: Any) -> Count:
-        return self._made("additions", self.value + plain(other))
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> Count:
-        return self._made("additions", self.value - plain(other))
-
-    def __rsub__(self, other: Any) -> Count:
-        return self._made("additions", plain(other) - self.value)
-
-    def __mul__(self, other: Any) -> Count:
-        return self._made("multiplications", self.value * plain(other))
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Count:
-        return self._made("divisions", self.value / plain(other))
-
-    def __rtruediv__(self, other: Any) -> Count:
-        return self._made("divisions", plain(other) / self.value)
+    __add__ = __radd__ = _operation("additions", operator.add)
+    __sub__ = _operation("additions", operator.sub)
+    __rsub__ = _operation("additions", operator.sub, turned=True)
+    __mul__ = __rmul__ = _operation("multiplications", operator.mul)
+    __truediv__ = _operation("divisions", operator.truediv)
+    __rtruediv__ = _operation("divisions", operator.truediv, turned=True)
+    atan2 = _operation("arcs", math.atan2)
+    atan2_of = _operation("arcs", math.atan2, turned=True)
+    sin = _function("sines", math.sin)
+    cos = _function("sines", math.cos)
+    sqrt = _function("roots", math.sqrt)
+    acos = _function("arcs", math.acos)
 
     def __neg__(self) -> Count:
         return Count(-self.value, self.ledger)
@@ -132,46 +147,14 @@ class Count:
     def __eq__(self, other: object) -> bool:
         return bool(self.value == plain(other))
 
-    def __lt__(self, other: Any) -> bool:
-        return bool(self.value < plain(other))
-
-    def __le__(self, other: Any) -> bool:
-        return bool(self.value <= plain(other))
-
-    def __gt__(self, other: Any) -> bool:
-        return bool(self.value > plain(other))
-
-    def __ge__(self, other: Any) -> bool:
-        return bool(self.value >= plain(other))
-
     __hash__ = None  # type: ignore[assignment] # equal to plain numbers, and not one of them
+    __lt__ = _comparison(operator.lt)
+    __le__ = _comparison(operator.le)
+    __gt__ = _comparison(operator.gt)
+    __ge__ = _comparison(operator.ge)
 
     def __bool__(self) -> bool:
         return self.value != 0.0
-
-    def sin(self) -> Count:
-        """Return the sine."""
-        return self._made("sines", math.sin(self.value))
-
-    def cos(self) -> Count:
-        """Return the cosine."""
-        return self._made("sines", math.cos(self.value))
-
-    def sqrt(self) -> Count:
-        """Return the square root."""
-        return self._made("roots", math.sqrt(self.value))
-
-    def acos(self) -> Count:
-        """Return the arc cosine."""
-        return self._made("arcs", math.acos(self.value))
-
-    def atan2(self, x: Any) -> Count:
-        """Return the direction of (x, this)."""
-        return self._made("arcs", math.atan2(self.value, plain(x)))
-
-    def atan2_of(self, y: Any) -> Count:
-        """Return the direction of (this, y)."""
-        return self._made("arcs", math.atan2(plain(y), self.value))
 
 
 def plain(number: Any) -> Any:

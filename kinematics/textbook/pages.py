@@ -6,7 +6,7 @@ import math
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
-from kinematics.chains.closed_form import closed_form
+from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of
@@ -185,9 +185,10 @@ def _singularities(of: Study, searched: tuple[NamedSingularity, ...] | None) -> 
 def _branches(of: Study) -> Iterator[str]:
     if of.refusal:
         yield of.refusal
-    form = closed_form(of.subject.chain) if of.subject.system is None else None
-    if form is not None:
-        yield f"closed form: {form.structure}"
+    found = how_solved(of.subject.chain)
+    yield f"class: {found.structure}"
+    if of.subject.system is None:
+        yield f"solved {found.solved}"
     for index, branch in enumerate(of.branches):
         yield f"{'>' if index == of.here else ' '} {branch.name}"
         yield f"    {joints_text(of.subject.chain, branch.joints)}"

@@ -207,7 +207,7 @@ def subject_of_arm(name: str, arm: ArmGeometry) -> Subject | None:
 
 def subject_of_system(one: System) -> Subject:
     """Return a named system as a subject."""
-    return Subject(one.name, one.title, one.source, one.chain(), one, own_rows(one))
+    return Subject(one.name, one.title, one.notes.source, one.chain(), one, own_rows(one))
 
 
 def subject_of_chain(
@@ -233,9 +233,9 @@ class Study:
 
     `matrices` are the A matrices, `frame` the tool's frame. `jacobian` has the subject's rows.
     `singularities` are the named ones. `goal` is what was asked, in `coordinates`: by
-    default the system's own coordinates of the hand. `branches` is every posture that meets it;
-    `refusal` says why there are none, as of a link table without a closed form. A link table that
-    was asked for a goal has the `solution` of the numerical solver too.
+    default the system's own coordinates of the hand. `branches` is every posture that meets it,
+    none of a link table without a closed form; `refusal` says why a named system has none. A link
+    table that was asked for a goal has the `solution` of the numerical solver too.
     """
 
     subject: Subject
@@ -328,9 +328,6 @@ def searched(subject: Subject, values: tuple[float, ...]) -> tuple[NamedSingular
     )
 
 
-NO_CLOSED_FORM = "this link table has no closed form: it is solved by numbers, one at a time"
-
-
 def table_branches(
     chain: Chain, frame: Transform, near: Sequence[float]
 ) -> tuple[NamedBranch, ...]:
@@ -352,8 +349,7 @@ def _solved(
     """Return the goal of a posture and every branch that meets it, or why there is none."""
     system = subject.system
     if system is None:
-        refusal = NO_CLOSED_FORM if closed_form(subject.chain) is None else ""
-        return (), table_branches(subject.chain, frame, values), refusal
+        return (), table_branches(subject.chain, frame, values), ""
     goal = system.goal_of(frame)
     try:
         return goal, system.ik(goal, values), ""

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from kinematics.chains.chain import Chain, JointViolation
-from kinematics.chains.closed_form import closed_form
+from kinematics.chains.closed_form import how_solved
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import solve_frame_ik
 from kinematics.chains.links import JointKind
@@ -135,8 +135,7 @@ def sections(example: Study) -> Iterator[ExampleSection]:
     yield ExampleSection("Links", tuple(table_text(chain).splitlines()))
     yield ExampleSection("A matrices at this posture", tuple(_matrices(example)))
     yield ExampleSection("Forward kinematics", tuple(_forward(example)))
-    if system is not None:
-        yield ExampleSection("How it is solved", tuple(_derivation(system)))
+    yield ExampleSection("How it is solved", tuple(_how_solved(example.subject)))
     if example.solution is None:
         yield ExampleSection("Inverse kinematics", tuple(_inverse(example)))
     else:
@@ -235,10 +234,19 @@ def _forward(example: Study) -> Iterator[str]:
     for violation in example.violations:
         yield f"but: {violation_text(violation)}"
     yield example.condition.sentence
+    system = example.subject.system
+    if system is not None and system.space is not None:
+        yield f"reach: {system.space(system)}"
 
 
-def _derivation(system: System) -> Iterator[str]:
-    for number, step in enumerate(system.derivation, 1):
+def _how_solved(subject: Subject) -> Iterator[str]:
+    found = how_solved(subject.chain)
+    yield f"class: {found.structure}"
+    if subject.system is None:
+        yield f"solved {found.solved}"
+        return
+    yield "solved in closed form, by the steps of its own build:"
+    for number, step in enumerate(subject.system.notes.derivation, 1):
         yield f"{number}. {step.title}: {step.formula}"
         if step.why:
             yield f"   {step.why}"
@@ -271,12 +279,10 @@ def _branch(example: Study, branch: NamedBranch) -> Iterator[str]:
 
 
 def _all_solutions(example: Study) -> Iterator[str]:
-    """List the solutions of a link table, and what makes its closed form possible."""
-    form = closed_form(example.subject.chain)
-    if form is not None:
-        yield f"{form.structure}"
-    for branch in example.branches:
-        yield ""
+    """List the solutions of a link table."""
+    for number, branch in enumerate(example.branches):
+        if number:
+            yield ""
         yield branch.name
         yield f"  {joints_text(example.subject.chain, branch.joints)}"
         if branch.violations:

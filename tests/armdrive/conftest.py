@@ -12,7 +12,7 @@ from cli_calls import Caller
 from doctor_bench import lead
 from serial.tools import list_ports as pyserial
 
-from armdrive.setup import findings as timing
+from armdrive.setup import survey as timing
 from armdrive.status import SchedulingJitter
 from armdrive.transports import can_link, can_threads
 

@@ -12,7 +12,7 @@ from armdrive.sim.grbl.hardware import LimitInput
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
-from firmware_protocol.grbl.reports import decode_answer
+from firmware_protocol.grbl.answers import decode_answer
 
 BAUD = 115_200
 BYTE_S = 10 / BAUD
@@ -50,7 +50,7 @@ class Bench:
     def __init__(self, values=MACHINE, *, baud=BAUD, config=None, saved=None, **options):
         config = config or config_of()
         self.device = simulate_device(config, saved, settings=options)
-        self.board = self.device.board.grbl
+        self.board = self.device.board
         self.board.settings.values.update(values)
         self.board.drive.rack.limits = self.board.settings.limits()
         if not saved:
@@ -58,14 +58,10 @@ class Bench:
         self.link = MemoryLink(PacedDevice(self.device, baud), "simulated arm")
         self.now_s = 0.0
         self.heard: list[str] = []
+        self.reports: list[StatusReport] = []
         self.reader = LineReader()
         self.rest = b""
         self.wait(0.05)
-
-    @property
-    def reports(self):
-        found = (decode_answer(line.encode()) for line in self.heard if line.startswith("<"))
-        return [one for one in found if isinstance(one, StatusReport)]
 
     @property
     def banners(self):
@@ -82,6 +78,8 @@ class Bench:
         *lines, self.rest = (self.rest + self.link.read(self.now_s)).split(b"\r\n")
         said = [line.decode() for line in lines if line]
         self.heard += said
+        found = (decode_answer(line.encode()) for line in said if line.startswith("<"))
+        self.reports += [one for one in found if isinstance(one, StatusReport)]
         return said
 
     def say(self, text, seconds=0.05):

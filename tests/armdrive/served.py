@@ -14,18 +14,22 @@ from waiting import LONG_S, until
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate_device
 from armdrive.sim.device import SimDevice
+from armdrive.sim.faults.request import parse_option
 from armdrive.sim.serving.loop import make_server, run_device
 
 
 class ServedDevice:
     """One device in a thread in real time, steered by the lines of its console."""
 
-    def __init__(self, server: Any, device: SimDevice) -> None:
+    def __init__(self, server: Any, device: SimDevice, *faults: str) -> None:
         self.server, self.device = server, device
         self.out = io.StringIO()
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(
-            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
+            target=run_device,
+            args=(self.device, self.server, ear, self.out),
+            kwargs={"faults": [parse_option(each) for each in faults]},
+            daemon=True,
         )
         self._thread.start()
 
@@ -43,6 +47,7 @@ class ServedDevice:
         """End the simulation."""
         os.write(self._mouth, b"quit\n")
         self._thread.join(LONG_S)
+        assert not self._thread.is_alive()
         os.close(self._mouth)
 
 

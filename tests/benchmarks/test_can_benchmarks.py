@@ -25,7 +25,7 @@ from armdrive.dialects.cia402.wire import Cia402Bus
 from firmware_protocol.canopen import Command, Controlword, OperationMode
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Code, EmergencyStop, MoveAbsoluteAxis, Stop
-from firmware_protocol.mks.wire import encode
+from firmware_protocol.mks.answers import encode
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"

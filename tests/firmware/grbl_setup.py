@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import serial
 
 from armdrive.config.arm import ArmConfig
+from armdrive.sim.grbl.device import board_axes, motor_letters, well_set_up
 from armdrive.sim.grbl.firmware import PULL_OFF, STEPS
-from armdrive.sim.grbl.wiring import board_axes, motor_letters, well_set_up
 
 RESETS_S = 3.0
 """A board that resets when its port is opened greets within this time."""

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from firmware_protocol.canopen.eds import RECORD, VARIABLE
-from firmware_protocol.canopen.objects import DataType, Dictionary, ObjectEntry, one_line
+from firmware_protocol.canopen.objects import (
+    RECORD,
+    VARIABLE,
+    DataType,
+    Dictionary,
+    ObjectEntry,
+    one_line,
+)
 
 _MANDATORY = frozenset((0x1000, 0x1001, 0x1018))
 _MANUFACTURERS = range(0x2000, 0x6000)

@@ -30,7 +30,7 @@ from firmware_protocol.armdroid import (
     Welcome,
     ZeroOffsets,
 )
-from firmware_protocol.armdroid.wire import encode_answer, encode_command
+from firmware_protocol.armdroid.messages import encode_answer, encode_command
 
 
 def _steps(rng: random.Random, count: int = 6) -> tuple[int, ...]:

@@ -13,14 +13,12 @@ from firmware_protocol.grbl import (
     Banner,
     BuildInfo,
     Device,
-    Dwell,
     Empty,
     Error,
     Feedback,
     Host,
-    Jog,
+    Line,
     LineReceived,
-    Move,
     Ok,
     Parameter,
     QuerySettings,
@@ -44,15 +42,15 @@ def _place(rng: random.Random) -> tuple[float, ...]:
     return tuple(_number(rng) for _ in AXES)
 
 
-def _target(rng: random.Random) -> dict[str, float]:
-    return {letter: _number(rng) for letter in rng.sample(AXES, rng.randint(1, 4))}
+def _target(rng: random.Random) -> str:
+    return "".join(f"{letter}{_number(rng)}" for letter in rng.sample(AXES, rng.randint(1, 4)))
 
 
 COMMANDS = (
-    lambda rng: Move(_target(rng), rng.randint(1, 9999)),
-    lambda rng: Move(_target(rng)),
-    lambda rng: Jog(_target(rng), rng.randint(1, 9999)),
-    lambda rng: Dwell(rng.random()),
+    lambda rng: Line(f"G90G1{_target(rng)}F{rng.randint(1, 9999)}"),
+    lambda rng: Line(f"G91G0{_target(rng)}"),
+    lambda rng: Line(f"$J=G91{_target(rng)}F{rng.randint(1, 9999)}"),
+    lambda rng: Line(f"G4P{rng.random():.3f}"),
     lambda rng: QuerySettings(),
     lambda rng: SetSetting(rng.randint(0, 255), _number(rng)),
 )

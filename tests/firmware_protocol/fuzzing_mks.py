@@ -56,7 +56,8 @@ ANSWERS = (
 
 def _host_saw_one(host: mks.Host) -> bool:
     found = any(
-        not isinstance(event, mks.Garbled | mks.Foreign | mks.Overrun) for event in events(host)
+        not isinstance(event, mks.UnreadableFrame | mks.Foreign | mks.Overrun)
+        for event in events(host)
     )
     for node in NODES:
         host.send(node, mks.MoveAbsoluteAxis(1, 1, 1))

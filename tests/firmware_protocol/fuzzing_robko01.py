@@ -15,7 +15,6 @@ from firmware_protocol.robko01 import (
     Enable,
     GetRobotId,
     Host,
-    Ignored,
     Inputs,
     InputsRead,
     IsMoving,
@@ -27,6 +26,7 @@ from firmware_protocol.robko01 import (
     Op,
     Outputs,
     OutputsSet,
+    Overrun,
     Ping,
     Pong,
     Position,
@@ -37,6 +37,7 @@ from firmware_protocol.robko01 import (
     Status,
     Stop,
     Stray,
+    Unreadable,
 )
 from firmware_protocol.robko01.messages import encode_answer, encode_request
 
@@ -83,7 +84,7 @@ def _host_saw_one(host: Host) -> bool:
 def _device_saw_one(device: Device) -> bool:
     seen = False
     while (event := device.next_event()) is not None:
-        if not isinstance(event, Ignored):
+        if not isinstance(event, Unreadable | Overrun):
             seen = True
             device.send(Acknowledged(event.op, Status.ERROR))
     return seen

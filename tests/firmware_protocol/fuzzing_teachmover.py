@@ -13,7 +13,6 @@ from firmware_protocol.teachmover import (
     Device,
     Host,
     Ignored,
-    Malformed,
     ProgramRow,
     QDump,
     QWrite,
@@ -25,8 +24,9 @@ from firmware_protocol.teachmover import (
     Status,
     Step,
     Stray,
+    Unreadable,
 )
-from firmware_protocol.teachmover.wire import encode_command, encode_reply
+from firmware_protocol.teachmover.messages import encode_command, encode_reply
 
 
 def _byte(rng: random.Random) -> int:
@@ -70,7 +70,7 @@ def _device_saw_one(device: Device) -> bool:
     while (event := device.next_event()) is not None:
         if isinstance(event, Ignored):
             continue
-        seen |= not isinstance(event, Malformed)
+        seen |= not isinstance(event, Unreadable)
         device.send(Status.FAILED)
     return seen
 

@@ -5,7 +5,6 @@ import string
 from hypothesis import strategies as st
 
 from firmware_protocol.grbl import (
-    AnalogOutput,
     AxesInfo,
     Banner,
     Bracketed,
@@ -13,14 +12,12 @@ from firmware_protocol.grbl import (
     CheckMode,
     Coolant,
     DigitalOutput,
-    Dwell,
     Error,
     Feedback,
     Help,
     Home,
-    Jog,
+    Line,
     Modes,
-    Move,
     Ok,
     Parameter,
     ParserState,
@@ -33,8 +30,6 @@ from firmware_protocol.grbl import (
     SetSetting,
     Setting,
     Sleep,
-    SpindleOff,
-    SpindleOn,
     StartupEcho,
     State,
     StatusReport,
@@ -43,6 +38,7 @@ from firmware_protocol.grbl import (
     Unlock,
     Variant,
     Version,
+    write_number,
 )
 from firmware_protocol.grbl.answers import Alarm
 
@@ -54,18 +50,22 @@ NAMES = st.text(string.ascii_letters + string.digits + ".-", min_size=1, max_siz
 COORDINATES = st.tuples(*[NUMBERS] * 6)
 BYTE = st.integers(1, 255)
 
+_WORDS = TARGETS.map(lambda axes: "".join(f"{a}{write_number(n)}" for a, n in axes.items()))
+_MOVES = st.one_of(
+    st.builds("{}G0{}".format, st.sampled_from(["", "G90", "G91", "G90G53"]), _WORDS),
+    st.builds("{}G1{}F{}".format, st.sampled_from(["", "G90", "G91", "G90G53"]), _WORDS, FEEDS),
+    st.builds("M{}S{}".format, st.sampled_from([3, 4]), FEEDS),
+    st.just("M5"),
+    st.builds("M{}E{}Q{}".format, st.sampled_from([67, 68]), st.integers(0, 7), NUMBERS),
+    st.builds("G4P{}".format, FEEDS),
+)
 GCODE = st.one_of(
-    st.builds(Move, TARGETS, st.none() | FEEDS, st.sampled_from([None, False, True])),
-    st.builds(Move, TARGETS, st.none() | FEEDS, machine=st.just(True)),
+    _MOVES.map(Line),
     st.builds(Modes, st.booleans(), st.integers(54, 59)),
-    st.builds(SpindleOn, FEEDS, st.booleans()),
-    st.just(SpindleOff()),
     st.builds(Coolant, st.booleans()),
     st.builds(DigitalOutput, st.integers(0, 7), st.booleans(), st.booleans()),
-    st.builds(AnalogOutput, st.integers(0, 7), NUMBERS, st.booleans()),
-    st.builds(Dwell, st.integers(0, 9999).map(lambda n: n / 1000)),
 )
-JOGS = st.builds(Jog, TARGETS, FEEDS, st.booleans())
+JOGS = st.builds("$J=G21{}{}F{}".format, st.sampled_from(["G90", "G91"]), _WORDS, FEEDS).map(Line)
 SYSTEM = st.one_of(
     st.sampled_from([Help(), QuerySettings(), QueryBuildInfo(), QueryParameters(), CheckMode()]),
     st.sampled_from([QueryParserState(), QueryStartupLines(), Unlock(), Sleep()]),

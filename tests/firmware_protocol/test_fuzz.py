@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from amounts import amount
+from chunks import events
 from fuzz_rounds import (
     CODECS,
     Violation,
@@ -23,6 +24,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import fuzz_codecs
 
 CASES = registered()
+MOST_EVENTS = 8192
+"""More than a machine can hold, in characters of the one whose events are characters."""
 
 
 class Echo:
@@ -43,7 +46,7 @@ class Echo:
         if self.mistake == "raises" and self.calls > 50:
             raise IndexError("out of range")
         if self.mistake == "grows":
-            self.kept.append(bytes(200))
+            self.kept.append(bytes(20_000))
         if self.mistake != "deaf" or self.calls < 50:
             self.waiting = [*self.waiting, *data][-8:]
 
@@ -52,8 +55,7 @@ class Echo:
 
 
 def heard(machine: Echo) -> bool:
-    events = list(iter(machine.next_event, None))
-    return 0xA5 in events
+    return 0xA5 in events(machine)
 
 
 def case_of(mistake: str) -> FuzzCase:
@@ -75,8 +77,50 @@ def test_a_codec_survives_damaged_frames(case):
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_codec_takes_no_more_memory_with_time(case):
-    grown_bytes(case, seed=7, frames=150)
-    flooded_bytes(case, seed=7, frames=300)
+    grown_bytes(case, seed=7, frames=amount(100, 1000))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_flood_that_nobody_fetches_stays_bounded(case):
+    """The memory that it takes is weighed in `benchmarks/fuzz_codecs.py`."""
+    rng = random.Random(7)
+    machine = case.make()
+    for _ in range(200):
+        machine.receive_data(b"".join(case.good(rng) for _ in range(20)) + rng.randbytes(1024))
+        assert machine.buffered <= case.most_held
+    assert 0 < len(fetched(case, machine)) <= MOST_EVENTS
+
+
+def fetched(case: FuzzCase, machine) -> list:
+    """Return the events that a case fetches from its machine, which it answers meanwhile."""
+    found, fetch = [], machine.next_event
+
+    def next_event():
+        event = fetch()
+        found.extend(() if event is None else (event,))
+        return event
+
+    machine.next_event = next_event
+    case.sign_of_good(machine)
+    return found
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_the_chunks_make_no_difference(case):
+    rng = random.Random(7)
+    for _ in range(amount(30, 3000)):
+        stream = b"".join(damaged(rng, case.good) for _ in range(4))
+        whole, watched, cut = case.make(), case.make(), case.make()
+        whole.receive_data(stream)
+        found, at = [], 0
+        while at < len(stream):
+            size = rng.randint(1, 12)
+            for machine in (watched, cut):
+                machine.receive_data(stream[at : at + size])
+            found += events(watched)
+            at += size
+        assert found == events(whole)
+        assert fetched(case, cut)[: len(found)] == found
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -114,9 +158,9 @@ def test_a_faulty_machine_is_found(mistake, what):
 
 def test_a_growing_machine_is_found():
     with pytest.raises(Violation, match="more in use"):
-        grown_bytes(case_of("grows"), 1, 200)
+        grown_bytes(case_of("grows"), 1, 20)
     with pytest.raises(Violation, match="when no event is fetched"):
-        flooded_bytes(case_of("grows"), 1, 6000)
+        flooded_bytes(case_of("grows"), 1, 60)
 
 
 def test_a_machine_without_mistakes_passes():

@@ -2,13 +2,17 @@
 
 from itertools import pairwise
 
+import pytest
+from chunks import events
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.lines import SHOWN_BYTES, Dropped, LineSplitter
+from firmware_protocol import armdroid, grbl, teachmover
+from firmware_protocol.events import Unreadable
+from firmware_protocol.lines import MAX_EARLY, SHOWN_BYTES, LineSplitter
 
 
-def drained(splitter: LineSplitter) -> list[bytes | Dropped]:
+def drained(splitter: LineSplitter) -> list[bytes | Unreadable]:
     found = []
     while (line := splitter.next_line()) is not None:
         found.append(line)
@@ -45,7 +49,11 @@ def test_terminators_that_mean_something_in_a_pattern_are_only_themselves():
 def test_a_line_of_the_greatest_length_passes_and_one_byte_more_does_not():
     splitter = LineSplitter(b"\r", max_length=5)
     splitter.feed(b"12345\r123456\rok\r")
-    assert drained(splitter) == [b"12345", Dropped(b"12345", "a line of more than 5 bytes"), b"ok"]
+    assert drained(splitter) == [
+        b"12345",
+        Unreadable(b"12345", "a line of more than 5 bytes"),
+        b"ok",
+    ]
 
 
 def test_an_endless_line_is_reported_once_and_at_once_and_takes_no_memory():
@@ -53,7 +61,7 @@ def test_an_endless_line_is_reported_once_and_at_once_and_takes_no_memory():
     for _ in range(1000):
         splitter.feed(b"x" * 77)
         assert splitter.buffered <= 100 + SHOWN_BYTES
-    assert [type(line) for line in drained(splitter)] == [Dropped]
+    assert [type(line) for line in drained(splitter)] == [Unreadable]
     splitter.feed(b"tail\rgood\r")
     assert drained(splitter) == [b"good"]
 
@@ -62,7 +70,7 @@ def test_a_flood_of_lines_is_bounded_and_says_where_it_lost_some():
     splitter = LineSplitter(b"\r", max_length=10, max_lines=4)
     splitter.feed(b"".join(b"%d\r" % n for n in range(1000)))
     assert splitter.buffered <= 4 * SHOWN_BYTES
-    lost = Dropped(b"3", "4 lines were waiting: from here on they are lost")
+    lost = Unreadable(b"3", "4 lines were waiting: from here on they are lost")
     assert drained(splitter) == [b"0", b"1", b"2", lost]
     splitter.feed(b"after\r")
     assert drained(splitter) == [b"after"]
@@ -98,3 +106,21 @@ def test_lines_within_the_bounds_come_out_as_they_went_in(lines: list[bytes]):
     splitter = LineSplitter(b"\r", max_length=20)
     splitter.feed(b"".join(line + b"\r" for line in lines))
     assert drained(splitter) == lines
+
+
+@pytest.mark.parametrize(
+    ("host", "command"),
+    [
+        (teachmover.Host(), teachmover.Read()),
+        (armdroid.Host(), armdroid.Version()),
+        (grbl.Host(), grbl.QuerySettings()),
+    ],
+)
+def test_a_host_that_only_sends_keeps_a_bounded_past(host, command):
+    for _ in range(20):
+        host.receive_data(b"junk\r\n" * 100)
+        host.send(command)
+        (host.forget_outstanding if isinstance(host, grbl.Host) else host.give_up)()
+    found = events(host)
+    assert {type(event) for event in found} == {Unreadable}
+    assert 0 < len(found) <= MAX_EARLY

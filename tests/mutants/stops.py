@@ -102,8 +102,8 @@ MUTANTS = (
         name="CiA 402 drives are not sent their quick stop",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/cia402/leading.py",
-        old="lead.exchange.command(drive, STOP, lead.states.mode_of(drive))",
-        new="lead.exchange.command(drive, ENABLE, lead.states.mode_of(drive), drive.shaft.goal)",
+        old="lead.io.command(drive, STOP, lead.states.mode_of(drive))",
+        new="lead.io.command(drive, ENABLE, lead.states.mode_of(drive), drive.shaft.goal)",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
             "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far",

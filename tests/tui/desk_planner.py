@@ -1,6 +1,7 @@
 """A fake arm that plans as a real one does, and moves at once when it is told to go."""
 
 from inspect import signature
+from types import SimpleNamespace
 
 from desk_fake import FakeArm
 from waiting import until_seen
@@ -12,6 +13,7 @@ from armdrive.motion.frames import pose_in_frame
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import preview_move
 from armdrive.motion.resolve import Ground, prepare
+from armdrive.moves import GripperMove
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
@@ -52,9 +54,6 @@ class PlannerArm(FakeArm):
         self.previews = 0
         self.hindrance = None
         self.points = points_of(CONFIG.name, CONFIG.model.arm, self.here)
-        self.gripper.open = lambda opening_mm=None, *, speed=1.0: self.calls.append(
-            ("open", opening_mm, speed)
-        )
 
     def here(self):
         return Point(self.status.joints, self.status.gripper_mm)
@@ -76,6 +75,9 @@ class PlannerArm(FakeArm):
         return preview_move(self._ground(), CONTROLLER, move, self.hindrance)
 
     def start(self, move, *, stops=None):
+        if isinstance(move, GripperMove):
+            self.calls.append(("open", move.opening_mm, move.speed))
+            return SimpleNamespace(wait=lambda: None)
         self.asked_for.append(move)
         if stops is not None and stops != self.stops:
             raise Stopped("a stop was requested before the motion started")

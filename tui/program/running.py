@@ -13,13 +13,13 @@ from collections.abc import Callable
 from functools import partial
 
 from armdrive.errors import ArmError, Stopped
-from armdrive.programs.acts import Answer
+from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal
-from armdrive.programs.problems import SourceMark
+from armdrive.programs.problems import mark_of
 from armdrive.programs.program import Machine
 from armdrive.programs.rehearsal import Rehearsal
 from armdrive.programs.run_view import RunView, duration, line_words
-from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunStep
+from armdrive.programs.running import BREATH_S, Performer, ProgramRun
 from kinematics.errors import KinematicsError
 from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.program.files import CheckedProgram
@@ -52,9 +52,8 @@ class DeskRun:
         """Whether the last run ended early."""
         self.failed_in: int | None = None
         """The line in which the last run ended early; None if it came to its end."""
-        self.view = RunView(self._line_at)
+        self.view = RunView({})
         self._desk = desk
-        self._lines: tuple[str, ...] = ()
         self._performer: Performer | None = None
         self._step: RunStep | None = None
         self._halted = ""
@@ -75,8 +74,8 @@ class DeskRun:
     def begin(self, checked: CheckedProgram, rehearsal: Rehearsal) -> None:
         """Run a program as it was rehearsed."""
         self.forget()
-        self._lines, self._step, self._halted = checked.lines, None, ""
-        self.view = RunView(self._line_at)
+        self._step, self._halted = None, ""
+        self.view = RunView({} if checked.program is None else checked.program.lines)
         self.view.follow(rehearsal.progress(1), share=rehearsal.share)
         self.busy = True
         self._desk.message = ""
@@ -138,8 +137,7 @@ class DeskRun:
             arm.program = None
 
     def _failed(self, error: Exception, run: ProgramRun) -> None:
-        mark = None if run.at is None else run.at.stage.mark
-        mark = getattr(error, "mark", None) or mark
+        mark = mark_of(error, None if run.at is None else run.at.mark)
         why = self._halted if self._halted and isinstance(error, Stopped) else reason(error)
         self.failed, self.failed_in = True, None if mark is None else mark.line
         where = "" if mark is None else f" IN LINE {mark.line}"
@@ -152,11 +150,12 @@ class DeskRun:
 
     def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Note the act that begins; begin none once the screen was left."""
-        mark = step.stage.mark
-        self.view.at(None, mark, step.act_name, loop=step.loop, waiting=step.waiting)
+        self.view.at(step)
         if step.moves and self.stepping and self._performer is not None:
             self._take(None)
-            self._performer.hold(f"next, {line_words(mark.line, self._line_at(mark))}")
+            self._performer.hold(
+                f"next, {line_words(step.mark.line, self.view.line_at(step.mark))}"
+            )
         self._take(step)
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
@@ -170,9 +169,6 @@ class DeskRun:
         self._step = step
         if self._halted:
             raise Stopped("the program was stopped")
-
-    def _line_at(self, mark: SourceMark) -> str:
-        return self._lines[mark.line - 1].strip() if 0 < mark.line <= len(self._lines) else ""
 
     # -- the person at the desk ---------------------------------------------------------------
 

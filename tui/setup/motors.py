@@ -6,7 +6,7 @@ from functools import partial
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
-from armdrive.setup.directions import TRIAL_SPEED, WAYS, DirectionCheck, SawMotion, check_of
+from armdrive.setup.directions import TRIAL_SPEED, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
 from tui.keys.presses import SinglePress
@@ -111,18 +111,7 @@ class MotorsStage(SetupStage):
         if self._turning:
             raise BadRequest("it turns: wait until it stands")
         self.others = ()
-        trial = self.check.trial
-        if self.check.asks_hand and trial is not None:
-            self.check.hand(self._hand(trial.expected.word("roll"), what))
-        else:
-            self.check.saw(what)
-
-    def _hand(self, word: str, what: SawMotion) -> str:
-        other = next(each for each in WAYS["roll"] if each != word)
-        words = {SawMotion.AS_SHOWN: word, SawMotion.OTHER_WAY: other, SawMotion.NOT_AT_ALL: ""}
-        if what not in words:
-            raise BadRequest("only which way the hand turned is asked now")
-        return words[what]
+        self.check.saw(what)
 
     def another(self) -> None:
         """Ask which motor's part moved instead."""

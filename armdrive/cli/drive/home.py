@@ -10,16 +10,14 @@ import tui
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.options import typed_number
-from armdrive.cli.presenter import Result, as_json, say, tell
-from armdrive.cli.reporter import TerminalReporter
-from armdrive.cli.screens import agreed
+from armdrive.cli.presenter import Result, TerminalReporter, agreed, as_json, say, tell
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view
 from armdrive.motion.resolve import park_pose
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
+from armdrive.text.numbers import number
 from kinematics.spaces import Joints
 
 PARK = "park"
@@ -127,7 +125,7 @@ def _named(word: str, names: tuple[str, ...]) -> tuple[str, float]:
     plain = name.strip().replace("-", "_")
     if not equals or plain not in names:
         raise BadRequest(f"write NAME=DEGREES with one of {', '.join(names)}, not {word!r}")
-    return plain, typed_number(angle)
+    return plain, number(angle)
 
 
 # Measuring the drift: with its finger tips on the mark, the arm shows where it really is.

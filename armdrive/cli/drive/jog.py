@@ -12,9 +12,8 @@ from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.web_desk import jog_web
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
-from armdrive.cli.presenter import Outcome, Result, say
+from armdrive.cli.presenter import Outcome, Result, agreed, require_screen, say
 from armdrive.cli.program.arguments import PROGRAM
-from armdrive.cli.screens import agreed, require_screen
 from armdrive.cli.terminal_person import confirm_simulated
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest

@@ -137,10 +137,10 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 def _ik(parser: argparse.ArgumentParser) -> None:
     """Add the options of `ik`.
 
-    For a built-in arm and a named system, every solution is printed, with the limits that rule it
-    out, and then the one that is used. For a link table a numerical solver finds one solution.
-    Except for a built-in arm, leave out --pitch or --roll to leave that angle free. Angles count as
-    `armdrive fk` takes them.
+    Every solution is printed, with the limits that rule it out, and then the one that is used. For
+    a link table without a closed form a numerical solver finds one solution. Except for a built-in
+    arm, leave out --pitch or --roll to leave that angle free. Angles count as `armdrive fk` takes
+    them.
 
     Examples:
       armdrive ik --x 250 --y 0 --z 120 --pitch -90

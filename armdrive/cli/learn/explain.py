@@ -24,7 +24,7 @@ def explain(options: argparse.Namespace) -> Outcome:
         {
             "name": each.name,
             "title": each.title,
-            "source": each.source,
+            "source": each.notes.source,
             "joints": list(each.joint_names),
             "goal": list(each.coordinates),
         }
@@ -37,7 +37,7 @@ def _listed() -> Iterator[str]:
     width = max(map(len, SYSTEMS)) + 2
     for name, each in SYSTEMS.items():
         yield f"{name:<{width}}{each.title}"
-        yield f"{'':<{width}}{each.source}"
+        yield f"{'':<{width}}{each.notes.source}"
     others = ", ".join(key for key in PRESETS if key not in SYSTEMS)
     yield from (
         "",

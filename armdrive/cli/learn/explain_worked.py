@@ -23,11 +23,12 @@ from armdrive.cli.learn.models import (
     solution_view,
     typed_coordinates,
 )
-from armdrive.cli.options import typed_number
 from armdrive.cli.presenter import Outcome, Result, say_lines
 from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
+from armdrive.text.numbers import number
 from kinematics.chains.assignment import assign_frames
+from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
@@ -163,7 +164,7 @@ def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> I
 
 def _numbers(words: Sequence[str]) -> list[float]:
     try:
-        return [typed_number(word) for word in words]
+        return [number(word) for word in words]
     except BadRequest as error:
         raise BadRequest(f"a joint's value: {error}") from None
 
@@ -192,10 +193,11 @@ def example_view(example: Study) -> dict[str, Any]:
             math.degrees(each) for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
         ],
         "rpy_degenerate": degeneracy.value if degeneracy else "",
+        "structure": how_solved(subject.chain).structure,
         "condition": example.condition.sentence,
         "derivation": [
             {"title": step.title, "formula": step.formula, "why": step.why}
-            for step in (() if system is None else system.derivation)
+            for step in (() if system is None else system.notes.derivation)
         ],
         "goal": _goal(example, example.goal),
     }
@@ -344,7 +346,7 @@ def _accuracy(words: Sequence[str]) -> Result:
 def _posture(words: Sequence[str]) -> Joints:
     if words and len(words) != len(DEFAULT_DEG):
         raise BadRequest(f"{len(DEFAULT_DEG)} joint angles in degrees are needed, not {len(words)}")
-    return Joints.of(*map(typed_number, words) if words else DEFAULT_DEG)
+    return Joints.of(*map(number, words) if words else DEFAULT_DEG)
 
 
 def _errors(

@@ -22,7 +22,7 @@ from armdrive.registry.arm_files import load_arm
 from armdrive.text.reading import read_toml
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
-from kinematics.chains.closed_form import closed_form
+from kinematics.chains.closed_form import closed_form, how_solved
 from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, frame_goal, goal_of, pose_goal
 from kinematics.chains.inverse import Solution, solve_goal
 from kinematics.chains.jacobians import condition
@@ -59,7 +59,8 @@ def find_model(word: str) -> Model:
         path = Path(word)
         return _arm_of_file(path) if _is_arm_file(path) else read_model(path)
     found = find_system(word)
-    return Model(found.name, found.title, found.source, found.chain(), angles=found.angles)
+    notes = found.notes
+    return Model(found.name, found.title, notes.source, found.chain(), angles=notes.angles)
 
 
 def _is_arm_file(path: Path) -> bool:
@@ -75,7 +76,7 @@ def _arm_of_file(path: Path) -> Model:
         chain, tool = with_arm(MINI_MOVER, bare).chain(), config.tool
         point = translation(tool.up_mm, tool.side_mm, tool.along_mm)
         held = replace(chain, tool=compose(chain.tool, point), name=config.name)
-        return Model(config.name, config.title, source, held, angles=MINI_MOVER.angles)
+        return Model(config.name, config.title, source, held, angles=MINI_MOVER.notes.angles)
     if not isinstance(arm, ChainArm):
         raise BadRequest(f"{path}: no link table of this arm is known")
     return Model(config.name, config.title, source, arm.chain, unused=unused)
@@ -218,15 +219,17 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
     within = [branch.joints for branch in branches if branch.within_limits]
     if within and not solution.ok:  # the numerical solver overlooked it
         solution = solve_goal(chain, goal, within[0])
+    found = how_solved(chain)
+    shows_structure = bool(branches) and is_model_file(options.model)
     view = {
         "model": model.name,
+        "structure": found.structure,
         **solution_view(chain, solution),
         "branches": [_branch_view(chain, branch) for branch in branches],
     }
-    closed = closed_form(chain) if branches and is_model_file(options.model) else None
     lines = (
         f"{model.title}, {_count_text(goal, branches)}",
-        *([] if closed is None else [f"solved in closed form: {closed.structure}"]),
+        *([f"solved in closed form: {found.structure}"] if shows_structure else []),
         *branch_table(chain.joint_names, [_branch_row(chain, branch) for branch in branches]),
         *(f"solution {one.name} is {one.degenerate}" for one in branches if one.degenerate),
         f"{'joints' if solution.ok else 'nearest'}: {joints_text(chain, solution.joints)}",

@@ -14,7 +14,7 @@ from armdrive.sim.device import Options
 from armdrive.storage.files import recordings
 from armdrive.trace.entries import Topic
 from armdrive.trace.files import ENDING, Recording, read_recording
-from armdrive.trace.log import SEPARATOR, LogFilter, Narrator, heading, lines, recorded
+from armdrive.trace.log import SEPARATOR, LogFilter, heading, lines, recorded
 from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
 from kinematics.errors import suggestion
 
@@ -63,8 +63,7 @@ def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
         parting = None if replayed is None else replayed.divergence
         yield Result(None, _in_time(lines(recording, parting), options.pace))
     if replayed is None:
-        narrator = Narrator(recording.header.dialect)
-        yield from (Result(narrator.view(entry)) for entry in recording.entries)
+        yield from (Result(line.view()) for line in recorded(recording))
     else:
         code = 0 if replayed.divergence is None else PARTED
         yield Result(replayed_view(recording, replayed), _verdict(replayed), code)

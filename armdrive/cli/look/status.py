@@ -16,8 +16,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.control_requests import ask, one_holder
 from armdrive.cli.look.status_text import Watched, status_lines
-from armdrive.cli.presenter import Result, show, tell
-from armdrive.cli.screens import require_screen
+from armdrive.cli.presenter import Result, require_screen, show, tell
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, ArmInUse
 from armdrive.status import status_view

@@ -12,8 +12,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.cli.presenter import Ink, Inked, Line
-from armdrive.cli.remedies import with_arm
+from armdrive.cli.presenter import Ink, Inked, Line, with_arm
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
 from armdrive.status import Current, State, Trust, coded, trust_words

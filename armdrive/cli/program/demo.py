@@ -16,8 +16,7 @@ from collections.abc import Iterator
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import Result, as_json, draw_over, put, say, show, tell
-from armdrive.cli.screens import agreed
+from armdrive.cli.presenter import Result, agreed, as_json, draw_over, put, say, show, tell
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
@@ -190,22 +189,12 @@ def _end(
     yield f"{simulated_s:.0f} s of the arm's time in {took_s:.1f} s."
     yield "Next, for example:"
     for words in ("home", "move --x 250 --y 40 --z 120 --pitch -90", "jog"):
-        yield f"  {_program()} {words}{_simulated()}"
+        yield f"  armdrive {words}{_simulated()}"
 
 
 def _simulated() -> str:
     """Return what keeps the next commands on the simulated arm, where another is the default."""
     return "" if default_arm() == DEFAULT_TARGET else f" --sim {DIALECT}"
-
-
-def _program() -> str:
-    """Return how this program was called, so that the next commands work verbatim."""
-    called = sys.argv[0]
-    if called.endswith("__main__.py"):
-        return f"{sys.executable} -m armdrive"
-    found = shutil.which("armdrive")
-    same = found is not None and found == shutil.which(called)
-    return "armdrive" if same else called
 
 
 # On a real arm a person puts the blocks down, and looks where they end.

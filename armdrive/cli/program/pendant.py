@@ -11,8 +11,7 @@ from pathlib import Path
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.presenter import Result, as_json, put_error, say
-from armdrive.cli.screens import agreed
+from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError

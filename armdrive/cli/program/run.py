@@ -18,25 +18,22 @@ from armdrive.cli.program.arguments import PROGRAM, SCRIPT
 from armdrive.cli.program.run_common import (
     RunTerminal,
     connect_to_run,
-    ended_view,
     keep_recording,
-    show_place,
     slow_down,
     standard_input,
     stands_at,
     stopped_by_interrupt,
-    tell_failure,
 )
 from armdrive.cli.program.run_output import Display, RunOutput
-from armdrive.connect.parts import ConnectOptions
+from armdrive.connect.parts import ConnectOptions, connect
 from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.programs.acts import RunStep
 from armdrive.programs.arm_access import accept_restored, time_s
-from armdrive.programs.problems import SourceMark
+from armdrive.programs.problems import SourceLines, SourceMark, numbered_lines
 from armdrive.programs.run_view import line_words
 from armdrive.programs.scripts import (
     Connections,
     ScriptCall,
-    as_it_says,
     carry_out,
     line_of,
     own_traceback,
@@ -70,7 +67,8 @@ def run_script(options: argparse.Namespace) -> int:
         raise BadRequest(NO_RESUME)
     if options.loops is not None:
         raise BadRequest(NO_LOOPS)
-    lines = read_script(options.program).decode("utf-8", "replace").splitlines()
+    text = read_script(options.program).decode("utf-8", "replace")
+    lines = numbered_lines(text.splitlines(), str(options.program))
     if options.check:
         # all that rehearses: a run for good does without
         from armdrive.cli.program.run_report import check_script
@@ -80,91 +78,82 @@ def run_script(options: argparse.Namespace) -> int:
 
 
 class _RunningScript:
-    """One run of a script."""
+    """One run of a script, and the stage for its arms."""
 
-    def __init__(self, options: argparse.Namespace, lines: list[str]) -> None:
+    def __init__(self, options: argparse.Namespace, lines: SourceLines) -> None:
         self._options = options
-        self._lines = lines
-        self._display = Display(lines, RunOutput(as_json=as_json(options)))
+        self._display = Display(RunOutput(as_json=as_json(options)), lines)
         self._keys = standard_input()
         self._calls = 0
         self._last: SourceMark | None = None
-        self.connections = Connections(
-            options.program, self._own, self._told, self._made, as_it_says
-        )
+        self._connections = Connections(options.program, self)
 
     def run(self) -> int:
         """Run it to its end, and say how it ended."""
-        with self._display as display, stopped_by_interrupt(lambda: list(self.connections.arms)):
-            event = {"event": "begin", "program": str(self._options.program)}
-            display.tell(event, str(self._options.program))
+        program, arms = self._options.program, self._connections.arms
+        with self._display as display, stopped_by_interrupt(lambda: list(arms)):
+            display.tell({"event": "begin", "program": str(program)}, str(program))
             try:
                 code = self._carry_out()
-            except (ArmError, KinematicsError, KeyboardInterrupt) as error:
-                self._failed(error)
-                raise
-            except Exception as error:  # the script's own
-                self._failed(error)
-                put_error(own_traceback(error, self._options.program))
+            except BaseException as error:
+                line = line_of(error, program)
+                mark = self._last if line is None else SourceMark(line, 1, str(program))
+                display.failed(mark, error, f"ended early: {self._how_far()}")
+                if isinstance(error, ArmError | KinematicsError | KeyboardInterrupt):
+                    raise
+                put_error(own_traceback(error, program))
                 return 1
-            self._ended(code)
+            took_s = max(map(time_s, arms), default=0.0)
+            arm = arms[-1] if arms else None
+            display.finished(arm, self._calls, took_s, self._how_far(), code=code)
             return code
 
     def _carry_out(self) -> int:
         # what a script prints is no JSON: it goes where the words for people go
         output = contextlib.redirect_stdout(sys.stderr) if as_json(self._options) else None
         with output or contextlib.nullcontext():
-            return carry_out(self._options.program, self._options.words, self.connections)
+            return carry_out(self._options.program, self._options.words, self._connections)
+
+    def _how_far(self) -> str:
+        arms = self._connections.arms
+        stands = (f"; {arm.config.name}: {stands_at(arm)}" for arm in arms)
+        return f"{self._calls} calls{''.join(stands)}"
 
     # -- the script's arms --------------------------------------------------------------------
 
-    def _own(self, wanted: ConnectOptions) -> Arm:
-        """Connect to the arm of the command, with what the script says of the connection."""
-        arm = connect_to_run(self._options, pace=wanted.simulated_pace)
-        if wanted.allow_restored:
+    def own(self, options: ConnectOptions) -> Arm:
+        """Connect to the arm of the command, with the script's options of the connection."""
+        arm = connect_to_run(self._options, pace=options.simulated_pace)
+        if options.allow_restored:
             accept_restored(arm)
-        if wanted.operator is not None:
-            arm.operator = wanted.operator
+        if options.operator is not None:
+            arm.operator = options.operator
         return arm
 
-    def _made(self, arm: Arm) -> None:
+    def given(self, target: str, options: ConnectOptions) -> Arm:
+        """Connect as the script says."""
+        return Arm(connect(target, options))
+
+    def made(self, arm: Arm) -> None:
+        """Slow an arm down as the person asked, and keep its recording."""
         slow_down(arm, self._options)
-        self._display.use(arm)
+        self._display.run.use(arm)
         arm.connection.on_close(lambda: keep_recording(arm, self._options))
 
-    def _told(self, arm: Arm, call: ScriptCall) -> None:
-        """Show a call, and wait for the person before a motion where that is wanted."""
+    def called(self, arm: Arm, call: ScriptCall) -> None:
+        """Show a call, and wait for the person before a motion if that is wanted."""
         self._calls += 1
-        self._last = SourceMark(call.line, 1, str(self._options.program))
-        moves = call.name in MOVING
-        if self._options.step and moves:
+        mark = SourceMark(call.line, 1, str(self._options.program))
+        self._last = mark if call.line else None
+        waiting = "waiting for inputs" if call.name == WAITING else ""
+        step = RunStep(arm, mark, call.name, moves=call.name in MOVING, waiting=waiting)
+        if self._options.step and step.moves:
             stops = arm.stops
-            text = line_words(call.line, self._display.source(call.line) or call.name)
+            text = line_words(call.line, self._display.run.line_at(mark) or call.name)
             RunTerminal(arm, self._display, self._keys.keys).hold(text, lambda: arm.stops != stops)
             if arm.stops != stops:
                 raise Stopped("the script was stopped")
-        waiting = "waiting for inputs" if call.name == WAITING else ""
-        self._display.at(arm, self._last, call.name, loud=moves, waiting=waiting)
-
-    # -- the end ------------------------------------------------------------------------------
-
-    def _ended(self, code: int) -> None:
-        arms = self.connections.arms
-        arm, took_s = arms[-1] if arms else None, max(map(time_s, arms), default=0.0)
-        event = {**ended_view(arm, self._calls, took_s), "code": code}
-        self._display.tell(event, f"done: {self._how_far()}")
-
-    def _failed(self, error: BaseException) -> None:
-        line = line_of(error, self._options.program)
-        known = self._last if self._last is not None and self._last.line else None
-        mark = known if line is None else SourceMark(line, 1, str(self._options.program))
-        tell_failure(self._display, mark, error, self._how_far())
-        if isinstance(error, ArmError | KinematicsError) and not as_json(self._options):
-            show_place(mark, self._lines, error)
-
-    def _how_far(self) -> str:
-        stands = (f"; {arm.config.name}: {stands_at(arm)}" for arm in self.connections.arms)
-        return f"{self._calls} calls{''.join(stands)}"
+        self._display.begins(step)
 
 
 # The command, for both kinds of programs.

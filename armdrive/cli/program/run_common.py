@@ -16,22 +16,20 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from types import FrameType
-from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import as_json, complain, put_error, tell
+from armdrive.cli.presenter import as_json, complain, tell
 from armdrive.cli.program.run_output import Display
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.connect.target import Target
 from armdrive.errors import ArmError, BadRequest
-from armdrive.errors.table import error_view, tagged
+from armdrive.errors.table import tagged
 from armdrive.programs.arm_access import put_blocks, silent_time_s
-from armdrive.programs.problems import SourceMark, excerpt
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
-from armdrive.status import State, pose_view
+from armdrive.status import State
 
 # A person's answers while a program runs: Enter, `armdrive resume`, and Ctrl-C.
 
@@ -227,47 +225,10 @@ def slow_down(arm: Arm, options: argparse.Namespace) -> None:
         arm.speed_override = options.speed
 
 
-def show_place(mark: SourceMark | None, lines: list[str], error: BaseException) -> None:
-    """Show a line of the program with a caret under the place, where the error does not do so."""
-    if mark is None or getattr(error, "mark", None) is not None:
-        return
-    put_error(f"{mark}\n")
-    if 0 < mark.line <= len(lines):
-        put_error(f"{excerpt(lines[mark.line - 1], mark.column)}\n")
-
-
-def tell_failure(
-    display: Display,
-    mark: SourceMark | None,
-    error: BaseException,
-    how_far: str,
-    resume: str = "",
-) -> None:
-    """Say how far a run came that ended early."""
-    display.tell(failed_view(mark, error, resume), f"ended early: {how_far}")
-
-
-def failed_view(mark: SourceMark | None, error: BaseException, resume: str) -> dict[str, Any]:
-    """Return the end of a run that ended early, as plain data."""
-    return {
-        "event": "failed",
-        "line": None if mark is None else mark.line,
-        "column": None if mark is None else mark.column,
-        "error": error_view(error),
-        "resume": resume or None,
-    }
-
-
 def stands_at(arm: Arm) -> str:
-    """Say where an arm stands, if that is known."""
+    """Return where an arm stands, as people read it."""
     status = arm.status
     return "the arm's position is unknown" if status.pose is None else f"tip {status.pose}"
-
-
-def ended_view(arm: Arm | None, acts: int, took_s: float) -> dict[str, Any]:
-    """Return the end of a run that went well, as plain data."""
-    pose = None if arm is None else pose_view(arm.status.pose)
-    return {"event": "end", "acts": acts, "took_s": round(took_s, 3), "pose": pose}
 
 
 def keep_recording(arm: Arm, options: argparse.Namespace) -> None:

@@ -17,20 +17,20 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import Result, put
+from armdrive.cli.presenter import Result, put, put_error
 from armdrive.errors import Stopped
 from armdrive.errors.actions import COMMAND_LINE, Words, presented
 from armdrive.errors.printable import printable
-from armdrive.programs.problems import SourceMark
-from armdrive.programs.progress import RunProgress
+from armdrive.errors.table import error_view
+from armdrive.moves import GraspMove
+from armdrive.programs.acts import Answer, RunStep
+from armdrive.programs.problems import SourceLines, SourceMark, excerpt
 from armdrive.programs.run_view import RunView, duration, place_words
+from armdrive.status import pose_view
 
 if TYPE_CHECKING:
-    from armdrive.programs.acts import Answer
     from armdrive.programs.program import Machine
     from armdrive.programs.rehearsal import RehearsedSoFar
-    from armdrive.programs.running import RunStep
-    from armdrive.programs.session import Typed
 
 CLEAR_LINE = "\r\x1b[K"
 STANDARD_OUTPUT = 1
@@ -93,6 +93,13 @@ class RunOutput:
         view = {"acts": far.acts, "line": far.mark.line, "took_s": round(far.took_s, 3)}
         self.tell({"event": "rehearsing", **view}, text)
 
+    def place(self, mark: SourceMark | None, lines: SourceLines, error: BaseException) -> None:
+        """Show people a line with a caret under the place, unless the error itself does so."""
+        if self.as_json or mark is None or getattr(error, "mark", None) is not None:
+            return
+        line = lines.get((mark.file, mark.line))
+        put_error(f"{mark}\n" if line is None else f"{mark}\n{excerpt(line, mark.column)}\n")
+
     def _put(self, text: str, control: str = "") -> None:
         if not (text or control):
             return
@@ -112,15 +119,15 @@ ASKING = ("home",)
 class Display:
     """Shows one run. `lines` are the program's, of which the present one is shown.
 
-    At a prompt the person has just typed the lines: they are looked up in `typed`, and a motion is
-    not worth a line of its own. Every method may be called from any thread.
+    At a `prompt` the person has just typed them, so a motion is not worth a line of its own. Every
+    method may be called from any thread.
     """
 
-    def __init__(self, lines: list[str], output: RunOutput, typed: Typed | None = None) -> None:
-        self._lines = lines
+    def __init__(self, output: RunOutput, lines: SourceLines, *, prompt: bool = False) -> None:
+        self.lines = lines
+        self.run = RunView(lines)
         self._output = output
-        self._typed = typed
-        self._run = RunView(self._line_at)
+        self._prompt = prompt
         self._paused = False
         self._lock = threading.RLock()
         self._over = threading.Event()
@@ -140,22 +147,23 @@ class Display:
         self._thread.join()
         self._output.wipe()
 
-    def follow(self, progress: RunProgress, *, share: float = 1.0, loops: int = 1) -> None:
-        """Estimate by a rehearsal in which the arm moved with `share` of its speed."""
-        self._run.follow(progress, share=share, loops=loops)
-
     # -- what happens -------------------------------------------------------------------------
 
-    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - every onlooker's
-        """Show an act of a program file."""
-        self.at(
-            None,
-            step.stage.mark,
-            step.act_name,
-            loop=step.loop,
-            loud=step.moves and self._typed is None,
-            waiting=step.waiting,
-        )
+    def begins(self, step: RunStep, machine: Machine | None = None) -> None:  # noqa: ARG002
+        """Show a step, on a line of its own if it moves the arm or waits."""
+        with self._lock:
+            self.run.at(step)
+            view = self.run.view()
+            if self._output.as_json:
+                self.tell({"event": "act", **view}, "")
+                if step.waiting:
+                    self.tell({"event": "wait", **view}, "")
+            elif self._draws:
+                self._draw(view)
+            elif step.waiting and self._prompt:
+                self.tell(None, step.waiting)
+            elif step.waiting or (step.moves and not self._prompt):
+                self.tell(None, place_words(view))
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Tell programs the answer to an act; at a prompt, tell people what a grasp found."""
@@ -163,37 +171,30 @@ class Display:
             brought = answer if isinstance(answer, bool | float | int) else None
             took = {"answer": brought, "took_s": round(took_s, 3)}
             self.tell({"event": "done", **step.view(), **took}, "")
-        elif self._typed is not None and step.grasps and isinstance(answer, float):
+        elif self._prompt and isinstance(step.move, GraspMove) and isinstance(answer, float):
             self.say(f"grasped: {answer:.1f} mm wide" if answer else "grasped nothing")
 
-    def use(self, arm: Arm) -> None:
-        """Look at this arm from now on, and tell other programs what it is doing."""
-        self._run.use(arm)
+    def finished(self, arm: Arm | None, count: int, took_s: float, text: str, **more: int) -> None:
+        """Show the end of a run that went well."""
+        pose = None if arm is None else pose_view(arm.status.pose)
+        event = {"event": "end", "acts": count, "took_s": round(took_s, 3), "pose": pose}
+        self.tell({**event, **more}, f"done: {text}")
 
-    def at(
-        self,
-        arm: Arm | None,
-        mark: SourceMark,
-        act: str,
-        *,
-        loop: int = 1,
-        loud: bool = True,
-        waiting: str = "",
+    def failed(
+        self, mark: SourceMark | None, error: BaseException, text: str, resume: str = ""
     ) -> None:
-        """Show where the program is, on a line of its own if it is `loud` or waits."""
-        with self._lock:
-            self._run.at(arm, mark, act, loop=loop, waiting=waiting)
-            view = self.view()
-            if self._output.as_json:
-                self.tell({"event": "act", **view}, "")
-                if waiting:
-                    self.tell({"event": "wait", **view}, "")
-            elif self._draws:
-                self._draw(view)
-            elif waiting and self._typed is not None:
-                self.tell(None, waiting)
-            elif loud or waiting:
-                self.tell(None, place_words(view))
+        """Show where and why a run ended early, and the command that resumes it."""
+        event = {
+            "event": "failed",
+            "line": None if mark is None else mark.line,
+            "column": None if mark is None else mark.column,
+            "error": error_view(error),
+            "resume": resume or None,
+        }
+        self.tell(event, text)
+        self._output.place(mark, self.lines, error)
+        if resume and not self._output.as_json:
+            put_error(f"to go on from there: {resume}\n")
 
     def say(self, text: str) -> None:
         """Show what the program says."""
@@ -212,23 +213,10 @@ class Display:
         with self._lock:
             self._output.tell(event, text)
 
-    # -- what is shown ------------------------------------------------------------------------
-
-    def view(self) -> dict[str, Any]:
-        """Return where the program is, as plain data."""
-        return self._run.view()
-
-    def source(self, line: int) -> str:
-        """Return a line of the program."""
-        return self._lines[line - 1].strip() if 0 < line <= len(self._lines) else ""
-
-    def _line_at(self, mark: SourceMark) -> str:
-        return self.source(mark.line) if self._typed is None else self._typed.line_at(mark).strip()
-
     @property
     def _draws(self) -> bool:
         """Whether the status line may be rewritten now: not over a question."""
-        return self._output.rewrites and self._run.act.lower() not in ASKING
+        return self._output.rewrites and self.run.act.lower() not in ASKING
 
     def _look(self) -> None:
         """Show what changes between two acts, until the output is closed."""
@@ -238,18 +226,18 @@ class Display:
                     self._look_once()
 
     def _look_once(self) -> None:
-        arm = self._run.arm
-        if arm is None or self._run.mark is None:
+        arm = self.run.arm
+        if arm is None or self.run.mark is None:
             return
         if arm.paused is not self._paused:
             self._paused = arm.paused
             word = "paused" if self._paused else "going on"
-            self.tell({"event": word.replace(" ", "-"), **self.view()}, word)
+            self.tell({"event": word.replace(" ", "-"), **self.run.view()}, word)
         if self._draws:
-            self._draw(self.view())
+            self._draw(self.run.view())
 
     def _draw(self, view: Mapping[str, Any]) -> None:
-        arm = self._run.arm
+        arm = self.run.arm
         slowed = arm is not None and arm.speed_override < 1.0
         words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
         self._output.rewrite(words)

@@ -9,55 +9,43 @@ from dataclasses import replace
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.presenter import as_json, put_error
+from armdrive.cli.presenter import as_json
 from armdrive.cli.program.run_common import (
     RunTerminal,
     connect_to_run,
-    ended_view,
     keep_recording,
     make_ready,
-    show_place,
     slow_down,
     standard_input,
     stands_at,
     stopped_by_interrupt,
-    tell_failure,
 )
 from armdrive.cli.program.run_output import Display, RunOutput
-from armdrive.cli.program.run_report import look_at_arm, rehearsal_plan, report
-from armdrive.programs.acts import Answer
+from armdrive.cli.program.run_report import check, rehearsal_plan
+from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal, taken_up
-from armdrive.programs.problems import lines_of
+from armdrive.programs.problems import mark_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.rehearsal import (
     BEFORE_RUN_S,
-    CHECK_S,
     Patience,
     Rehearsal,
     SeenArm,
     rehearse,
     require_rehearsed,
 )
-from armdrive.programs.run_view import duration
-from armdrive.programs.running import Performer, ProgramRun, RunPlan, RunStep
+from armdrive.programs.run_view import duration, line_words
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 
 
 def run_program(options: argparse.Namespace) -> int:
     """Run or rehearse a program file."""
     program = read_program_file(options.program)
     if options.check:
-        return _check(program, options)
+        source = ArmProgram(program, chosen_target(options).config)
+        return check(options, program.lines, lambda arm: _plan(source, arm, options), rehearse)
     with contextlib.closing(connect_to_run(options)) as arm, stopped_by_interrupt(lambda: [arm]):
         return _RunningProgram(program, arm, options).run()
-
-
-def _check(program: Program, options: argparse.Namespace) -> int:
-    source = ArmProgram(program, chosen_target(options).config)
-    seen, plan, unasked = look_at_arm(options, lambda arm: _plan(source, arm, options))
-    output = RunOutput(as_json=as_json(options))
-    rehearsal = rehearse(seen, plan, Patience(CHECK_S, output.rehearsing))
-    output.wipe()
-    return report(rehearsal, options, lines_of(program.text), unasked)
 
 
 def _plan(source: ArmProgram, arm: Arm | None, options: argparse.Namespace) -> RunPlan:
@@ -69,22 +57,21 @@ def _plan(source: ArmProgram, arm: Arm | None, options: argparse.Namespace) -> R
     return plan if options.loops is None else replace(plan, loops=options.loops)
 
 
-class _StepGate:
-    """Waits for the person before each motion."""
+class StepGate:
+    """Waits for the person before each motion; a stop meanwhile ends the run."""
 
     def __init__(self, performer: Performer, display: Display) -> None:
         self._performer = performer
         self._display = display
 
-    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
-        """Wait before a motion; a stop meanwhile ends the run."""
-        if not step.moves:
-            return
-        line = step.stage.mark.line
-        self._performer.hold(f"line {line}: {self._display.source(line)}")
+    def begins(self, step: RunStep, machine: Machine | None = None) -> None:  # noqa: ARG002
+        """Wait before a motion."""
+        if step.moves:
+            line = self._display.run.line_at(step.mark) or step.name
+            self._performer.hold(line_words(step.mark.line, line))
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Wait for the next motion."""
+        """Do nothing: the next motion is waited for when it begins."""
 
 
 class _RunningProgram:
@@ -94,38 +81,32 @@ class _RunningProgram:
         self._program = program
         self._arm = arm
         self._options = options
-        self._lines = lines_of(program.text)
+        self._output = RunOutput(as_json=as_json(options))
         self._stops = arm.stops  # a stop during the rehearsal counts as well
 
     def run(self) -> int:
         """Rehearse, carry out, and say how it ended."""
-        source = ArmProgram(self._program, self._arm.config)
         slow_down(self._arm, self._options)
-        plan = _plan(source, self._arm, self._options)
-        output = RunOutput(as_json=as_json(self._options))
-        patience = Patience(BEFORE_RUN_S, output.rehearsing)
+        plan = _plan(ArmProgram(self._program, self._arm.config), self._arm, self._options)
+        patience = Patience(BEFORE_RUN_S, self._output.rehearsing)
         rehearsal = rehearse(SeenArm.of(self._arm), plan, patience)
-        output.wipe()
-        self._require(rehearsal)
+        self._output.wipe()
+        try:
+            require_rehearsed(rehearsal, anyway=self._options.yes)
+        except BaseException as error:
+            self._output.place(rehearsal.at, self._program.lines, rehearsal.refusal or error)
+            raise
         make_ready(self._arm, self._options)
-        with Display(self._lines, output) as display:
+        with Display(self._output, self._program.lines) as display:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
             return self._carry_out(plan, performer, display)
 
-    def _require(self, rehearsal: Rehearsal) -> None:
-        try:
-            require_rehearsed(rehearsal, anyway=self._options.yes)
-        except BaseException as error:
-            if not as_json(self._options):
-                show_place(rehearsal.at, self._lines, rehearsal.refusal or error)
-            raise
-
     def _begin(self, display: Display, rehearsal: Rehearsal, plan: RunPlan) -> None:
         progress = rehearsal.progress(plan.loops)
-        display.use(self._arm)
-        display.follow(progress, share=rehearsal.share, loops=plan.loops)
+        display.run.use(self._arm)
+        display.run.follow(progress, share=rehearsal.share, loops=plan.loops)
         total_s = progress.total_s
         takes = "" if total_s is None else f", about {duration(total_s)}"
         if rehearsal.endless is not None or not rehearsal.whole:
@@ -146,31 +127,23 @@ class _RunningProgram:
     def _carry_out(self, plan: RunPlan, performer: Performer, display: Display) -> int:
         path, digest = self._options.program.resolve(), self._program.digest
         journal = Journal(self._arm, performer, path, digest, plan.loops)
-        gate = [_StepGate(performer, display)] if self._options.step else []
+        gate = [StepGate(performer, display)] if self._options.step else []
         run = ProgramRun(plan, performer, [journal, *gate, display])
         try:
             with journal.explained():
                 run.carry_out()
         except BaseException as error:
-            self._failed(error, run, display)
+            mark = mark_of(error, None if run.at is None else run.at.mark)
+            resume = "" if run.at is None else resume_command(self._options)
+            text = f"ended early: {run.done} acts done; {stands_at(self._arm)}"
+            display.failed(mark, error, text, resume)
             raise
         finally:
             keep_recording(self._arm, self._options)
         journal.finish()
-        words = f"done: {run.done} acts in {duration(run.took_s)}; {stands_at(self._arm)}"
-        display.tell(ended_view(self._arm, run.done, run.took_s), words)
+        text = f"{run.done} acts in {duration(run.took_s)}; {stands_at(self._arm)}"
+        display.finished(self._arm, run.done, run.took_s, text)
         return 0
-
-    def _failed(self, error: BaseException, run: ProgramRun, display: Display) -> None:
-        mark = None if run.at is None else run.at.stage.mark
-        mark = getattr(error, "mark", None) or mark
-        resume = "" if run.at is None else resume_command(self._options)
-        how_far = f"{run.done} acts done; {stands_at(self._arm)}"
-        tell_failure(display, mark, error, how_far, resume)
-        if not as_json(self._options):
-            show_place(mark, self._lines, error)
-            if resume:
-                put_error(f"to go on from there: {resume}\n")
 
 
 # The commands that resume an interrupted program: on the same arm, and no faster.

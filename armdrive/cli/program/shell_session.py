@@ -17,7 +17,6 @@ from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
     Pressed,
     RunTerminal,
-    failed_view,
     stopped_by_interrupt,
 )
 from armdrive.cli.program.run_output import Display, RunOutput
@@ -27,8 +26,8 @@ from armdrive.errors import ArmError, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
 from armdrive.programs.acts import Say
-from armdrive.programs.language.values import to_json
-from armdrive.programs.problems import ProgramError, SourceMark
+from armdrive.programs.interpreter import to_json
+from armdrive.programs.problems import ProgramError, SourceMark, mark_of
 from armdrive.programs.program import Machine
 from armdrive.programs.session import INPUT, ArmSession, PromptEntry, Session
 from armdrive.setup.keyboard import raw_terminal
@@ -152,22 +151,17 @@ class Shell:
 
     def carry_out(self, entry: PromptEntry) -> None:
         """Carry an entry out, shown as it is."""
-        try:
-            self._perform(entry, self.on_arm.machine(entry))
-        except ProgramError as error:
-            raise self.session.typed.shown(error) from None
-
-    def _perform(self, entry: PromptEntry, machine: Machine) -> None:
-        shown = Display([], self._output, self.session.typed)
+        machine = self.on_arm.machine(entry)
+        shown = Display(self._output, entry.program.lines, prompt=True)
         keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
         show_values = partial(self._say_values, machine) if entry.says else None
         person = RunTerminal(self.arm, shown, keys, show_values)
         with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
-            shown.use(self.arm)
+            shown.run.use(self.arm)
             try:
                 self.on_arm.carry_out(entry, machine, person, [] if entry.says else [shown])
             except BaseException as error:
-                self._tell_place(entry, error)
+                self._failed(entry, error, shown)
                 raise
 
     def _say_values(self, machine: Machine, text: str) -> None:
@@ -177,18 +171,14 @@ class Shell:
         view = {"event": "value", "values": list(map(to_json, values)), "text": text}
         self.tell(view, text)
 
-    def _tell_place(self, entry: PromptEntry, error: BaseException) -> None:
-        """Say at which line an entry broke off, where the person would not know."""
+    def _failed(self, entry: PromptEntry, error: BaseException, shown: Display) -> None:
+        """Show where an entry ended early, unless it is the only line, which was just typed."""
         at = self.on_arm.at
-        mark = None if at is None else at.stage.mark
-        if self.json:
-            self.tell(failed_view(getattr(error, "mark", None) or mark, error, ""), "")
-        elif mark is not None and not isinstance(error, ProgramError):
-            line = self.session.typed.line_at(mark).strip()
-            if not self.typing:
-                put_error(f"{mark}\n    {line}\n")
-            elif entry.lines > 1 or mark.file != entry.program.file:
-                put_error(f"at `{line}`:\n")
+        mark = mark_of(error, None if at is None else at.mark)
+        program = entry.program
+        seen = mark is not None and mark.file == program.file and "\n" not in program.text
+        if self.json or not (self.typing and seen):
+            shown.failed(mark, error, "")
 
     def complain(self, error: BaseException) -> None:
         """Say what went wrong, and what can be typed now."""

@@ -7,12 +7,13 @@ from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
 
+from armdrive.cli.presenter import agreed
 from armdrive.cli.program.shell_session import Left, Shell, ShellAction
-from armdrive.cli.screens import agreed
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.programs.arm_access import put_blocks
+from armdrive.programs.interpreter import to_json
 from armdrive.programs.language.syntax import Tree
-from armdrive.programs.language.values import PlaceValue, to_json, value_text
+from armdrive.programs.language.values import PlaceValue, value_text
 from armdrive.programs.language.words import (
     FORMS,
     FUNCTIONS,

@@ -19,8 +19,7 @@ from armdrive.registry import LANGUAGES, USUAL, language_of
 from armdrive.setup.dialog_runner import RealClock
 from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
 from armdrive.transports import opening
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker
 

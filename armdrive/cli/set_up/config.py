@@ -9,14 +9,14 @@ from typing import Any
 
 from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
 from armdrive.cli.presenter import Result
-from armdrive.config.check import remarks_on
+from armdrive.config.arm import remarks_on
 from armdrive.config.write import complete
 from armdrive.connect.target import SIM
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
+from armdrive.setup.arm_checks import limit_remarks
 from armdrive.setup.arm_view import arm_lines, arm_view
-from armdrive.setup.limits import limit_remarks
 from armdrive.storage import files as places
 from kinematics.errors import KinematicsError
 

@@ -26,22 +26,22 @@ from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm
-from armdrive.setup.arm_text import files_of
-from armdrive.setup.dialog_runner import DialogPerson, converse
-from armdrive.setup.directions import Signs
-from armdrive.setup.draft import Draft, flattened
-from armdrive.setup.filing import FileProposal, checked, write
-from armdrive.setup.interview import Interview, surroundings
-from armdrive.setup.limits import (
+from armdrive.setup.arm_checks import (
     SawSwitch,
     all_work,
     check_switches,
+    find_signs,
     limit_remarks,
     make_ready,
     record,
     switches_of,
 )
-from armdrive.setup.signs import find_signs, lines_for
+from armdrive.setup.arm_text import files_of
+from armdrive.setup.dialog_runner import DialogPerson, converse
+from armdrive.setup.directions import Signs
+from armdrive.setup.draft import Draft, flattened
+from armdrive.setup.filing import FileProposal, checked, propose, write
+from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
 from armdrive.text.reading import read_toml
@@ -192,26 +192,25 @@ def _found_signs(arm: Arm, *, alone: bool) -> Signs:
     return converse(find_signs(arm, picture), _person(arm, alone=alone))
 
 
-def signs(options: argparse.Namespace) -> Result:
-    """Find which way the motors count; print lines for the arm file, and write nothing."""
-    text = read(options.name)
-    config = load_arm(text.path)
+def signs(options: argparse.Namespace) -> Iterator[Result]:
+    """Find which way the motors count, and write that to the arm file if the user agrees."""
+    path = read(options.name).path
+    config = load_arm(path)
     alone = options.yes or as_json(options)
     with _connected(config, simulated=options.sim, alone=alone, wanted=WATCHED) as arm:
         found = _found_signs(arm, alone=alone)
-    lines = lines_for(text.table, found)
-    unclear = ", ".join(found.unclear)
-    again = f"unclear: {unclear}. Check plugs and drivers, then run this again"
-    return Result(
-        {
-            "reversed_motors": list(found.motors),
-            "reversed_joints": list(found.joints),
-            "unclear": list(found.unclear),
-            "lines": lines,
-        },
-        [*lines, again] if unclear else lines,
-        1 if unclear else 0,
-    )
+        simulated = arm.simulated
+    proposal = propose(path, config.model.transmission, found)
+    view = {
+        "reversed_motors": list(found.motors),
+        "reversed_joints": list(found.joints),
+        "unclear": list(found.unclear),
+        "lines": list(proposal.difference),
+    }
+    right = () if proposal.differs or proposal.remarks else ("every direction is right as it is",)
+    lines = (*proposal.difference, *proposal.remarks, *right)
+    yield Result(view, lines, 1 if found.unclear else 0)
+    _write_down(proposal, options, simulated=simulated)
 
 
 UNHEEDED = (
@@ -240,14 +239,18 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
         lines += limit_remarks(config)
     elif simulated:
         lines.append("every switch works; for a simulated arm nothing is written")
-    yield Result(view, lines, 0 if works else 1)
-    if works and not (simulated or as_json(options)):
-        _write_down(record(path, config, datetime.now(UTC).astimezone().date()))
+    if not works:
+        yield Result(view, lines, 1)
+        return
+    proposal = record(path, config, datetime.now(UTC).astimezone().date())
+    yield Result(view, (*lines, *proposal.difference) if not simulated else lines)
+    _write_down(proposal, options, simulated=simulated)
 
 
-def _write_down(proposal: FileProposal) -> None:
-    for line in proposal.difference:
-        say(f"  {line}")
+def _write_down(proposal: FileProposal, options: argparse.Namespace, *, simulated: bool) -> None:
+    """Write a change that was shown, if the user agrees; for a simulated arm nothing is written."""
+    if simulated or as_json(options) or not proposal.differs:
+        return
     if agree(f"Write this to {proposal.path}?", "no leaves the file unchanged.", "yes"):
         proposal.write()
         say(f"written: {proposal.path}")

@@ -9,17 +9,15 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType, ModuleType
 
-from armdrive.cli.presenter import Result, as_json, put_error, say, tell
-from armdrive.cli.screens import agreed
+from armdrive.cli.presenter import Result, agreed, as_json, put_error, say, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
 from armdrive.dialog.conversation import Finding
 from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
-from armdrive.setup import findings as after
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 from armdrive.setup.ports import look_at, port_of
-from armdrive.setup.survey import Diagnosis, Report, survey_port
+from armdrive.setup.survey import Diagnosis, Report, measured_jitter, of_jitter, survey_port
 from armdrive.tasks import DeviceSettings
 from armdrive.transports.address import PREFIX, is_can
 
@@ -49,7 +47,7 @@ def doctor(options: argparse.Namespace) -> Result:
     report.add(closed.findings)
     if not closed.openable:
         return _result(report, Diagnosis.CLOSED)
-    report.add([after.of_jitter(after.measured_jitter())])
+    report.add([of_jitter(measured_jitter())])
     _agree(closed.port, options)
 
     def compare(config: ArmConfig, report: Report) -> None:

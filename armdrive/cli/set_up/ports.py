@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,12 @@ from armdrive.setup.ports import (
     arm_files,
     forbidden,
     held_by_armdrive,
+    look_at,
     owners_of,
     same_port,
     strangers_to,
 )
-from armdrive.transports.address import is_can
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
 
@@ -29,7 +29,7 @@ def ports(options: argparse.Namespace) -> Result:
     files = tuple(map(_by_device, arm_files()))
     found = list_ports()
     adapters = [*list_can_ports(found), *(ask_drivers() if options.can else ())]
-    view: dict[str, list[dict[str, Any]]] = {
+    view = {
         "ports": [_view(info, files) for info in found],
         "can": [asdict(each) for each in {each.port: each for each in reversed(adapters)}.values()],
         "absent": _absent(found, files),
@@ -37,28 +37,27 @@ def ports(options: argparse.Namespace) -> Result:
             {"arm": each.arm, "error": each.error} for each in files if each.error
         ],
     }
-    return Result(view, _lines(**view))
+    return Result(view, _lines(found, view, files))
 
 
 def _lines(
-    ports: list[dict[str, Any]],
-    can: list[dict[str, Any]],
-    absent: list[dict[str, Any]],
-    unusable_arm_files: list[dict[str, Any]],
+    found: tuple[PortInfo, ...], view: Mapping[str, Any], files: tuple[PortNaming, ...]
 ) -> Iterator[str]:
-    for port in ports:
-        yield from _port_lines(port)
-    for bus in can:
+    for info in found:
+        stable = f" ({info.stable_name})" if info.stable_name else ""
+        yield f"{info.device}{stable}"
+        yield from (f"    {line}" for line in look_at(info.device, files).lines)
+    for bus in view["can"]:
         yield f"{bus['port']}  {bus['description']}"
         if bus["todo"]:
             yield f"    {bus['todo']}"
-    if not ports:
+    if not found:
         yield "there is no serial port: plug the adapter in, or check its driver"
-    for each in absent:
+    for each in view["absent"]:
         yield f"the arm file {each['arm']}: {each['why']}"
-    for each in unusable_arm_files:
+    for each in view["unusable_arm_files"]:
         yield f"the arm file {each['arm']} cannot be used: {each['error']}"
-    if ports:
+    if found:
         yield "`armdrive doctor PORT` finds out what a port leads to, without moving anything"
 
 
@@ -115,28 +114,3 @@ def _missing(naming: PortNaming, ports: tuple[PortInfo, ...]) -> str:
         or any(same_port(port, info.device) for info in ports)
     )
     return "" if there else f"its port {port} is missing: check the cable and the name"
-
-
-def _port_lines(view: dict[str, Any]) -> Iterator[str]:
-    what = ", ".join(
-        word
-        for word in (
-            view["description"],
-            view["manufacturer"],
-            view["usb"],
-            view["serial_number"] and f"serial number {view['serial_number']}",
-        )
-        if word
-    )
-    yield f"{view['port']}  {what}".rstrip()
-    if view["stable_name"]:
-        yield f"    the name that stays: {view['stable_name']}"
-    for owner in view["belongs_to"]:
-        yield f"    belongs to the arm file {owner}"
-    for arm in view["named_for_another_adapter"]:
-        yield f"    not the adapter of the arm file {arm}, which names this port"
-    if view["holder"]:
-        drives = f", which drives {view['holder']['arm']}" if view["holder"]["arm"] else ""
-        yield f"    held by {view['holder']['program']} (pid {view['holder']['pid']}){drives}"
-    if not view["allowed"]:
-        yield f"    you may not open it: {view['mend']}"

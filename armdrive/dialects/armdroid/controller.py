@@ -49,7 +49,7 @@ from firmware_protocol.armdroid import (
 )
 from firmware_protocol.armdroid.device import wrapped
 from firmware_protocol.armdroid.host import Event as HostEvent
-from firmware_protocol.armdroid.wire import encode_command
+from firmware_protocol.armdroid.messages import encode_command
 from kinematics.spaces import Motors
 
 Script: TypeAlias = Generator[float, HostEvent | None, Reply]

@@ -31,7 +31,7 @@ from firmware_protocol.armdroid import (
     VersionReported,
 )
 from firmware_protocol.armdroid.host import Event as HostEvent
-from firmware_protocol.armdroid.wire import encode_answer
+from firmware_protocol.armdroid.messages import encode_answer
 
 Offsets: TypeAlias = tuple[int, ...]
 

@@ -35,8 +35,9 @@ from firmware_protocol.armdroid.messages import (
     TorqueReported,
     VersionReported,
     Welcome,
+    decode_answer,
+    encode_command,
 )
-from firmware_protocol.armdroid.wire import decode_answer, encode_command
 from firmware_protocol.errors import RemoteProtocolError
 
 MOTORS = ("gripper", "left wrist", "right wrist", "elbow", "shoulder", "base")

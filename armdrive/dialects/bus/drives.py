@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.sections import GripperSettings
 from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import Reply, RequestRejected, Timeout
 from armdrive.text.toml import within
 from armdrive.transports.address import is_can
-from kinematics.transmission import MotorSpec, Transmission
 
 ALL_SILENT = (
     "Check that the drives have power, that the bus cable is plugged in and has a resistor of 120 "
@@ -146,20 +144,6 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
         names,
         max(_sum(row, speeds) for row in transmission.matrix),
         tuple(_sum(row, spans) for row in transmission.matrix),
-    )
-
-
-def one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
-    """Return an arm with a single motor, no faster than this, one step a count.
-
-    Its controller can turn a motor before it is known what that motor moves.
-    """
-    turns = Transmission((MotorSpec(name, 1.0, (1.0,)),), (name,))
-    return replace(
-        config,
-        model=replace(config.model, transmission=turns, joint_speeds_rad_s=(fastest_hz,)),
-        connection=replace(config.connection, port=""),
-        gripper=GripperSettings(),
     )
 
 

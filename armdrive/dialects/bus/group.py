@@ -23,6 +23,7 @@ from armdrive.tasks import (
     ReadPosition,
     ReadSettings,
     SwitchOn,
+    never,
 )
 
 H = TypeVar("H")
@@ -46,11 +47,9 @@ class Phase(Enum):
     MOVING = "moving"
     """The drives receive one target after the other."""
     OUTAGE = "bus outage"
-    """No drive replies. Each ends at its last target and gets no further one."""
-    RECOVERING = "recovering"
-    """Drives reply again: late replies are read first, then every position is read."""
-    PAUSED = "paused"
-    """The arm was paused during an outage: the drives stand until it resumes."""
+    """No drive replies: each ends at its last target and gets no further one. When one replies
+    again, late replies are read first, then the position or state of every drive. If the arm is
+    paused meanwhile, this lasts until it resumes."""
     ARRIVING = "arriving"
     """The drives have their final targets and complete the rest."""
     STOPPING = "stopping"
@@ -64,15 +63,12 @@ class Signal(Enum):
     """What has changed in a phase."""
 
     STOP = "a stop was requested, or a jog was released"
-    OUTAGE = "no drive has replied for a while although questions were open"
-    BACK = "a drive has replied again"
+    OUTAGE = "no drive has replied for a while, or one has replied again after that"
     ANSWERED = "every drive that owed a reply has sent an unrequested frame instead"
     TROUBLE = "a drive does not follow its orders, or does not reply"
     REJECTED = "a drive reports that it rejects an order"
     ALL_SENT = "the final targets have been sent"
-    LOCATED = "every drive has reported its position"
-    PAUSED = "the arm has been paused"
-    RESUMED = "the arm is no longer paused"
+    LOCATED = "every drive has reported its position, and the arm is not paused"
     SHORT = "a drive stands short of its target: its order may have been lost"
     OUT_OF_RANGE = "a target cannot be expressed"
     ARRIVED = "all drives stand at their targets"
@@ -99,25 +95,17 @@ TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(
         (Phase.MOVING, Signal.REJECTED): (Phase.MOVING, Act.REPEAT),
         (Phase.MOVING, Signal.OUT_OF_RANGE): (Phase.STOPPING, Act.STOP),
         (Phase.MOVING, Signal.OUTAGE): (Phase.OUTAGE, Act.NOTHING),
-        (Phase.MOVING, Signal.BACK): (Phase.RECOVERING, Act.NOTHING),
         (Phase.MOVING, Signal.ALL_SENT): (Phase.ARRIVING, Act.NOTHING),
         (Phase.OUTAGE, Signal.STOP): (Phase.STOPPING, Act.STOP),
         (Phase.OUTAGE, Signal.TROUBLE): (Phase.STOPPING, Act.EXPLAIN),
-        (Phase.OUTAGE, Signal.BACK): (Phase.RECOVERING, Act.NOTHING),
         (Phase.OUTAGE, Signal.ANSWERED): (Phase.MOVING, Act.NOTHING),
-        (Phase.RECOVERING, Signal.STOP): (Phase.STOPPING, Act.STOP),
-        (Phase.RECOVERING, Signal.TROUBLE): (Phase.STOPPING, Act.EXPLAIN),
-        (Phase.RECOVERING, Signal.PAUSED): (Phase.PAUSED, Act.NOTHING),
-        (Phase.RECOVERING, Signal.LOCATED): (Phase.MOVING, Act.RESUME),
-        (Phase.RECOVERING, Signal.ALL_SENT): (Phase.ARRIVING, Act.NOTHING),
-        (Phase.PAUSED, Signal.STOP): (Phase.STOPPING, Act.STOP),
-        (Phase.PAUSED, Signal.TROUBLE): (Phase.STOPPING, Act.EXPLAIN),
-        (Phase.PAUSED, Signal.RESUMED): (Phase.MOVING, Act.RESUME),
+        (Phase.OUTAGE, Signal.LOCATED): (Phase.MOVING, Act.RESUME),
+        (Phase.OUTAGE, Signal.ALL_SENT): (Phase.ARRIVING, Act.NOTHING),
         (Phase.ARRIVING, Signal.STOP): (Phase.STOPPING, Act.STOP),
         (Phase.ARRIVING, Signal.TROUBLE): (Phase.STOPPING, Act.EXPLAIN),
         (Phase.ARRIVING, Signal.REJECTED): (Phase.ARRIVING, Act.REPEAT),
         (Phase.ARRIVING, Signal.SHORT): (Phase.ARRIVING, Act.REPEAT),
-        (Phase.ARRIVING, Signal.BACK): (Phase.RECOVERING, Act.NOTHING),
+        (Phase.ARRIVING, Signal.OUTAGE): (Phase.OUTAGE, Act.NOTHING),
         (Phase.ARRIVING, Signal.ARRIVED): (Phase.ENDED, Act.NOTHING),
         (Phase.STOPPING, Signal.STOPPED): (Phase.ENDED, Act.HOLD),
         (Phase.STOPPING, Signal.NOT_STOPPED): (Phase.ENDED, Act.HOLD),
@@ -130,7 +118,7 @@ TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(
 
 
 class Stage(Protocol):
-    """What a dialect does in one phase."""
+    """What a dialect does in one phase. It need not watch for stops: `run_phases` does."""
 
     def step(self, now_s: float) -> float:
         """Send the frames that are due; return when to call again if no reply comes first."""
@@ -145,13 +133,22 @@ Acts: TypeAlias = Mapping[Act, Callable[[], Generator[float, Any, None] | None]]
 
 
 def run_phases(
-    io: ScriptIO[H], phase: Phase, stages: Stages, acts: Acts
+    io: ScriptIO[H],
+    phase: Phase,
+    stages: Stages,
+    acts: Acts,
+    let_go: Callable[[], bool] = never,
 ) -> Generator[float, H | None, None]:
-    """Lead the drives from a phase through all that follow, until the motion has ended."""
+    """Lead the drives from a phase through all that follow, until the motion has ended.
+
+    A stop goes first, in every phase: before the stage is asked what else has changed. `let_go`
+    tells whether the motion is a jog that was released, which is a stop too.
+    """
     stage = stages[phase]()
     while phase is not Phase.ENDED:
-        signal = stage.signal(io.now_s)
-        row = None if signal is None else TABLE.get((phase, signal))
+        row = TABLE.get((phase, Signal.STOP)) if io.stop_asked or let_go() else None
+        if row is None and (signal := stage.signal(io.now_s)) is not None:
+            row = TABLE.get((phase, signal))
         if row is None:
             event = yield stage.step(io.now_s)
             while event is not None:  # read everything that has arrived before judging

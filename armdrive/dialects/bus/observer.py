@@ -226,17 +226,22 @@ class ObservedDrive:
         self.asked_s = max(self.ledger.located(), now_s - REPLY_TIMEOUT_S)
         self.count, self.read_s = count, now_s
         self.ledger.conclude(now_s)
-        if self._fit is None or count in self._reachable(now_s):
+        lately = course.hull(self.asked_s - self.bounds.late_s, now_s)
+        if self._fit is None or count in self._reachable(lately, now_s):
             self._fit, self._outside = (float(count), self.asked_s), 0
             self.lag = course.place - count
         else:
             self._outside += 1
-        finding, off = self._judge(now_s)
+        finding, off = self._judge(lately.widened(self.bounds.corridor), now_s)
         self.verdict = Verdict(self.node, finding, count, course.place, off)
         if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
 
-    def _judge(self, now_s: float) -> tuple[DriveFinding, float]:
+    def _judge(self, following: Interval, now_s: float) -> tuple[DriveFinding, float]:
+        """Return the verdict on the last reading, and how far it is from its path.
+
+        `following` is where the shaft is if it follows its orders within the allowed delay.
+        """
         count = self.count or 0
         if self._outside >= CONFIRMING_LOOKS:
             since_s = self._fit[1] if self._fit else now_s
@@ -248,7 +253,7 @@ class ObservedDrive:
             self.ledger.acquit()  # its count proves that it kept its power
         if self._outside:
             return DriveFinding.DOUBTED, 0.0
-        off = self._following(now_s).beyond(count)
+        off = following.beyond(count)
         if not off:
             self._doubt = None
             return DriveFinding.FITS, 0.0
@@ -304,10 +309,12 @@ class ObservedDrive:
 
     # -- intervals ----------------------------------------------------------------------------
 
-    def _reachable(self, now_s: float) -> Interval:
-        """Return where the shaft can be, given its last reading within reach."""
+    def _reachable(self, hull: Interval, now_s: float) -> Interval:
+        """Return where the shaft can be, given its last reading within reach.
+
+        `hull` is where its orders had it during the allowed delay.
+        """
         count, since_s = self._fit or (float(self.count or 0), now_s)
-        hull = self.course.hull(self.asked_s - self.bounds.late_s, now_s)
         orders = self.course.in_force(since_s, REPLY_TIMEOUT_S)
         up = max((order.up for order in orders), default=0.0)
         down = max((order.down for order in orders), default=0.0)
@@ -317,11 +324,6 @@ class ObservedDrive:
         low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes, 0.0))
         found = Interval(min(low, hull.low, count), max(high, hull.high, count))
         return found.widened(self.bounds.give)
-
-    def _following(self, now_s: float) -> Interval:
-        """Return where the shaft is if it follows its orders within the allowed delay."""
-        hull = self.course.hull(self.asked_s - self.bounds.late_s, now_s)
-        return hull.widened(self.bounds.corridor)
 
     def _late(self, now_s: float) -> float:
         """Return how far it turns during the allowed delay."""

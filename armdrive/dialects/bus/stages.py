@@ -1,4 +1,4 @@
-"""The stages that every dialect goes through: braking until all drives stand, and homing.
+"""What every dialect goes through: the end of an earlier motion, braking, homing.
 
 A dialect supplies the frames and says what it has seen of each drive. Deadlines are in listened
 time, so a late computer blames no drive.
@@ -6,10 +6,12 @@ time, so a late computer blames no drive.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from typing import Any, Generic, Protocol, TypeVar
 
+from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.group import Signal
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.exchange import ListenedTime, Script
@@ -81,6 +83,29 @@ class Braking(Generic[D]):
         if len(self._mute) == len(self.left):
             return self._brakes.absence(self._mute)
         return RequestRejected(f"{self.left[0]} did not come to rest after a stop")
+
+
+EARLIER_MOTION_S = 1.0
+"""How long drives may turn that an earlier program left moving, and again after their stop."""
+
+
+def end_earlier_motion(
+    listened: ListenedTime,
+    turning: Callable[[], Script[Any, list[D]]],
+    stop: Callable[[list[D]], Script[Any, None]],
+) -> Script[Any, None]:
+    """Wait for the end of a motion that an earlier program left running, then stop it.
+
+    `turning` returns the drives that turn, and takes the time between two looks. Raises
+    `Obstructed` if a drive still turns after its stop.
+    """
+    began_s, stopped_s = listened.s, math.inf
+    while drives := (yield from turning()):
+        if listened.s > stopped_s + EARLIER_MOTION_S:
+            raise Obstructed(f"{drives[0]} turns, and did not come to rest after a stop")
+        if listened.s > began_s + EARLIER_MOTION_S and math.isinf(stopped_s):
+            yield from stop(drives)
+            stopped_s = listened.s
 
 
 OVERTRAVEL = 1.1

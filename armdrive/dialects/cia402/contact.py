@@ -1,16 +1,15 @@
-"""Find an arm's CiA 402 drives, set them up, compare their settings, and switch their current.
+"""Find an arm's CiA 402 drives, set them up, switch their current, and clear their faults.
 
 None of it moves anything.
 """
 
 from __future__ import annotations
 
-import math
-import re
 from dataclasses import dataclass, replace
 from typing import NoReturn
 
 from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.stages import end_earlier_motion
 from armdrive.dialects.cia402.exchange import (
     STOP,
     TRIES,
@@ -24,23 +23,15 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.wire import (
     FAULTS,
-    BusEvent,
     Cia402Drive,
-    DriveGroup,
-    HeartbeatProducer,
     astray_alert,
     setups,
 )
-from armdrive.dialects.exchange import ScriptIO
-from armdrive.errors import Refused
-from armdrive.tasks import DeviceSettings, Difference, Done, ProtocolWarning, Reply, RequestRejected
+from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
 
 PROFILE_NUMBER = 402
-EARLIER_MOTION_S = 1.0
-"""How long drives that an earlier program left moving may go on. They stop when they miss its
-heartbeat, after `heartbeat_ms` and a quick stop: 0.3 s by default."""
 STILL_S = 0.03
 """A drive has stopped if it has not turned for this long: three periods of SYNC by default."""
 RIVAL_TIMEOUTS = 1.5
@@ -114,30 +105,26 @@ class Cia402Contact:
     `quick_slope` is the deceleration of a quick stop.
     """
 
-    io: ScriptIO[BusEvent]
-    exchange: Cia402Exchange
+    io: Cia402Exchange
     transfers: ObjectTransfers
-    group: DriveGroup
     states: DriveStates
-    beats: HeartbeatProducer
-    settings: Cia402Settings
     quick_slope: float
 
     def connect(self) -> Script[None]:
         """Make contact with every drive. Raises `Obstructed` if that fails."""
-        self.group.shared.clear()
+        self.io.group.shared.clear()
         yield from self._recognise()
         yield from self._end_earlier_motion()
-        if self.group.shared:
-            raise Obstructed(self.group.shared_words)
+        if self.io.group.shared:
+            raise Obstructed(self.io.group.shared_words)
         yield from self._write_required()
         yield from self._write_optional()
         yield from self.transfers.verify(SAFETY, "with which it would stop and hold")
         yield from self._start()
-        for drive in self.group.drives:
+        for drive in self.io.group.drives:
             drive.rest()
-            drive.shaft.fresh = not self.group.configured
-        self.group.contacted = self.group.configured = True
+            drive.shaft.fresh = not self.io.group.configured
+        self.io.group.contacted = self.io.group.configured = True
 
     def _recognise(self) -> Script[None]:
         """Identify every drive."""
@@ -148,13 +135,12 @@ class Cia402Contact:
             canopen.SUPPORTED_MODES,
             canopen.PRODUCER_HEARTBEAT_MS,
         )
-        if (
-            self.group.rival_s
-            > self.io.now_s - RIVAL_TIMEOUTS * self.settings.heartbeat_ms / 1000.0
-        ):
+        settings = self.io.settings
+        rival_s = RIVAL_TIMEOUTS * settings.heartbeat_ms / 1000.0
+        if self.io.group.rival_s > self.io.now_s - rival_s:
             raise Obstructed(
-                f"another program sends heartbeats as node {self.settings.master_id} on this bus "
-                "and may command these drives: end it first"
+                f"another program sends heartbeats as node {settings.master_id} on this bus and "
+                "may command these drives: end it first"
             )
         for result in results.values():
             if canopen.DEVICE_TYPE in result.refused:
@@ -166,13 +152,13 @@ class Cia402Contact:
                     f"{result.drive} reports device profile {profile}, not a drive of CiA "
                     f"{PROFILE_NUMBER}: check the ids of the arm file (`armdrive doctor --can`)"
                 )
-            beat_ms = self.settings.drive_beat_ms
+            beat_ms = settings.drive_beat_ms
             found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, beat_ms)
-            if self.group.configured and found_ms != beat_ms:
+            if self.io.group.configured and found_ms != beat_ms:
                 result.drive.booted = True  # it has lost its settings
         words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
         modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
-        self.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+        self.io.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
 
     def _find(self, *places: Place) -> Script[Results]:
         """Read objects of every drive; wake drives that were stopped, and ask again.
@@ -183,7 +169,7 @@ class Cia402Contact:
         results = yield from self.transfers.transfer(jobs)
         mute = [result.drive for result in results.values() if result.mute]
         if 0 < len(mute) < len(results):
-            self.exchange.order(NmtCommand.PRE_OPERATIONAL, mute)
+            self.io.order(NmtCommand.PRE_OPERATIONAL, mute)
             one = {drive.node: (canopen.DEVICE_TYPE,) for drive in mute}
             woken = yield from self.transfers.transfer(one, tries=1)
             if not all(result.mute for result in woken.values()):
@@ -191,45 +177,41 @@ class Cia402Contact:
                 mute = [result.drive for result in results.values() if result.mute]
         if not mute:
             return results
-        reply = self.exchange.absence(mute)
-        if isinstance(reply, RequestRejected) and self.group.shared:  # it may be one of the two
-            reply = replace(reply, reason=f"{reply.reason}. And {self.group.shared_words}")
+        reply = self.io.absence(mute)
+        if isinstance(reply, RequestRejected) and self.io.group.shared:  # it may be one of the two
+            reply = replace(reply, reason=f"{reply.reason}. And {self.io.group.shared_words}")
         raise Obstructed(reply)
 
     def _end_earlier_motion(self) -> Script[None]:
-        """Wait for the end of a motion that an earlier program left running, then stop it.
-
-        A single reading shows no motion. A drive is refused only if it keeps turning after a stop.
-        """
-        listened = self.io.listened
-        began_s, stopped_s = listened.s, math.inf
+        """Wait until all drives stand, and stop those that do not."""
         both = self.transfers.of_each(canopen.POSITION, canopen.STATUSWORD)
         before = yield from self.transfers.obtain(both)
-        while True:
-            yield from self.exchange.wait(self.io.now_s + STILL_S)
-            results = yield from self.transfers.obtain(both)
-            turning = [node for node in results if _turns(results[node], before[node])]
-            if not turning:
-                return
-            if listened.s > stopped_s + EARLIER_MOTION_S:
-                drive = self.group.by_node[turning[0]]
-                raise Obstructed(f"{drive} turns, and did not come to rest after a stop")
-            if listened.s > began_s + EARLIER_MOTION_S and math.isinf(stopped_s):
-                stop = (Write(canopen.CONTROLWORD, DataType.U16, STOP.value),)
-                yield from self.transfers.transfer(dict.fromkeys(turning, stop))
-                stopped_s = listened.s
-            before = results
+
+        def turning() -> Script[list[Cia402Drive]]:
+            """Return the drives that have turned since the last look: one look shows nothing."""
+            nonlocal before
+            yield from self.io.wait(self.io.now_s + STILL_S)
+            last, before = before, (yield from self.transfers.obtain(both))
+            return [each.drive for node, each in before.items() if _turns(each, last[node])]
+
+        yield from end_earlier_motion(self.io.listened, turning, self._quick_stop)
+
+    def _quick_stop(self, drives: list[Cia402Drive]) -> Script[None]:
+        """Stop drives that take no part in PDOs yet."""
+        stop = (Write(canopen.CONTROLWORD, DataType.U16, STOP.value),)
+        yield from self.transfers.transfer({drive.node: stop for drive in drives})
 
     def _write_required(self) -> Script[None]:
         """Write the settings that every drive needs, while it takes no part in PDOs."""
         self.io.last_command = "SDO set-up"
-        cyclic = self.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
-        cycle_ms = round(self.exchange.cycle_s * 1000.0) if cyclic else None
+        cyclic = self.io.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
+        cycle_ms = round(self.io.cycle_s * 1000.0) if cyclic else None
         jobs = {
-            node: required_settings(node, self.quick_slope, cycle_ms) for node in self.group.by_node
+            node: required_settings(node, self.quick_slope, cycle_ms)
+            for node in self.io.group.by_node
         }
         for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
-            self.exchange.order(NmtCommand.PRE_OPERATIONAL, self.group.drives)
+            self.io.order(NmtCommand.PRE_OPERATIONAL, self.io.group.drives)
             results = yield from self.transfers.obtain(jobs)
             refused = [each for result in results.values() for each in result.refused.items()]
             if not refused:
@@ -239,24 +221,24 @@ class Cia402Contact:
 
     def _write_optional(self) -> Script[None]:
         """Write the optional settings; warn once of those that a drive lacks."""
-        jobs = {node: optional_settings(self.settings, node) for node in self.group.by_node}
+        jobs = {node: optional_settings(self.io.settings, node) for node in self.io.group.by_node}
         results = yield from self.transfers.obtain(jobs, lenient=True)
         for result in results.values():
             for place, words in result.refused.items():
-                if place.index >= _PROFILE_OBJECTS and not self.group.configured:
+                if place.index >= _PROFILE_OBJECTS and not self.io.group.configured:
                     self.io.notify(ProtocolWarning(words))
 
     def _start(self) -> Script[None]:
         """Let the drives take part in PDOs, and read every position."""
-        missing = self.group.drives
+        missing = self.io.group.drives
         for _ in range(TRIES):
-            self.exchange.order(NmtCommand.START, missing)
-            yield from self.exchange.wait(self.io.now_s + self.exchange.cycle_s)
-            missing = yield from self.exchange.poll()
+            self.io.order(NmtCommand.START, missing)
+            yield from self.io.wait(self.io.now_s + self.io.cycle_s)
+            missing = yield from self.io.poll()
             if not missing:
                 return
-        if len(missing) == len(self.group.drives):
-            raise Obstructed(self.exchange.silence())
+        if len(missing) == len(self.io.group.drives):
+            raise Obstructed(self.io.silence(self.io.began_s))
         raise Obstructed(
             f"{missing[0]} answers, but sends no PDO upon SYNC: another program may have set it up"
         )
@@ -267,27 +249,27 @@ class Cia402Contact:
 
     def read(self) -> Script[Reply]:
         """Read every position, and report a drive that has moved although it should hold."""
-        yield from self.exchange.look()
-        for drive in self.group.astray if self.group.on else ():
+        yield from self.io.look()
+        for drive in self.io.group.astray if self.io.group.on else ():
             self.io.notify(astray_alert(drive))
             drive.rest()
-        return self.group.registers()
+        return self.io.group.registers()
 
     def switch_on(self) -> Script[Reply]:
         """Make every drive hold its motor where it is and watch this program's heartbeat."""
-        self.group.on = False
-        yield from self.exchange.look()
-        for drive in self.group.drives:
+        self.io.group.on = False
+        yield from self.io.look()
+        for drive in self.io.group.drives:
             if drive.state in FAULTS:
                 yield from self._refuse(drive)
-        self.beats.begin(self.io.now_s)
+        self.io.beats.begin(self.io.now_s)
         yield from self._watch(on=True)
-        yield from self.exchange.look()  # a hand may have turned a shaft meanwhile
-        for drive in (yield from self.states.bring(self.group.drives, DriveState.ENABLED)):
+        yield from self.io.look()  # a hand may have turned a shaft meanwhile
+        for drive in (yield from self.states.bring(self.io.group.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
-        yield from self.states.hold_here(self.group.drives)
+        yield from self.states.hold_here(self.io.group.drives)
         yield from self._adopt_positions()
-        self.group.on = True
+        self.io.group.on = True
         return Done()
 
     def _refuse(self, drive: Cia402Drive) -> Script[NoReturn]:
@@ -303,59 +285,59 @@ class Cia402Contact:
 
     def switch_off(self) -> Script[Reply]:
         """Switch every drive's motor off."""
-        self.group.on = False
+        self.io.group.on = False
         reply: Reply = Done()
         try:
             yield from self._watch(on=False)
         except Obstructed as obstructed:
             reply = obstructed.reply
-        left = yield from self.states.bring(self.group.drives, DriveState.DISABLED)
+        left = yield from self.states.bring(self.io.group.drives, DriveState.DISABLED)
         off = [drive for drive in left if drive.state not in FAULTS]
         if any(drive.missed > 1 for drive in off):
-            raise Obstructed(self.exchange.absence(off))
+            raise Obstructed(self.io.absence(off))
         for drive in off:
             raise Obstructed(RequestRejected(f"{drive} does not switch its motor off"))
-        self.beats.end()
+        self.io.beats.end()
         return reply
 
     def clear(self) -> Script[Reply]:
         """Reset faults and leave quick stops. Currents stay as they are, and nothing moves."""
-        yield from self.exchange.look()
-        for drive in self.group.drives:
-            self.group.report(drive)  # faults that were not reported yet
-        faulty = [drive for drive in self.group.drives if drive.state in FAULTS]
+        yield from self.io.look()
+        for drive in self.io.group.drives:
+            self.io.group.report(drive)  # faults that were not reported yet
+        faulty = [drive for drive in self.io.group.drives if drive.state in FAULTS]
         for drive in (yield from self.states.reset_faults(faulty)):
             yield from self.transfers.explain(drive)
             words = (
                 f"{drive.fault_words}, and does not leave it: clear the cause, then call `reset()`"
             )
             raise Obstructed(words)
-        yield from self.states.leave_quick_stop(self.group.drives)
+        yield from self.states.leave_quick_stop(self.io.group.drives)
         yield from self._adopt_positions()
-        held = all(drive.state is DriveState.ENABLED for drive in self.group.drives)
-        self.group.on = self.beats.on and held
+        held = all(drive.state is DriveState.ENABLED for drive in self.io.group.drives)
+        self.io.group.on = self.io.beats.on and held
         return Done()
 
     def farewell(self) -> bytes:
         """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
-        if not self.beats.on:
+        if not self.io.beats.on:
             return b""
-        self.beats.end()
+        self.io.beats.end()
         return self.transfers.unanswered_writes(
-            heartbeat_watch(self.settings, on=False), FINAL_WRITES
+            heartbeat_watch(self.io.settings, on=False), FINAL_WRITES
         )
 
     def _adopt_positions(self) -> Script[None]:
         """Adopt every drive's position as its target, and forget its past faults."""
-        yield from self.exchange.look()
-        for drive in self.group.astray:
+        yield from self.io.look()
+        for drive in self.io.group.astray:
             drive.rest()
-        for drive in self.group.drives:
+        for drive in self.io.group.drives:
             drive.recover()
 
     def _watch(self, *, on: bool) -> Script[None]:
         """Make the drives watch this program's heartbeat, or not, and verify that."""
-        write = heartbeat_watch(self.settings, on=on)
+        write = heartbeat_watch(self.io.settings, on=on)
         self.io.last_command = "SDO 1016"
         yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)
         yield from self.transfers.verify((write,), "without which it would not stop")
@@ -366,94 +348,3 @@ def _turns(now: SdoResult, before: SdoResult) -> bool:
     state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
     way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
     return state is not None and state.holds and abs(way) > now.drive.tremble
-
-
-# Comparing the drives' settings with the arm file, and correcting them line by line.
-#
-# A line is a drive's node number, an object, its type and its value: `3: 608F:01 u32 10000`.
-
-_LINE = re.compile(
-    r"\s*(\d{1,3})\s*:\s*([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})\s+([iu])(8|16|32)\s+(-?\d{1,10})\s*"
-)
-_COMMUNICATION = range(0x1000, 0x2000)
-_MOVING = (0x6040, 0x6060, 0x607A)
-"""Objects that would move a motor, or let it go."""
-
-
-def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
-    """Return the required objects, their names, and whether every motion needs them."""
-    u8, u32, turns = DataType.U8, DataType.U32, settings.encoder_increments
-    rows = (
-        (Write(Place(0x607E), u8, 0), "polarity", True),
-        (Write(Place(0x6091, 1), u32, 1), "gear ratio, motor turns", True),
-        (Write(Place(0x6091, 2), u32, 1), "gear ratio, shaft turns", True),
-        (
-            Write(canopen.FOLLOWING_ERROR_WINDOW, u32, settings.following_window),
-            "following error window",
-            False,
-        ),
-        (BRAKE, "fault reaction", False),
-    )
-    if not turns:
-        return rows
-    return (
-        *rows,
-        (Write(Place(0x608F, 1), u32, turns), "encoder increments", True),
-        (Write(Place(0x608F, 2), u32, 1), "encoder increments, turns", True),
-        (Write(Place(0x6092, 1), u32, turns), "feed constant", True),
-        (Write(Place(0x6092, 2), u32, 1), "feed constant, turns", True),
-    )
-
-
-def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Reply]:
-    """Compare the objects that the arm depends on, as far as a drive has them."""
-    rows = wanted(settings)
-    places = (write.place for write, _, _ in rows)
-    results = yield from transfers.obtain(transfers.of_each(*places))
-    differences = tuple(
-        Difference(
-            f"{name} ({write.place}) of {result.drive}",
-            str(found),
-            str(write.value),
-            mending_line(result.drive.node, write),
-            must,
-        )
-        for write, name, must in rows
-        for result in results.values()
-        if (found := result.values.get(write.place)) not in (None, write.value)
-    )
-    return DeviceSettings(differences)
-
-
-def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
-    """Write one object."""
-    node, write = parsed_line(line)
-    if node not in transfers.group.by_node:
-        raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
-    transfers.io.last_command = line
-    yield from transfers.carry_out({node: (write,)})
-    return Done()
-
-
-def mending_line(node: int, write: Write) -> str:
-    """Return the line that writes an object."""
-    kind = f"{'i' if write.type.signed else 'u'}{write.type.bits}"
-    return f"{node}: {write.place} {kind} {write.value}"
-
-
-def parsed_line(line: str) -> tuple[int, Write]:
-    """Parse such a line. Raises `Refused` if it writes no setting, or could move a motor."""
-    found = _LINE.fullmatch(line)
-    if found is None:
-        raise Refused(f"`{line}` is not a drive setting: write one like `3: 608F:01 u32 10000`")
-    place = Place(int(found[2], 16), int(found[3], 16))
-    if place.index in _COMMUNICATION or place.index in _MOVING:
-        raise Refused(f"`{line}` writes nothing that may be changed this way")
-    kind = DataType[f"{found[4].upper()}{found[5]}"]
-    entry = canopen.STANDARD.find(place)
-    try:
-        write = Write(place, entry.type if entry is not None else kind, int(found[6]))
-        write.data  # noqa: B018 - raises where the value does not fit
-    except ValueError as error:
-        raise Refused(f"`{line}` is not a drive setting: {error}") from None
-    return int(found[1]), write

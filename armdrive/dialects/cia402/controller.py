@@ -18,10 +18,11 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import ALL_SILENT, HOST_S, Obstructed, bus_motors
+from armdrive.dialects.bus.drives import HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.group import BUS_REQUESTS
 from armdrive.dialects.bus.observer import unwrapped
-from armdrive.dialects.cia402.contact import Cia402Contact, compare, mend
+from armdrive.dialects.cia402.compare import compare, mend
+from armdrive.dialects.cia402.contact import Cia402Contact
 from armdrive.dialects.cia402.exchange import (
     BEATS_LOST,
     Cia402Exchange,
@@ -32,12 +33,7 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.cia402.wire import (
-    BusEvent,
-    Cia402Bus,
-    DriveGroup,
-    HeartbeatProducer,
-)
+from armdrive.dialects.cia402.wire import BusEvent
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
@@ -71,8 +67,6 @@ ROUNDING = 2.0
 class Cia402Controller(ScriptRunner[BusEvent]):
     """Drives the drives of one arm: hands each request to a collaborator."""
 
-    look_at = ALL_SILENT
-
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: Cia402Settings = config.device
         motors = bus_motors(config, "cia402", settings.ids)
@@ -80,25 +74,17 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         self.settings = settings = replace(settings, ids=ids, homing_methods=methods)
         self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
         order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
-        self._bus = bus = Cia402Bus(settings.ids)
-        super().__init__(replace(abilities, motors=motors.count, order_s=order_s), bus)
-        self.io.look_at = ALL_SILENT
-        self.group = group = DriveGroup(self.io, settings, motors.names)
-        self.beats = beats = HeartbeatProducer(settings.master_id, settings.beat_ms / 1000.0)
-        self._exchange = exchange = Cia402Exchange(
-            self.io, bus, group, settings.answer_s, limits.cycle_s
-        )
-        self._transfers = transfers = ObjectTransfers(self.io, bus, group, exchange)
-        states = DriveStates(exchange, group)
-        lead = MotionLead(self.io, exchange, transfers, group, states, beats, settings)
-        self._contact = Cia402Contact(
-            self.io, exchange, transfers, group, states, beats, settings, limits.quick_hz_s
-        )
+        self._wire = io = Cia402Exchange(settings, motors.names, limits.cycle_s, self.unsolicited)
+        super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
+        self.group = io.group
+        self._transfers, states = ObjectTransfers(io), DriveStates(io)
+        lead = MotionLead(io, self._transfers, states)
+        self._contact = Cia402Contact(io, self._transfers, states, limits.quick_hz_s)
         self._cyclic = CyclicMotion(lead, limits)
         self._profile = ProfileMotion(lead, limits)
         self._homing = Cia402Homing(lead, limits)
         self._silent_s = BEATS_LOST * settings.drive_beat_ms / 1000.0
-        self.abilities = replace(self.abilities, queued_segments=AHEAD * group.is_cyclic)
+        self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
 
     # -- requests -----------------------------------------------------------------------------
 
@@ -110,7 +96,7 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"CiA 402 drives do not support {type(request).__name__}")
         self.give_up()
-        self._exchange.began_s = self.io.now_s
+        self._wire.began_s = self.io.now_s
         try:
             if not self.group.contacted:
                 yield from self._contact.connect()
@@ -147,7 +133,7 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         if drive is None or self.busy:
             return
         if isinstance(event, Emergency) and self.group.contacted:  # read its new state
-            self._exchange.sync()
+            self._wire.sync()
         self.group.report(drive)
 
     def give_up(self) -> None:
@@ -160,10 +146,10 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         """Take bytes from the bus; all events are recorded before a script continues."""
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
-        self._bus.receive_data(data)
-        while (event := self._bus.next_event()) is not None:
+        self._wire.bus.receive_data(data)
+        while (event := self._wire.bus.next_event()) is not None:
             self.unsolicited(event)
-        self.io.write(self._bus.owed())
+        self.io.write(self._wire.bus.owed())
         self._loop.step(None)
 
     def advance(self, now_s: float) -> bytes:
@@ -171,22 +157,22 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         self.io.listened.pass_to(now_s)
         self.io.now_s = now_s
         if self.group.on and self.group.contacted and not self.busy:
-            self._exchange.watch_heartbeats(self._silent_s, self.beats.period_s)
+            self._wire.watch_heartbeats(self._silent_s, self._wire.beats.period_s)
         frames = super().advance(now_s)
-        beat = self.beats.beat(now_s)
+        beat = self._wire.beats.beat(now_s)
         self.io.listened.expect(self.next_s())
         return beat + frames
 
     def next_s(self) -> float:
         """Return when the script continues, or the heartbeat is due."""
-        return min(super().next_s(), self.beats.due_s)
+        return min(super().next_s(), self._wire.beats.due_s)
 
     def stop(self, *, hard: bool) -> None:
         """Stop the script, and discard targets that were not sent yet.
 
         A drive that has stopped by itself meanwhile would take them as orders to continue.
         """
-        if self.busy and not self.io.stop_asked and self.io.now_s > self._exchange.began_s:
+        if self.busy and not self.io.stop_asked and self.io.now_s > self._wire.began_s:
             self.io.out.clear()
         super().stop(hard=hard)
 

@@ -9,17 +9,27 @@ Deadlines of drives are in listened time (`dialects.exchange.ListenedTime`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import Obstructed, absence
-from armdrive.dialects.cia402.wire import FAULTS, BusEvent, Cia402Bus, Cia402Drive, DriveGroup
+from armdrive.dialects.bus.drives import ALL_SILENT, Obstructed, absence
+from armdrive.dialects.cia402.objects import object_words, value_words
+from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.cia402.wire import (
+    FAULTS,
+    BusEvent,
+    Cia402Bus,
+    Cia402Drive,
+    DriveGroup,
+    HeartbeatProducer,
+)
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
 from firmware_protocol.canopen import Command, Controlword, DriveState, OperationMode, way
+from firmware_protocol.frames import pack
 
 TRIES = 3
 """How often a request that is safe to repeat is sent: a bad bus loses one frame in ten."""
@@ -46,25 +56,33 @@ T = TypeVar("T")
 Script: TypeAlias = Generator[float, BusEvent | None, T]
 
 
-@dataclass(slots=True, eq=False)
-class Cia402Exchange:
+class Cia402Exchange(ScriptIO[BusEvent]):
     """Sends commands to drives and waits for their reports. A cycle lasts `cycle_s`."""
 
-    io: ScriptIO[BusEvent]
-    bus: Cia402Bus
-    group: DriveGroup
-    answer_s: float
-    cycle_s: float
-    began_s: float = -math.inf
-    """When the present request began."""
-    looked_s: float = -math.inf
-    """When a silent drive at rest was asked last."""
+    look_at = ALL_SILENT
+
+    def __init__(
+        self,
+        settings: Cia402Settings,
+        names: Iterable[str],
+        cycle_s: float,
+        on_unsolicited: Callable[[BusEvent], None],
+    ) -> None:
+        super().__init__(on_unsolicited)
+        self.settings, self.cycle_s = settings, cycle_s
+        self.bus = Cia402Bus(settings.ids)
+        self.group = DriveGroup(self, settings, names)
+        self.beats = HeartbeatProducer(settings.master_id, settings.beat_ms / 1000.0)
+        self.began_s = -math.inf
+        """When the present request began."""
+        self._looked_s = -math.inf
+        """When a silent drive at rest was asked last."""
 
     # -- cycles -------------------------------------------------------------------------------
 
     def wait(self, until_s: float, over: Callable[[], bool] = never) -> Script[None]:
         """Wait until a moment or a condition, regardless of stops."""
-        while self.io.now_s < until_s and not over():
+        while self.now_s < until_s and not over():
             yield until_s
 
     def command(
@@ -76,27 +94,27 @@ class Cia402Exchange:
     ) -> None:
         """Send a drive a controlword, a mode and a target, by default its last position."""
         target = drive.seen if target is None else target
-        self.io.write(self.bus.command(drive.node, word, mode, target))
+        self.write(self.bus.command(drive.node, word, mode, target))
 
     def order(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
         """Send drives a network management order."""
         for drive in drives:
-            self.io.write(self.bus.order(canopen.Nmt(command, drive.node)))
+            self.write(pack(canopen.Nmt(command, drive.node).frame))
 
     def sync(self) -> None:
         """Make all drives act on their commands and report their positions."""
-        self.io.write(self.bus.sync())
+        self.write(self.bus.sync())
         for drive in self.group.drives:
-            drive.ask(self.io.now_s)
+            drive.ask(self.now_s)
 
     def cycle(self) -> Script[None]:
         """Make the drives act on their commands, and wait for the end of the cycle."""
         self.sync()
-        yield from self.wait(self.io.now_s + self.cycle_s)
+        yield from self.wait(self.now_s + self.cycle_s)
 
     def progress(self) -> None:
         """Report the positions of the drives."""
-        self.io.notify(Progress(self.group.registers()))
+        self.notify(Progress(self.group.registers()))
 
     def mute(self, drives: Collection[Cia402Drive]) -> tuple[Cia402Drive, ...]:
         """Return the drives that have reported nothing for too long."""
@@ -112,7 +130,7 @@ class Cia402Exchange:
     def poll(self) -> Script[tuple[Cia402Drive, ...]]:
         """Read every position; return the drives that do not report theirs."""
         for tried in range(1, TRIES + 1):
-            asked_s = self.io.now_s
+            asked_s = self.now_s
             self.sync()
             until_s = self.answered_s(last=tried == TRIES)
             yield from self.wait(until_s, partial(self.group.have_reported, asked_s))
@@ -122,7 +140,7 @@ class Cia402Exchange:
 
     def answered_s(self, *, last: bool) -> float:
         """Return the deadline of the answer to a question that is sent now."""
-        return self.io.now_s + self.answer_s + (LAST_ANSWER_S if last else 0.0)
+        return self.now_s + self.settings.answer_s + (LAST_ANSWER_S if last else 0.0)
 
     # -- missing drives -----------------------------------------------------------------------
 
@@ -133,7 +151,7 @@ class Cia402Exchange:
         period before it counts as lost. If all are silent, the cause is the bus or this computer,
         which the next read of the positions finds out.
         """
-        since_s = self.io.listened.s - silent_s
+        since_s = self.listened.s - silent_s
         quiet = [drive for drive in self.group.drives if drive.heard_s < since_s]
         if not quiet or len(quiet) == len(self.group.drives):
             return
@@ -141,13 +159,9 @@ class Cia402Exchange:
             if drive.missed > POLLS_LOST and not drive.reported:
                 words = f"{drive} no longer answers: it has lost its power, or its cable"
                 self.group.alarm(drive, Alert(AlertKind.SWITCHED_OFF, words))
-        if self.io.now_s >= self.looked_s + period_s:
-            self.looked_s = self.io.now_s
+        if self.now_s >= self._looked_s + period_s:
+            self._looked_s = self.now_s
             self.sync()
-
-    def silence(self) -> Timeout:
-        """Return the reply to a request that no drive answered."""
-        return self.io.silence(self.began_s)
 
     def absence(
         self, drives: Collection[Cia402Drive], *, moved: bool = False
@@ -158,8 +172,38 @@ class Cia402Exchange:
         had `moved`, the drives fell silent in the middle of it.
         """
         self.group.contacted = False
-        every = self.group.drives
-        return absence(tuple(drives), every, "node number", self.silence(), moved=moved)
+        silence = self.silence(self.began_s)
+        return absence(tuple(drives), self.group.drives, "node number", silence, moved=moved)
+
+
+class SetPoints:
+    """The set-points of drives in profile position mode, and the handshake of each."""
+
+    def __init__(self, goals: Mapping[Cia402Drive, int]) -> None:
+        self.goals = goals
+        self._hosts = {drive: canopen.SetPointHost() for drive in goals}
+        for host in self._hosts.values():
+            host.begin()
+
+    def send(self, io: Cia402Exchange, drive: Cia402Drive) -> None:
+        """Send a drive its set-point and the next word of its handshake."""
+        word = self._hosts[drive].controlword
+        io.command(drive, word, OperationMode.PROFILE_POSITION, self.goals[drive])
+
+    def hear(self) -> set[Cia402Drive]:
+        """Take in the last statuswords; return the drives that report their arrival."""
+        return {
+            drive
+            for drive, host in self._hosts.items()
+            if drive.word is not None and drive.missed <= 1
+            for event in host.hear(drive.word)
+            if isinstance(event, canopen.Reached)
+        }
+
+    def except_in(self, *phases: canopen.Phase) -> tuple[Cia402Drive, ...]:
+        """Take in the last statuswords; return the drives whose handshake is in no such phase."""
+        self.hear()
+        return tuple(drive for drive, host in self._hosts.items() if host.phase not in phases)
 
 
 # Transitions between the states of drives: on, off, out of a fault, back from a quick stop.
@@ -171,8 +215,7 @@ class Cia402Exchange:
 class DriveStates:
     """Brings drives from one state to another."""
 
-    exchange: Cia402Exchange
-    group: DriveGroup
+    io: Cia402Exchange
 
     def _repeat(
         self,
@@ -180,12 +223,12 @@ class DriveStates:
         command: Callable[[Cia402Drive, int], None],
     ) -> Script[tuple[Cia402Drive, ...]]:
         """Repeat a command each cycle until no drive is left; return those that take too long."""
-        listened = self.exchange.io.listened
+        listened = self.io.listened
         given_up_s, cycle = listened.s + RESPONSE_S, 0
         while (drives := left()) and listened.s < given_up_s:
             for drive in drives:
                 command(drive, cycle)
-            yield from self.exchange.cycle()
+            yield from self.io.cycle()
             cycle += 1
         return drives
 
@@ -193,20 +236,20 @@ class DriveStates:
         self, drives: Collection[Cia402Drive], goal: DriveState
     ) -> Script[tuple[Cia402Drive, ...]]:
         """Bring drives to a state; return those that do not reach it."""
-        mode = self.group.resting_mode
+        mode = self.io.group.resting_mode
         return self._repeat(
             lambda: tuple(each for each in drives if not self._is_there(each, goal)),
-            lambda drive, _: self.exchange.command(drive, self._next_word(drive, goal), mode),
+            lambda drive, _: self.io.command(drive, self._next_word(drive, goal), mode),
         )
 
     def _is_there(self, drive: Cia402Drive, goal: DriveState) -> bool:
-        rests = not goal.holds or drive.mode == self.group.resting_mode
+        rests = not goal.holds or drive.mode == self.io.group.resting_mode
         return drive.state is goal and rests
 
     def _next_word(self, drive: Cia402Drive, goal: DriveState) -> Controlword:
         """Return the next command towards a state; a drive that holds gets its mode first."""
         state = drive.state
-        rests = drive.mode == self.group.resting_mode
+        rests = drive.mode == self.io.group.resting_mode
         if state is DriveState.QUICK_STOP and goal.holds and not rests:
             return STOP
         found = None if state is None else way(state, goal, resume=True)
@@ -217,17 +260,17 @@ class DriveStates:
 
     def reset_faults(self, drives: Collection[Cia402Drive]) -> Script[tuple[Cia402Drive, ...]]:
         """Reset faults with a rising edge; return the drives that stay in fault."""
-        words, mode = (DISABLE, Controlword.of(Command.FAULT_RESET)), self.group.resting_mode
+        words, mode = (DISABLE, Controlword.of(Command.FAULT_RESET)), self.io.group.resting_mode
         return self._repeat(
             lambda: tuple(each for each in drives if each.state in FAULTS),
-            lambda drive, cycle: self.exchange.command(drive, words[cycle % 2], mode),
+            lambda drive, cycle: self.io.command(drive, words[cycle % 2], mode),
         )
 
     def take_mode(self, drives: Collection[Cia402Drive], mode: OperationMode) -> Script[None]:
         """Switch enabled drives to a mode; each holds where it is."""
         left = yield from self._repeat(
             lambda: tuple(each for each in drives if each.mode != mode),
-            lambda drive, _: self.exchange.command(drive, ENABLE, mode, drive.shaft.goal),
+            lambda drive, _: self.io.command(drive, ENABLE, mode, drive.shaft.goal),
         )
         for drive in left:
             name = mode.name.lower().replace("_", " ")
@@ -256,31 +299,26 @@ class DriveStates:
         Their own is where their brake ramp ended. A blocked shaft would jump there when it comes
         free. In cyclic mode the target has gone out with every command.
         """
-        if self.group.is_cyclic:
+        if self.io.group.is_cyclic:
             return
-        goals = {drive: drive.seen for drive in drives}
-        hosts = {drive: canopen.SetPointHost() for drive in drives}
-        for host in hosts.values():
-            host.begin()
-
-        def undecided() -> tuple[Cia402Drive, ...]:
-            for drive, host in hosts.items():
-                if drive.word is not None and drive.missed <= 1:
-                    host.hear(drive.word)
-            over = (canopen.Phase.UNDER_WAY, canopen.Phase.FREE)
-            return tuple(drive for drive, host in hosts.items() if host.phase not in over)
-
+        points = SetPoints({drive: drive.seen for drive in drives})
         yield from self._repeat(
-            undecided,
-            lambda drive, _: self.exchange.command(
-                drive, hosts[drive].controlword, self.group.resting_mode, goals[drive]
-            ),
+            lambda: points.except_in(canopen.Phase.UNDER_WAY, canopen.Phase.FREE),
+            lambda drive, _: points.send(self.io, drive),
         )
+
+    def ready(self, points: SetPoints) -> Script[None]:
+        """Wait until every drive is ready for its set-point."""
+        left = yield from self._repeat(
+            lambda: points.except_in(canopen.Phase.ASKING), lambda _drive, _cycle: None
+        )
+        for drive in left:
+            raise Obstructed(f"{drive} does not accept a set-point: call `reset()`")
 
     def mode_of(self, drive: Cia402Drive) -> OperationMode:
         """Return the drive's present mode, so that a stop changes nothing else."""
         modes = (mode for mode in OperationMode if mode == drive.mode)
-        return next(modes, self.group.resting_mode)
+        return next(modes, self.io.group.resting_mode)
 
 
 # Reading and writing objects: several drives at once, one object after the other in each.
@@ -316,14 +354,11 @@ SdoQueue: TypeAlias = Generator[float, canopen.SdoEvent | None, None]
 class ObjectTransfers:
     """Transfers objects by SDO."""
 
-    io: ScriptIO[BusEvent]
-    bus: Cia402Bus
-    group: DriveGroup
-    exchange: Cia402Exchange
+    io: Cia402Exchange
 
     def of_each(self, *jobs: Job) -> Jobs:
         """Return the same jobs for every drive."""
-        return dict.fromkeys(self.group.by_node, jobs)
+        return dict.fromkeys(self.io.group.by_node, jobs)
 
     def transfer(self, jobs: Jobs, *, tries: int = TRIES, lenient: bool = False) -> Script[Results]:
         """Carry out the jobs of all drives at the same time.
@@ -331,18 +366,18 @@ class ObjectTransfers:
         Jobs build on the writes before them, so the rest is skipped after a refused write, unless
         `lenient`.
         """
-        answers, results = self.group.answers, {}
+        answers, results = self.io.group.answers, {}
         queues: dict[int, SdoQueue] = {}
         due_s: dict[int, float] = {}
         for node, each in jobs.items():
-            self.io.write(self.bus.abandon(node))
+            self.io.write(self.io.bus.abandon(node))
             answers.pop(node, None)
-            results[node] = SdoResult(self.group.by_node[node])
+            results[node] = SdoResult(self.io.group.by_node[node])
             queues[node] = self._queue(results[node], each, tries, lenient=lenient)
             due_s[node] = next(queues[node], math.inf)
         while waiting := [node for node in due_s if math.isfinite(due_s[node])]:
             until_s = min(due_s[node] for node in waiting)
-            yield from self.exchange.wait(until_s, partial(self.group.has_answer, waiting))
+            yield from self.io.wait(until_s, partial(self.io.group.has_answer, waiting))
             for node in waiting:
                 answer = answers.pop(node, None)
                 if answer is not None or self.io.now_s >= due_s[node]:
@@ -361,13 +396,13 @@ class ObjectTransfers:
             answer = None
             for tried in range(1, tries + 1):
                 if isinstance(job, canopen.Write):
-                    self.io.write(self.bus.download(node, job.place, job.data))
+                    self.io.write(self.io.bus.download(node, job.place, job.data))
                 else:
-                    self.io.write(self.bus.upload(node, job))
-                answer = yield self.exchange.answered_s(last=tried == tries > 1)
+                    self.io.write(self.io.bus.upload(node, job))
+                answer = yield self.io.answered_s(last=tried == tries > 1)
                 if answer is not None:
                     break
-                self.io.write(self.bus.abandon(node))
+                self.io.write(self.io.bus.abandon(node))
             match answer:
                 case None:
                     result.mute = True
@@ -375,7 +410,10 @@ class ObjectTransfers:
                 case canopen.Uploaded(place, data, exact):
                     result.values[place] = value_of(place, data, exact=exact)
                 case canopen.Aborted(place, code):
-                    words = f"{_object_words(job)}: {canopen.abort_words(code)}"
+                    what = object_words(place)
+                    if isinstance(job, canopen.Write):
+                        what = f"{what} ({value_words(place, job.value)})"
+                    words = f"{what}: {canopen.abort_words(code)}"
                     result.refused[place] = f"{result.drive} refused object {words}"
                     if isinstance(job, canopen.Write) and not lenient:
                         return
@@ -384,7 +422,7 @@ class ObjectTransfers:
         """Transfer as above. Raises `Obstructed` if a drive does not answer."""
         results = yield from self.transfer(jobs, lenient=lenient)
         if mute := [result.drive for result in results.values() if result.mute]:
-            raise Obstructed(self.exchange.absence(mute))
+            raise Obstructed(self.io.absence(mute))
         return results
 
     def carry_out(
@@ -417,32 +455,17 @@ class ObjectTransfers:
     def unanswered_writes(self, write: canopen.Write, times: int) -> bytes:
         """Return frames that write an object of every drive, without waiting for answers."""
         frames = b""
-        for drive in self.group.drives * times:
-            self.bus.abandon(drive.node)
-            frames += self.bus.download(drive.node, write.place, write.data)
+        for drive in self.io.group.drives * times:
+            self.io.bus.abandon(drive.node)
+            frames += self.io.bus.download(drive.node, write.place, write.data)
         return frames
 
     def give_up(self) -> None:
         """Give up all transfers."""
-        for drive in self.group.drives:
-            self.bus.abandon(drive.node)
-        self.group.answers.clear()
-        self.bus.silence()
-
-
-_MAPPINGS = (*range(0x1600, 0x1800), *range(0x1A00, 0x1C00))
-
-
-def _object_words(job: Job) -> str:
-    """Return an object's name, and the mapped object of a PDO mapping entry."""
-    place = job.place if isinstance(job, canopen.Write) else job
-    if (entry := canopen.STANDARD.find(place)) is not None:
-        return f"{place} ({entry.name.lower()})"
-    if isinstance(job, canopen.Write) and place.index in _MAPPINGS and place.sub:
-        mapped = canopen.STANDARD.find(canopen.Place(job.value >> 16, job.value >> 8 & 0xFF))
-        if mapped is not None:
-            return f"{place} (PDO with {mapped.place}, {mapped.name.lower()})"
-    return str(place)
+        for drive in self.io.group.drives:
+            self.io.bus.abandon(drive.node)
+        self.io.group.answers.clear()
+        self.io.bus.silence()
 
 
 def value_of(place: canopen.Place, data: bytes, *, exact: bool = True) -> int:

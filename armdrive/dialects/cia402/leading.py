@@ -24,15 +24,7 @@ from armdrive.dialects.cia402.exchange import (
     ObjectTransfers,
     Script,
 )
-from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.cia402.wire import (
-    BusEvent,
-    Cia402Drive,
-    DriveGroup,
-    HeartbeatProducer,
-    astray_alert,
-)
-from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.cia402.wire import Cia402Drive, astray_alert
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -108,13 +100,9 @@ class MotionLead:
     `missing`, or because it is `refused`.
     """
 
-    io: ScriptIO[BusEvent]
-    exchange: Cia402Exchange
+    io: Cia402Exchange
     transfers: ObjectTransfers
-    group: DriveGroup
     states: DriveStates
-    beats: HeartbeatProducer
-    settings: Cia402Settings
     due_s: float = math.inf
     """When the present cycle ends."""
     trouble: Alert | None = None
@@ -131,11 +119,11 @@ class MotionLead:
 
     def prepare(self, mode: OperationMode) -> Script[None]:
         """Prepare a motion. Raises `Obstructed` if it cannot begin."""
-        group = self.group
+        group = self.io.group
         if not group.on:
             raise Obstructed("its motors are disabled: call `enable()`")
         if any(drive.shaft.read_s < self.io.now_s - FRESH_S for drive in group.drives):
-            yield from self.exchange.look()
+            yield from self.io.look()
         for drive in group.drives:
             if (alert := group.trouble(drive)) is not None:
                 group.report(drive)
@@ -165,21 +153,21 @@ class MotionLead:
         self.reply, self.began_s, self.released = Done(), self.io.now_s, released
         self.interrupt()
         moving = CycleStage(self, mode, send, judge)
-        arriving = Arriving(self, mode or self.group.resting_mode, rest_cycles)
+        arriving = Arriving(self, mode or self.io.group.resting_mode, rest_cycles)
         resting = CycleStage(self, mode, arriving.send, arriving.judge)
         brakes = Cia402Brakes(self)
-        patience_s = 2.0 * self.settings.quick_stop_s + BRAKING_S
+        patience_s = 2.0 * self.io.settings.quick_stop_s + BRAKING_S
         braking = Braking(brakes, (), self.io.listened, 0.0)
 
         def brake() -> None:
             """Stop the drives; the stage of stopping sends the quick stop."""
             nonlocal braking
             brakes.begin()
-            braking = Braking(brakes, self.group.drives, self.io.listened, patience_s)
+            braking = Braking(brakes, self.io.group.drives, self.io.listened, patience_s)
 
         stages: Stages = {
             phase: lambda: moving,
-            Phase.RECOVERING: lambda: Recovering(self, self.cycle_ends_s),
+            Phase.OUTAGE: lambda: Outage(self, self.cycle_ends_s),
             Phase.ARRIVING: lambda: resting,
             Phase.STOPPING: lambda: braking,
         }
@@ -195,14 +183,14 @@ class MotionLead:
 
     def begin_cycle(self, until_s: float) -> float:
         """Make the drives act on their commands; return when the cycle ends."""
-        self.exchange.sync()
+        self.io.sync()
         self.due_s, self.cycling = until_s, True
         return until_s
 
     @property
     def cycle_ends_s(self) -> float:
         """When a cycle ends that begins now."""
-        return self.io.now_s + self.exchange.cycle_s
+        return self.io.now_s + self.io.cycle_s
 
     @property
     def cycle_is_over(self) -> bool:
@@ -219,10 +207,8 @@ class MotionLead:
         Drives that are not in the motion's mode end it. `mode` is None while drives search for
         their switches: then their positions are not known either.
         """
-        if self.io.stop_asked:
-            return Signal.STOP
-        for drive in self.group.drives:
-            if (alert := self.group.trouble(drive, moving=True)) is not None:
+        for drive in self.io.group.drives:
+            if (alert := self.io.group.trouble(drive, moving=True)) is not None:
                 return self.blame(alert, drive)
         if self.missing:
             return Signal.TROUBLE
@@ -230,16 +216,16 @@ class MotionLead:
             return None
         if mode is not None:
             if self._may_have_stopped:
-                return Signal.BACK
-            for drive in self.group.drives:
+                return Signal.OUTAGE
+            for drive in self.io.group.drives:
                 if drive.missed <= 1 and drive.mode != mode:
                     words = f"another program has brought {drive} to mode {drive.mode}"
                     return self.blame(Alert(AlertKind.ASTRAY, words))
                 if (alert := _departed(drive)) is not None:
                     return self.blame(alert)
-            if self.released() and any(map(self.stands_short, self.group.drives)):
+            if self.released() and any(map(self.stands_short, self.io.group.drives)):
                 return Signal.STOP  # or it would jump to its target when it comes free
-        self.missing = self.exchange.mute(self.group.drives)
+        self.missing = self.io.mute(self.io.group.drives)
         return Signal.TROUBLE if self.missing else None
 
     def stands_short(self, drive: Cia402Drive) -> bool:
@@ -253,7 +239,7 @@ class MotionLead:
         """Return for how long a drive has stood in this motion; 0 if it may still turn."""
         if math.isinf(drive.still_s):
             return 0.0
-        since_s, cycle_s = max(drive.still_s, self.began_s), self.exchange.cycle_s
+        since_s, cycle_s = max(drive.still_s, self.began_s), self.io.cycle_s
         seen = drive.shaft.read_s - since_s > (WAIT_CYCLES - 0.5) * cycle_s
         lost = self.io.now_s - since_s > LOST_CYCLES * cycle_s
         return self.io.now_s - since_s if seen or lost else 0.0
@@ -270,11 +256,11 @@ class MotionLead:
         Such a drive would take its next target as an order to continue, and jump to where the
         others, or the targets, are by now.
         """
-        now_s, drives = self.io.now_s, self.group.drives
-        most_s = (self.settings.heartbeat_ms - self.settings.beat_ms / 2.0) / 1000.0
-        if now_s - self.beats.sent_s >= most_s:
+        now_s, drives = self.io.now_s, self.io.group.drives
+        most_s = (self.io.settings.heartbeat_ms - self.io.settings.beat_ms / 2.0) / 1000.0
+        if now_s - self.io.beats.sent_s >= most_s:
             return True
-        since_s = now_s - most_s + self.beats.period_s  # the last heartbeat may be that old
+        since_s = now_s - most_s + self.io.beats.period_s  # the last heartbeat may be that old
         return all(drive.missed > SILENT_CYCLES for drive in drives) or any(
             drive.shaft.read_s <= since_s for drive in drives
         )
@@ -298,7 +284,7 @@ class MotionLead:
             yield from self.states.leave_quick_stop(braking.standing)
         except Obstructed as obstructed:
             unstopped = obstructed.reply
-        for drive in self.group.drives:
+        for drive in self.io.group.drives:
             drive.rest()
         unstopped = braking.unstopped() or unstopped
         self.reply = unstopped or Halted()
@@ -314,8 +300,8 @@ class MotionLead:
         drive = self.culprit
         if drive is not None and not drive.booted and not drive.error:
             yield from self.transfers.explain(drive)
-            alert = self.group.trouble(drive, moving=True) or alert
-        self.group.alarm(drive, alert)
+            alert = self.io.group.trouble(drive, moving=True) or alert
+        self.io.group.alarm(drive, alert)
         if not isinstance(self.reply, Timeout):
             self.reply = RequestRejected(alert.text)
 
@@ -330,7 +316,7 @@ class MotionLead:
 
 
 @dataclass(slots=True, eq=False)
-class Recovering:
+class Outage:
     """Drives may have stopped by themselves: read what they sent meanwhile for one cycle.
 
     A target that waited in this computer may have set them moving again, so their stop shows for
@@ -361,7 +347,7 @@ class Arriving:
     def __init__(self, lead: MotionLead, mode: OperationMode, rest_cycles: int) -> None:
         self._lead, self._mode, self._rest_cycles = lead, mode, rest_cycles
         self._given_up_s = math.inf
-        self._arrived = dict.fromkeys(lead.group.drives, 0)
+        self._arrived = dict.fromkeys(lead.io.group.drives, 0)
         self._read_s: dict[Cia402Drive, float] = {}
 
     def send(self) -> float:
@@ -369,14 +355,14 @@ class Arriving:
         lead = self._lead
         if not self._read_s:
             self._given_up_s = lead.io.listened.s + SETTLE_S
-            self._read_s = {drive: drive.shaft.read_s for drive in lead.group.drives}
-        for drive in lead.group.drives:
-            lead.exchange.command(drive, ENABLE, self._mode, drive.shaft.goal)
+            self._read_s = {drive: drive.shaft.read_s for drive in lead.io.group.drives}
+        for drive in lead.io.group.drives:
+            lead.io.command(drive, ENABLE, self._mode, drive.shaft.goal)
         return lead.cycle_ends_s
 
     def judge(self) -> Signal | None:
         """Return whether all drives stand at their targets."""
-        lead, drives = self._lead, self._lead.group.drives
+        lead, drives = self._lead, self._lead.io.group.drives
         for drive, before_s in self._read_s.items():
             if drive.shaft.read_s <= before_s:
                 continue
@@ -388,11 +374,11 @@ class Arriving:
                 return lead.blame(astray_alert(drive))
             else:
                 self._arrived[drive] = 0
-        if lead.group.astray or min(self._arrived.values()) < self._rest_cycles:
+        if lead.io.group.astray or min(self._arrived.values()) < self._rest_cycles:
             return None
         for drive in drives:
             drive.shaft.rest_at(drive.shaft.goal, lead.io.now_s)
-        lead.exchange.progress()
+        lead.io.progress()
         return Signal.ARRIVED
 
 
@@ -415,7 +401,7 @@ class Cia402Brakes:
             return lead.due_s
         for drive in left:
             if drive.state in NEEDS_STOP:
-                lead.exchange.command(drive, STOP, lead.states.mode_of(drive))
+                lead.io.command(drive, STOP, lead.states.mode_of(drive))
         lead.io.last_command = "QUICK STOP"
         return lead.begin_cycle(lead.cycle_ends_s)
 
@@ -423,7 +409,7 @@ class Cia402Brakes:
         """Return whether a cycle has ended."""
         if not self.lead.cycle_is_over:
             return False
-        self.lead.exchange.progress()
+        self.lead.io.progress()
         return True
 
     def stands(self, drive: Cia402Drive) -> bool:
@@ -434,18 +420,18 @@ class Cia402Brakes:
             return False
         if not drive.holds:
             return True  # nothing can be done about how it turns
-        return drive.stands(self.began_s, (STAND_CYCLES - 1) * self.lead.exchange.cycle_s * 0.9)
+        return drive.stands(self.began_s, (STAND_CYCLES - 1) * self.lead.io.cycle_s * 0.9)
 
     def settle(self, drive: Cia402Drive, now_s: float) -> None:
         """Do nothing: the targets follow when all drives stand."""
 
     def is_mute(self, drive: Cia402Drive) -> bool:
         """Return whether a drive has missed too many SYNCs."""
-        return bool(self.lead.exchange.mute((drive,)))
+        return bool(self.lead.io.mute((drive,)))
 
     def absence(self, mute: Sequence[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names drives that fell silent while they braked."""
-        return self.lead.exchange.absence(mute, moved=True)
+        return self.lead.io.absence(mute, moved=True)
 
 
 def _departed(drive: Cia402Drive) -> Alert | None:

@@ -7,7 +7,7 @@ one set-point and follows a ramp of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import Obstructed
@@ -16,8 +16,8 @@ from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
-    RESPONSE_S,
     Script,
+    SetPoints,
 )
 from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, WAIT_CYCLES, MotionLead
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
@@ -133,8 +133,8 @@ class CyclicMotion:
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Send targets along segments, until the end or until something stops the drives."""
         yield from self.lead.prepare(self.MODE)
-        path = PlannedPath(Motors(drive.shaft.goal for drive in self.lead.group.drives))
-        window_s = self.lead.settings.smoothing_ms / 1000.0
+        path = PlannedPath(Motors(drive.shaft.goal for drive in self.lead.io.group.drives))
+        window_s = self.lead.io.settings.smoothing_ms / 1000.0
         trip = CyclicTrip(request, path, window_s, self._ease_s)
         self.hz, self.shown_s = 0.0, self.lead.io.now_s
         try:
@@ -153,7 +153,7 @@ class CyclicMotion:
     def _send_targets(self, trip: CyclicTrip) -> float:
         """Send every drive its next target; slow down while one of them is silent."""
         lead, cycle_s = self.lead, self.limits.cycle_s
-        drives, now_s = lead.group.drives, lead.io.now_s
+        drives, now_s = lead.io.group.drives, lead.io.now_s
         waits = any(drive.missed >= WAIT_CYCLES for drive in drives)
         self.underruns += waits + (now_s > lead.due_s + cycle_s)
         stands = any(self._misses_targets(drive) for drive in drives)
@@ -167,10 +167,8 @@ class CyclicMotion:
         self.hz = max(steps) / cycle_s
         for drive, target in zip(drives, targets, strict=True):
             drive.shaft.order(target, self.limits.fastest_hz, math.inf, now_s)
-            self.lead.exchange.command(
-                drive, ENABLE, self.MODE, target
-            )  # else a drive might run on
-        self.lead.io.last_command = self.lead.group.targets
+            self.lead.io.command(drive, ENABLE, self.MODE, target)  # else a drive might run on
+        self.lead.io.last_command = self.lead.io.group.targets
         return max(lead.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
 
     def _misses_targets(self, drive: Cia402Drive) -> bool:
@@ -187,12 +185,12 @@ class CyclicMotion:
             return Signal.OUT_OF_RANGE
         if self.lead.io.now_s >= self.shown_s + PROGRESS_S:
             self.shown_s = self.lead.io.now_s
-            self.lead.exchange.progress()
+            self.lead.io.progress()
         return Signal.ALL_SENT if trip.over else None
 
     def _ease_s(self) -> float:
         """Return how long slowing down from the present speed takes."""
-        return self.lead.settings.ramp_s * min(self.hz / self.limits.fastest_hz, 1.0)
+        return self.lead.io.settings.ramp_s * min(self.hz / self.limits.fastest_hz, 1.0)
 
 
 def beyond_words(targets: Iterable[tuple[Cia402Drive, int]]) -> str:
@@ -203,18 +201,17 @@ def beyond_words(targets: Iterable[tuple[Cia402Drive, int]]) -> str:
     return ""
 
 
-@dataclass(slots=True, eq=False)
-class SetPoint:
-    """One drive's target in a burst with its speed and ramp, and the state of its handshake."""
+@dataclass(frozen=True, slots=True)
+class BurstPart:
+    """One drive's part in a burst: its target, speed and ramp."""
 
     goal: int
     speed: int
     slope: int
-    host: canopen.SetPointHost = field(default_factory=canopen.SetPointHost)
 
     @property
     def writes(self) -> tuple[canopen.Write, ...]:
-        """The objects that a drive needs before it."""
+        """The objects that the drive needs before its set-point."""
         unsigned = canopen.DataType.U32
         return (
             canopen.Write(canopen.PROFILE_SPEED, unsigned, self.speed),
@@ -235,33 +232,34 @@ class ProfileMotion:
 
     lead: MotionLead
     limits: DriveLimits
-    points: Mapping[Cia402Drive, SetPoint] = field(default_factory=dict)
+    points: SetPoints = field(default_factory=lambda: SetPoints({}))
     under_way: Sequence[Cia402Drive] = ()
     given_up_s: float = math.inf
 
     def burst(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script[Reply]:
         """Send a burst and wait for its end."""
         yield from self.lead.prepare(self.MODE)
-        self.points = {
-            drive: self._point(drive.shaft.goal + count, abs(count) / steps.largest, rate_hz)
-            for drive, count in zip(self.lead.group.drives, steps, strict=True)
+        parts = {
+            drive: self._part(drive.shaft.goal + count, abs(count) / steps.largest, rate_hz)
+            for drive, count in zip(self.lead.io.group.drives, steps, strict=True)
             if count
         }
-        if not self.points:
+        if not parts:
             return Done()
-        goals = [(drive, point.goal) for drive, point in self.points.items()]
-        if words := beyond_words(goals):
+        goals = {drive: part.goal for drive, part in parts.items()}
+        if words := beyond_words(goals.items()):
             raise Obstructed(words)
-        ramps = {drive.node: point.writes for drive, point in self.points.items()}
+        ramps = {drive.node: part.writes for drive, part in parts.items()}
         yield from self.lead.transfers.carry_out(ramps)
         if self.lead.io.stop_asked or let_go():
             return Halted()
-        yield from self._hand_over()
+        self.points = SetPoints(goals)
+        yield from self.lead.states.ready(self.points)
         if self.lead.io.stop_asked:
             return Halted()
-        for drive, point in self.points.items():
-            drive.shaft.order(point.goal, point.speed, point.slope, self.lead.io.now_s)
-        self.under_way = tuple(self.points)
+        for drive, part in parts.items():
+            drive.shaft.order(part.goal, part.speed, part.slope, self.lead.io.now_s)
+        self.under_way = tuple(parts)
         lasts_s = self.limits.lasts_s(steps.largest, rate_hz)
         self.given_up_s = self.lead.io.listened.s + 2.0 * lasts_s + SETTLE_S
         return (
@@ -270,36 +268,25 @@ class ProfileMotion:
             )
         )
 
-    def _point(self, goal: int, share: float, rate_hz: float) -> SetPoint:
+    def _part(self, goal: int, share: float, rate_hz: float) -> BurstPart:
         speed, slope = share * min(rate_hz, TOP_HZ), share * self.limits.ramp_hz_s
-        return SetPoint(goal, max(round(speed), 1), max(round(slope), 1))
-
-    def _hand_over(self) -> Script[None]:
-        """Wait until every drive is ready for its set-point."""
-        given_up_s = self.lead.io.listened.s + RESPONSE_S
-        for point in self.points.values():
-            point.host.begin()
-        self._note_states()
-        while any(point.host.phase is not canopen.Phase.ASKING for point in self.points.values()):
-            if self.lead.io.listened.s >= given_up_s:
-                raise Obstructed("drives do not accept a set-point: reset them")
-            yield from self.lead.exchange.cycle()
-            self._note_states()
+        return BurstPart(goal, max(round(speed), 1), max(round(slope), 1))
 
     def _send_goals(self) -> float:
         """Send the drives their set-points."""
-        for drive in self.lead.group.drives:
-            point = self.points.get(drive)
-            word = ENABLE if point is None else point.host.controlword
-            self.lead.exchange.command(drive, word, self.MODE, drive.shaft.goal)
-        self.lead.io.last_command = self.lead.group.targets
+        for drive in self.lead.io.group.drives:
+            if drive in self.points.goals:
+                self.points.send(self.lead.io, drive)
+            else:
+                self.lead.io.command(drive, ENABLE, self.MODE, drive.shaft.goal)
+        self.lead.io.last_command = self.lead.io.group.targets
         return self.lead.cycle_ends_s
 
     def _judge(self) -> Signal | None:
         """Return whether all drives report that they have reached their set-points."""
-        reached = self._note_states()
+        reached = self.points.hear()
         self.under_way = [drive for drive in self.under_way if drive not in reached]
-        self.lead.exchange.progress()
+        self.lead.io.progress()
         if not self.under_way:
             return Signal.ALL_SENT
         if self.lead.io.listened.s <= self.given_up_s:
@@ -309,16 +296,6 @@ class ProfileMotion:
                 return self.lead.blame(astray_alert(drive))
         words = f"{self.under_way[0]} does not report that it has reached its target"
         return self.lead.blame(Alert(AlertKind.ASTRAY, words))
-
-    def _note_states(self) -> set[Cia402Drive]:
-        """Take in the last statuswords; return the drives that report their arrival."""
-        return {
-            drive
-            for drive, point in self.points.items()
-            if drive.word is not None and drive.missed <= 1
-            for event in point.host.hear(drive.word)
-            if isinstance(event, canopen.Reached)
-        }
 
 
 # The drives' own homing, in the arm file's groups: each searches for its switch.
@@ -350,15 +327,15 @@ class Cia402Homing:
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[Reply]:
         """Home group after group; without groups, one drive after the other."""
-        yield from self.lead.prepare(self.lead.group.resting_mode)
-        return (yield from home_in_groups(groups, self.lead.group.drives, self._home_group))
+        yield from self.lead.prepare(self.lead.io.group.resting_mode)
+        return (yield from home_in_groups(groups, self.lead.io.group.drives, self._home_group))
 
     def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
         yield from self.lead.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
         yield from self.lead.states.take_mode(group, self.MODE)
         self.lead.io.last_command = "HOME"
-        ranges = dict(zip(self.lead.group.drives, self.limits.ranges, strict=True))
-        listened, timeout_s = self.lead.io.listened, self.lead.settings.homing_s
+        ranges = dict(zip(self.lead.io.group.drives, self.limits.ranges, strict=True))
+        listened, timeout_s = self.lead.io.listened, self.lead.io.settings.homing_s
         search = HomingSearch(
             {drive.shaft: ranges[drive] for drive in group}, 1.0, listened, timeout_s
         )
@@ -370,17 +347,17 @@ class Cia402Homing:
         if isinstance(reply, Done):
             for drive in group:
                 drive.rest()
-            yield from self.lead.states.take_mode(group, self.lead.group.resting_mode)
+            yield from self.lead.states.take_mode(group, self.lead.io.group.resting_mode)
         return reply
 
     def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
         """Return the objects that define a drive's search, as far as the arm file states them."""
-        methods, jobs = self.lead.settings.homing_methods, []
+        methods, jobs = self.lead.io.settings.homing_methods, []
         if methods:
-            method = methods[self.lead.group.drives.index(drive)]
+            method = methods[self.lead.io.group.drives.index(drive)]
             jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
-        for place, speed in zip(places, self.lead.settings.homing_speeds, strict=True):
+        for place, speed in zip(places, self.lead.io.settings.homing_speeds, strict=True):
             if speed:
                 jobs.append(canopen.Write(place, canopen.DataType.U32, speed))
         return tuple(jobs)
@@ -388,14 +365,14 @@ class Cia402Homing:
     def _send_search(self) -> float:
         """Let the drives of the group search; the others stay in their resting mode."""
         for drive in self.group:
-            self.lead.exchange.command(drive, GO, self.MODE, drive.seen)
+            self.lead.io.command(drive, GO, self.MODE, drive.seen)
         self.cycles += 1
         return self.lead.cycle_ends_s
 
     def _judge(self, search: HomingSearch) -> Signal | None:
         """Return whether all drives are home."""
         if self.cycles % PROGRESS_CYCLES == 0:
-            self.lead.exchange.progress()
+            self.lead.io.progress()
         for drive in self.group:
             if drive.shaft in search.left and drive.missed <= 1 and drive.word is not None:
                 search.note(drive.shaft, self._status(drive, drive.word))

@@ -101,10 +101,6 @@ class Cia402Bus:
         """Return a SYNC: every drive acts on its command and reports."""
         return pack(canopen.Sync().frame)
 
-    def order(self, order: canopen.Nmt) -> bytes:
-        """Return a network management order."""
-        return pack(order.frame)
-
     def upload(self, node: int, place: canopen.Place) -> bytes:
         """Begin to read an object."""
         return pack(self._clients[node].upload(place))
@@ -328,15 +324,11 @@ class Cia402Drive:
     @property
     def fault_words(self) -> str:
         """That it is in fault, and why."""
-        return f"{self} is in fault and has switched its motor off{self._why}"
+        return f"{self} is in fault and has switched its motor off{self.why}"
 
     @property
-    def stopped_words(self) -> str:
-        """That it has made a quick stop, and why."""
-        return f"{self} has stopped by itself, and holds{self._why}"
-
-    @property
-    def _why(self) -> str:
+    def why(self) -> str:
+        """The error that it reported, to be appended; empty if it reported none."""
         return f": {self.error}" if self.error else ""
 
 
@@ -419,7 +411,7 @@ class DriveGroup:
                     self._serials.get(node, content.data) != content.data
                 ):  # a repeated frame is equal
                     self.shared.add(node)
-            case SdoAnswered(node, canopen.GarbledResponse(frame, reason)):
+            case SdoAnswered(node, canopen.UnreadableFrame(frame, reason)):
                 self._warn(f"node {node} sent an invalid answer, {frame}: {reason}")
             case canopen.Heartbeat(node) if node == self._settings.master_id:
                 self.rival_s = now_s
@@ -479,7 +471,8 @@ class DriveGroup:
             return Alert(AlertKind.SWITCHED_OFF, drive.fault_words)
         if state is not canopen.DriveState.QUICK_STOP:
             return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off")
-        return Alert(AlertKind.ALARM, drive.stopped_words) if moving else None
+        words = f"{drive} has stopped by itself, and holds{drive.why}"
+        return Alert(AlertKind.ALARM, words) if moving else None
 
     # -- state --------------------------------------------------------------------------------
 

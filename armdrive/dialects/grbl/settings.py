@@ -14,7 +14,7 @@ from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
 from armdrive.text.toml import check_settings, setting
 from firmware_protocol.grbl import AXIS_LETTERS, Variant
-from firmware_protocol.grbl.words import write_number
+from firmware_protocol.grbl.dialect import write_number
 from kinematics.spaces import Motors
 
 UNITS = ("steps", "degrees")

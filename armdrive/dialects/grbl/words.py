@@ -10,11 +10,20 @@ from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, lines_of
 from armdrive.dialects.words import AnswerLines, Describer, Message, Sentences, Weight, plain
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.grbl.answers import Alarm, Banner, Error, Feedback, Ok, Setting, Version
+from firmware_protocol.grbl.answers import (
+    Alarm,
+    Banner,
+    Error,
+    Feedback,
+    Ok,
+    Setting,
+    State,
+    StatusReport,
+    Version,
+    decode_answer,
+)
 from firmware_protocol.grbl.codes import alarm_code, error_code
-from firmware_protocol.grbl.realtime import Realtime, split_realtime
-from firmware_protocol.grbl.reports import decode_answer
-from firmware_protocol.grbl.status import State, StatusReport
+from firmware_protocol.grbl.commands import Realtime, split_realtime
 
 _WORD = re.compile(r"([A-Za-z])([-+]?[0-9.]+)")
 

@@ -123,11 +123,9 @@ class MksBursts:
         if ready:
             return Halted()
         wrong = next(node for node in orders if not isinstance(stored.get(node), StoredForStart))
-        why = yield from self._inquiry.mode_words(wrong)
-        if not why and (yield from self._inquiry.stalled((wrong,))):
-            why = self._inquiry.stall_words(wrong)
-        words = why or f"{wire.drive(wrong)} did not store its order for the common start"
-        return RequestRejected(words, moved=bool(began or unsure))
+        alert = yield from self._inquiry.obstructed(wrong)
+        unknown = f"{wire.drive(wrong)} did not store its order for the common start"
+        return RequestRejected(alert.text if alert else unknown, moved=bool(began or unsure))
 
     # -- numbers ------------------------------------------------------------------------------
 

@@ -11,17 +11,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import one_motor
+from armdrive.config.sections import GripperSettings
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DrivePlace, on_wire
 from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.mks.compare import value_words, wanted_settings
-from armdrive.dialects.mks.inquiry import is_shared
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     KnownDrive,
     answers,
     is_answer,
     is_request,
+    is_shared,
     known,
     scripts,
     survey_drives,
@@ -62,6 +62,7 @@ from firmware_protocol.mks import (
     StateRead,
     needed_for,
 )
+from kinematics.transmission import MotorSpec, Transmission
 
 ACC = 236
 """The ramp of a motor under test: 1000 rpm a second."""
@@ -178,7 +179,7 @@ class MksDriveAtHand:
             segment_s=0.0,
             rest_counts=REACHED,
         )
-        return one_motor(replace(self.arm, device=device), self.drive.name, COUNTS_PER_TURN)
+        return _one_motor(replace(self.arm, device=device), self.drive.name, COUNTS_PER_TURN)
 
     def settle(self) -> Talk[int]:
         """Write the settings; return the motor current in mA, 0 if nothing was changed."""
@@ -311,6 +312,20 @@ class MksDriveAtHand:
             return
         taken = yield from on_wire(order, self.drive.node, SetZero())
         yield from say("It counts from here." if taken else "The drive did not accept the zero.")
+
+
+def _one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
+    """Return an arm with a single motor, no faster than this, one step a count.
+
+    Its controller can turn a motor before it is known what that motor moves.
+    """
+    turns = Transmission((MotorSpec(name, 1.0, (1.0,)),), (name,))
+    return replace(
+        config,
+        model=replace(config.model, transmission=turns, joint_speeds_rad_s=(fastest_hz,)),
+        connection=replace(config.connection, port=""),
+        gripper=GripperSettings(),
+    )
 
 
 # A drive joins the bus: it already has its id, or gets it. Nothing turns.

@@ -7,6 +7,8 @@ from dataclasses import replace
 from typing import NoReturn
 
 from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.bus.stages import end_earlier_motion
 from armdrive.dialects.mks.inquiry import MksInquiry, Words, firmware_of, shared_words
 from armdrive.dialects.mks.stops import MksStops, pushing_words
 from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript, setting_of
@@ -34,8 +36,6 @@ REPLIES_OFF = (
     "--mend`, or code 8C with 01 01)"
 )
 NO_SUCH_ORDER = "it may be in a mode in which the bus moves nothing: set SR_vFOC (Menu > Mode)"
-EARLIER_MOTION_S = 1.0
-"""How long to wait for the end of a motion that an earlier program left running."""
 BUSY = (MotorState.HOMING, MotorState.CALIBRATING)
 TURNING = (MotorState.ACCELERATING, MotorState.DECELERATING, MotorState.FULL_SPEED)
 
@@ -103,22 +103,25 @@ class MksContact:
         self._on_firmware()
 
     def _end_earlier_motion(self) -> WireScript[None]:
-        """Wait for the end of a motion that an earlier program left running, then stop it."""
+        """Wait until all drives stand, and stop those that do not."""
+        listened, halt = self._wire.listened, self._stops.halt
+        return end_earlier_motion(
+            listened, self._turning, lambda drives: halt([drive.node for drive in drives])
+        )
+
+    def _turning(self) -> WireScript[list[ObservedDrive]]:
+        """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
         wire = self._wire
-        end_s = wire.now_s + EARLIER_MOTION_S
-        while True:
-            states = yield from self._inquiry.states()
-            busy = [node for node, state in states.items() if state in BUSY]
-            if busy:
-                what = "homing or calibrating" if len(busy) == 1 else "busy"
-                raise Obstructed(f"{wire.drive(busy[0])} is {what}: wait until it has finished")
-            turning = [node for node, state in states.items() if state in TURNING]
-            if not turning:
-                return
-            if wire.now_s >= end_s:
-                yield from self._stops.halt(turning)
-                return
+        states = yield from self._inquiry.states()
+        for node, state in states.items():
+            if state in BUSY:
+                raise Obstructed(
+                    f"{wire.drive(node)} is {state.name.lower()}: wait until it has finished"
+                )
+        turning = [wire.drive(node) for node, state in states.items() if state in TURNING]
+        if turning:
             yield from wire.pause(wire.now_s + wire.settings.poll_s)
+        return turning
 
     # -- positions ----------------------------------------------------------------------------
 

@@ -88,8 +88,6 @@ class Searching:
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
         """Return whether all have found their switches, or one never will."""
         search, wire = self._search, self._wire
-        if wire.stop_asked and search.left:
-            return Signal.STOP
         for drive in tuple(search.left):
             if drive.ledger.unanswered_polls > MUTE_POLLS:
                 search.wrong = search.wrong or wire.absent_words((drive.node,))

@@ -10,7 +10,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from armdrive.dialects.bus.drives import LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
 from armdrive.dialects.mks.stops import restarted_words
 from armdrive.dialects.mks.wire import MksWire, WireScript, obeys_bus
@@ -22,10 +21,7 @@ from firmware_protocol.mks import (
     Mode,
     MotorState,
     Read,
-    ReadAngleError,
     ReadEnabled,
-    ReadEncoder,
-    ReadRawEncoder,
     ReadSetting,
     ReadStall,
     ReadState,
@@ -79,29 +75,6 @@ def firmware_of(wire: MksWire, nodes: Collection[int]) -> WireScript[dict[int, F
         else:
             found[node] = Firmware(read.version, reported=True, read=read)
     return found
-
-
-# Whether two drives share an id. Then both answer each question, which shows only if their answers
-# differ: two equal frames look like one on the bus.
-
-TELLTALES: tuple[Read, ...] = (ReadEncoder(), ReadRawEncoder(), ReadAngleError())
-"""Readings that hardly ever agree in two drives, because encoders tremble."""
-TELLTALE_READS = 3
-"""How often each of them is read."""
-
-
-def is_shared(wire: MksWire, node: int) -> WireScript[bool]:
-    """Find out whether two drives answer to an id, unless all their answers agree."""
-    for message in TELLTALES:
-        wire.surplus.clear()
-        for _ in range(TELLTALE_READS):
-            yield from wire.reading(node, message, tries=1)
-            yield from wire.pause(wire.now_s + LINGER_S)
-        if wire.surplus.owed:
-            yield from wire.pause(wire.now_s + LAST_REPLY_S)
-        if node in wire.surplus.shared:
-            return True
-    return False
 
 
 def shared_words(ids: Collection[int]) -> str:

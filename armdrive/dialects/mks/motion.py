@@ -121,11 +121,10 @@ class MotionRun:
         """Run the motion to its end."""
         stages: dict[Phase, Callable[[], Stage]] = {
             Phase.OUTAGE: lambda: Outage(self),
-            Phase.RECOVERING: lambda: Recovering(self),
             Phase.ARRIVING: lambda: Arriving(self),
             Phase.STOPPING: lambda: self.braking,
         }
-        # Only a stage notices that a stop was requested. So an action that waits for replies comes
+        # While an action runs, no stop is noticed. So an action that waits for replies comes
         # after a stop, and the others return at once.
         acts: dict[Act, Callable[[], Action | None]] = {
             Act.STOP: self._stop,
@@ -136,18 +135,12 @@ class MotionRun:
         if self.trip is not None:
             trip = self.trip
             stages[Phase.MOVING] = lambda: Moving(self, trip)
-            stages[Phase.PAUSED] = lambda: Paused(self, trip)
             acts[Act.RESUME] = lambda: self._resume(trip)
-        yield from run_phases(self.wire, phase, stages, acts)
+        yield from run_phases(self.wire, phase, stages, acts, self.let_go)
         unstopped = self.braking.unstopped()
         if isinstance(unstopped, Timeout) or (unstopped and self._judged):
             return unstopped
         return self._reply
-
-    @property
-    def stop_asked(self) -> bool:
-        """Whether a stop was requested or a jog was released."""
-        return self.wire.stop_asked or self.let_go()
 
     def unfit(self) -> Verdict | None:
         """Return that a drive has reported why it cannot move; None if none has."""
@@ -273,15 +266,11 @@ class Moving:
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
         run, observer = self._run, self._wire.observer
-        if run.stop_asked:
-            return Signal.STOP
         if run.steering.refused is not None:
             return Signal.OUT_OF_RANGE
         if run.blame(run.unfit()):
             return Signal.TROUBLE
-        if math.isfinite(observer.returned_s):
-            return Signal.BACK
-        if observer.silent_s(now_s) > OUTAGE_S:
+        if math.isfinite(observer.returned_s) or observer.silent_s(now_s) > OUTAGE_S:
             return Signal.OUTAGE
         if run.blame(self._limit() or observer.judge() or self._off_path(now_s)):
             return Signal.TROUBLE
@@ -330,106 +319,64 @@ class Moving:
 class Outage:
     """No drive replies: each ends at its last target, which was announced, and is still polled.
 
-    Another program blocks the adapter or the processor, or this one was suspended.
+    Another program blocks the adapter or the processor, or this one was suspended. When a drive
+    replies again, the replies that are owed come first: late ones would be taken for new ones, and
+    a drive that never sends them had no power. Then all positions are read.
+
+    If the arm is paused by then, the drives stand at their last targets, and are polled until it
+    resumes: segments that are known but not sent wait as well.
     """
 
     def __init__(self, run: MotionRun) -> None:
         self._run, self._wire = run, run.wire
         self._polling = Polling(run.wire, run.wire.now_s)
+        self._arrived: set[int] = set()
+        self._back_s = math.inf
+        """When a drive replied again; infinity if none did."""
+        self._asked_s = self._due_s = math.inf
+        """When all positions were asked for first after that, and when they are asked next."""
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
-        observer = self._wire.observer
-        if self._run.stop_asked:
-            return Signal.STOP
-        if math.isfinite(observer.returned_s):
-            return Signal.BACK
-        if self._run.blame(observer.silence()):
+        run, observer = self._run, self._wire.observer
+        if math.isfinite(observer.returned_s):  # perhaps after another outage
+            self._back_s, self._asked_s, observer.returned_s = now_s, math.inf, math.inf
+        if run.blame(observer.silence()):
             return Signal.TROUBLE
-        return None if observer.silent_s(now_s) else Signal.ANSWERED
-
-    def step(self, now_s: float) -> float:
-        """Ask every drive for its position."""
-        self._polling.poll(now_s)
-        return self._polling.due_s
-
-
-class Recovering:
-    """A drive replies again: wait for the replies that are owed, then read all positions.
-
-    Late replies would be taken for new ones, and a drive that never sends them had no power.
-    """
-
-    def __init__(self, run: MotionRun) -> None:
-        self._run, self._wire = run, run.wire
-        self._began_s = self._asked_s = self._due_s = math.inf
-        self._begin()
-
-    def _begin(self) -> None:
-        self._began_s = self._wire.now_s
-        self._asked_s = self._due_s = math.inf
-        self._wire.observer.returned_s = math.inf
-
-    def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
-        """Return what has changed."""
-        run, wire = self._run, self._wire
-        if run.stop_asked:
-            return Signal.STOP
-        if math.isfinite(wire.observer.returned_s):  # there was another outage
-            self._begin()
-        if run.blame(wire.observer.silence()):
-            return Signal.TROUBLE
-        read = all(drive.read_s >= self._asked_s for drive in wire.drives)
-        if not read or wire.observer.doubtful:
+        if math.isinf(self._back_s):
+            return None if observer.silent_s(now_s) else Signal.ANSWERED
+        if not self._all_read or observer.doubtful:
             return None
-        if run.blame(found_off_path(run)):
+        if run.blame(found_off_path(run) or self._displaced()):
             return Signal.TROUBLE
         if run.trip is None or run.trip.sent_all:
             return Signal.ALL_SENT
-        return Signal.PAUSED if run.trip.held_back() else Signal.LOCATED
+        return None if run.trip.held_back() else Signal.LOCATED
 
     def step(self, now_s: float) -> float:
-        """Wait for owed replies; then ask every drive for its position until each has answered."""
+        """Poll until a drive replies, wait for owed replies, then ask until all have answered."""
         wire = self._wire
+        if math.isinf(self._back_s):
+            self._polling.poll(now_s)
+            return self._polling.due_s
         if math.isinf(self._asked_s):
-            drained_s, until_s = self._began_s + DRAIN_S, self._began_s + REPLY_TIMEOUT_S
+            drained_s, until_s = self._back_s + DRAIN_S, self._back_s + REPLY_TIMEOUT_S
             if now_s < drained_s or (wire.observer.pending and now_s < until_s):
                 return drained_s if now_s < drained_s else min(now_s + DRAIN_S, until_s)
             self._asked_s = self._due_s = now_s
         if now_s >= self._due_s:
-            self._due_s = now_s + wire.settings.answer_s
+            again_s = wire.settings.poll_s if self._all_read else wire.settings.answer_s
+            self._due_s = now_s + again_s
             ask_all(wire)  # any reply shows that the outage is over
         reread_doubtful(wire)
         return self._due_s
 
-
-class Paused:
-    """The arm was paused during an outage: the drives stand at their last targets.
-
-    Segments that are known but not sent wait as well.
-    """
-
-    def __init__(self, run: MotionRun, trip: Trip) -> None:
-        self._run, self._wire, self._trip = run, run.wire, trip
-        self._polling = Polling(run.wire)
-        self._arrived = {drive.node for drive in run.wire.drives if drive.is_near}
-
-    def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
-        """Return what has changed."""
-        run, wire = self._run, self._wire
-        if run.stop_asked:
-            return Signal.STOP
-        if run.blame(found_off_path(run) or wire.observer.silence() or self._displaced()):
-            return Signal.TROUBLE
-        return None if self._trip.held_back() else Signal.RESUMED
-
-    def step(self, now_s: float) -> float:
-        """Ask every drive for its position."""
-        self._polling.poll(now_s)
-        reread_doubtful(self._wire)
-        return self._polling.due_s
+    @property
+    def _all_read(self) -> bool:
+        return all(drive.read_s >= self._asked_s for drive in self._wire.drives)
 
     def _displaced(self) -> Verdict | None:
+        """Return what is wrong with a drive that had come to its target and has left it."""
         for drive in self._wire.drives:
             if drive.node in self._arrived and not drive.is_near:
                 return _blocked(drive)
@@ -451,12 +398,10 @@ class Arriving:
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
         run, observer = self._run, self._wire.observer
-        if run.stop_asked and self._wire.under_way:
-            return Signal.STOP
         if run.blame(run.unfit()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s):
-            return Signal.BACK
+            return Signal.OUTAGE
         if run.blame(self._astray(now_s) or observer.silence()):
             return Signal.TROUBLE
         if now_s >= observer.rejected_s:

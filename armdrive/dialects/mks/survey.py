@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from armdrive.dialects.bus.drives import ANSWER_S
+from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialects.mks.inquiry import UNKNOWN_FIRMWARE, Firmware, firmware_of, is_shared
+from armdrive.dialects.mks.inquiry import UNKNOWN_FIRMWARE, Firmware, firmware_of
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
 from armdrive.dialects.mks.words import read_answer, read_request
@@ -31,9 +31,11 @@ from firmware_protocol.mks import (
     Event,
     Mode,
     MotorState,
+    Read,
     ReadAngleError,
     ReadEnabled,
     ReadEncoder,
+    ReadRawEncoder,
     ReadStall,
     ReadState,
     SetMode,
@@ -154,6 +156,31 @@ def known(wire: MksWire, node: int) -> WireScript[KnownDrive | None]:
 
 _SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHDOG)
 
+
+# Whether two drives share an id. Then both answer each question, which shows only if their answers
+# differ: two equal frames look like one on the bus.
+
+TELLTALES: tuple[Read, ...] = (ReadEncoder(), ReadRawEncoder(), ReadAngleError())
+"""Readings that hardly ever agree in two drives, because encoders tremble."""
+TELLTALE_READS = 3
+"""How often each of them is read."""
+
+
+def is_shared(wire: MksWire, node: int) -> WireScript[bool]:
+    """Find out whether two drives answer to an id, unless all their answers agree."""
+    for message in TELLTALES:
+        wire.surplus.clear()
+        for _ in range(TELLTALE_READS):
+            yield from wire.reading(node, message, tries=1)
+            yield from wire.pause(wire.now_s + LINGER_S)
+        if wire.surplus.owed:
+            yield from wire.pause(wire.now_s + LAST_REPLY_S)
+        if node in wire.surplus.shared:
+            return True
+    return False
+
+
+# The ids of a bus, one after the other.
 
 ASK_S = 0.02
 """Pause between questions; an answer takes a millisecond."""

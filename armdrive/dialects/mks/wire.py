@@ -33,7 +33,6 @@ from firmware_protocol.mks import (
     Event,
     Failed,
     Foreign,
-    Garbled,
     Home,
     HomingRead,
     HomingState,
@@ -59,6 +58,7 @@ from firmware_protocol.mks import (
     StoredForStart,
     Stray,
     Superseded,
+    UnreadableFrame,
     abilities_of,
     as_setting,
     slope_of,
@@ -262,15 +262,10 @@ class MksWire(ScriptIO[Event]):
         """Read one setting of a drive; None if it does not report it."""
         return setting_of((yield from self.reading(node, ReadSetting(code))))
 
-    def look(
-        self,
-        nodes: Collection[int] | None = None,
-        *,
-        tries: int = TRIES,
-    ) -> WireScript[tuple[int, ...]]:
+    def look(self, nodes: Collection[int] | None = None) -> WireScript[tuple[int, ...]]:
         """Read the positions of drives; return the ids of those that do not answer."""
         asked = self.nodes if nodes is None else tuple(nodes)
-        found = yield from self.read(ReadEncoder(), asked, tries=tries)
+        found = yield from self.read(ReadEncoder(), asked)
         return tuple(node for node in asked if node not in found)
 
     # -- receiving ----------------------------------------------------------------------------
@@ -317,7 +312,7 @@ class MksWire(ScriptIO[Event]):
     def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for, and warn if it is odd."""
         self.note(event)
-        self.garbled += isinstance(event, Garbled)
+        self.garbled += isinstance(event, UnreadableFrame)
         match event:
             case Stray(node, answer) if self._late.takes(node, answer.code, self.now_s):
                 pass
@@ -327,7 +322,7 @@ class MksWire(ScriptIO[Event]):
                 self.notify(ProtocolWarning(f"drive {node} answered twice, or late: {answer}"))
             case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
                 self.notify(ProtocolWarning(str(event)))
-            case Garbled() | Foreign() | Overrun() | Failed():
+            case UnreadableFrame() | Foreign() | Overrun() | Failed():
                 self.notify(ProtocolWarning(str(event)))
             case LimitStop(node) if not self.drive(node).moving:
                 self.notify(ProtocolWarning(str(event)))

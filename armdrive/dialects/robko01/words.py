@@ -8,8 +8,9 @@ from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved, plain, standing
 from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.events import Overrun, Unreadable
 from firmware_protocol.robko01 import Host, Op, Ping, Stray
-from firmware_protocol.robko01.frames import Frame, FrameSplitter, Noise
+from firmware_protocol.robko01.frames import Frame, FrameSplitter
 from firmware_protocol.robko01.messages import (
     AXIS_NAMES,
     Acknowledged,
@@ -77,12 +78,13 @@ class RobkoFrames:
         self._frames.feed(data)
         found = []
         while (frame := self._frames.next_frame()) is not None:
-            found.append(_weighed(frame))
+            if not isinstance(frame, Overrun):
+                found.append(_weighed(frame))
         return found
 
 
-def _weighed(frame: Frame | Noise) -> Message:
-    if isinstance(frame, Noise):
+def _weighed(frame: Frame | Unreadable) -> Message:
+    if isinstance(frame, Unreadable):
         return Message(frame.data, Weight.ANSWER)
     if frame.op in (Op.GET_ROBOT_ID, Op.SET_ROBOT_ID):
         return Message(frame.raw, Weight.SELF)

@@ -40,7 +40,6 @@ from firmware_protocol.teachmover import (
     SPEED_MAX,
     Command,
     Completed,
-    Garbled,
     Host,
     Key,
     ProgramRow,
@@ -51,6 +50,7 @@ from firmware_protocol.teachmover import (
     Status,
     Step,
     Stray,
+    Unreadable,
 )
 from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
@@ -85,7 +85,7 @@ class Dump:
         """Take a message from the codec; one unreadable row makes the whole dump invalid."""
         if isinstance(event, Completed):
             self._ended = event
-        elif isinstance(event, Garbled):
+        elif isinstance(event, Unreadable):
             self._bad = self._bad or event.reason
 
     def wait(

@@ -41,8 +41,10 @@ from firmware_protocol.teachmover.messages import (
     Set,
     Status,
     Step,
+    decode_command,
+    decode_reply,
+    encode_command,
 )
-from firmware_protocol.teachmover.wire import decode_command, decode_reply, encode_command
 
 MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")
 """The motors' names in the order of `@STEP` and `@READ`."""

@@ -1,13 +1,11 @@
-"""Checks a whole program before it runs, and reports everything that is wrong at once."""
+"""Checks the values of a program's lines: how many, of which kind, and within which bounds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from types import MappingProxyType
 
-from armdrive.programs.language.compiling import CALL, RETURN, CompiledCode, Instruction, compiled
-from armdrive.programs.language.grammar import unknown_word
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
@@ -16,23 +14,15 @@ from armdrive.programs.language.syntax import (
     Do,
     Expression,
     FieldOf,
-    Goto,
     JointsOf,
-    Label,
     Name,
     Number,
     ProgramNames,
-    Repeat,
     Statement,
     TextValue,
-    Tree,
     Truth,
     Unary,
     Use,
-    While,
-    bodies,
-    every,
-    names_of,
     own_names,
     set_by,
     slotted,
@@ -43,8 +33,6 @@ from armdrive.programs.language.words import (
     FUNCTIONS,
     HERE,
     PLACE,
-    RESERVED,
-    SHAPES,
     WORDS,
     Slot,
     ValueKind,
@@ -304,204 +292,3 @@ class Fitting:
             return
         hint = f": `{row.example}`"
         yield from self._many(value.arguments, row.slots, value.name, value.mark, hint)
-
-
-# The shape of a program: names that clash, calls and labels that lead nowhere.
-
-
-def shape_problems(tree: Tree, names: ProgramNames) -> Iterator[Problem]:
-    """Yield what keeps a program from being compiled."""
-    defines = [line for line in tree.body if isinstance(line, Define)]
-    called = [(line.name, line.mark) for line in defines]
-    yield from _twice(called, "there is already a subprogram {!r}")
-    for define in defines:
-        parameters = [(name, define.mark) for name in define.parameters]
-        yield from _twice(parameters, "two parameters are called {!r}")
-        for name, mark in ((define.name, define.mark), *parameters):
-            yield from _reserved(name, mark)
-        if define.name.lower() in names.variables | own_names(define):
-            yield Problem(
-                define.mark, f"{define.name!r} is also the name of a value: choose another"
-            )
-    main = tuple(line for line in tree.body if not isinstance(line, Define))
-    for body in (main, *(define.body for define in defines)):
-        labels = [(line.name, line.mark) for line in every(body) if isinstance(line, Label)]
-        yield from _twice(labels, "there is already a label {!r}")
-        yield from _Placing(names.subprograms, within=body is not main).problems(body)
-
-
-def _twice(named: list[tuple[str, SourceMark]], text: str) -> Iterator[Problem]:
-    seen: set[str] = set()
-    for name, mark in named:
-        if name.lower() in seen:
-            yield Problem(mark, text.format(name))
-        seen.add(name.lower())
-
-
-def _reserved(name: str, mark: SourceMark) -> Iterator[Problem]:
-    if name.lower() in RESERVED:
-        yield Problem(mark, f"`{name.lower()}` is a word of the language: choose another name")
-
-
-class _Placing:
-    """Checks whether lines may stand where they do; `within` a subprogram."""
-
-    def __init__(self, known: Mapping[str, Define], *, within: bool) -> None:
-        self._known = known
-        self._within = within
-
-    def problems(
-        self,
-        body: tuple[Statement, ...],
-        looped: bool = False,
-        labels: frozenset[str] = frozenset(),
-    ) -> Iterator[Problem]:
-        """Yield what is wrong in a block; `labels` are those of the blocks around it."""
-        labels |= {line.name.lower() for line in body if isinstance(line, Label)}
-        for line in body:
-            for name, _ in set_by(line):
-                yield from _reserved(name.name, name.mark)
-            match line:
-                case Goto() if line.name.lower() not in labels:
-                    yield Problem(line.mark, _no_label(line.name, labels))
-                case Call() if line.name.lower() not in self._known:
-                    yield Problem(line.mark, self._no_subprogram(line.name))
-                case Do(word="return") if not self._within:
-                    text = "`return` is allowed in a subprogram only; `stop` ends the program"
-                    yield Problem(line.mark, text)
-                case Do(word="break" | "continue") if not looped:
-                    yield Problem(line.mark, f"`{line.word}` is allowed in a loop only")
-            for block in bodies(line):
-                yield from self.problems(block, looped or isinstance(line, While | Repeat), labels)
-
-    def _no_subprogram(self, name: str) -> str:
-        names = (*(define.name for define in self._known.values()), *WORDS, *SHAPES)
-        return unknown_word(name, names) or f"there is no word and no subprogram {name!r}"
-
-
-def _no_label(name: str, labels: frozenset[str]) -> str:
-    low = name.lower()
-    if low in RESERVED:
-        return f"`{low}` is no label: the lines of an `if` follow it and end with `end`"
-    near = suggestion(low, labels)
-    return f"there is no label {name!r} in this block or in one around it{near}"
-
-
-# Whether every name certainly has a value where it is used.
-#
-# This is the analysis of definite assignment over the flat code: going forward, it finds the names
-# that are set on every path to an instruction. For each subprogram it finds the names that a call
-# certainly sets, and those that must be set before it (Aho, Lam, Sethi and Ullman, Compilers,
-# section 9.2.5, with summaries for calls).
-
-_Needs = dict[tuple[str, SourceMark], int | None]
-"""Names without a value where they are used, to the line of a call that leads there."""
-
-
-class _Settled:
-    """Finds the names that may have no value where they are used; `known` names have one already.
-
-    A set of names is a whole number with a bit for each, since a program of thousands of lines has
-    thousands of such sets.
-    """
-
-    def __init__(self, code: CompiledCode, known: frozenset[str]) -> None:
-        self._rows = code.instructions
-        names = known.union(*(row.sets for row in self._rows))
-        self._bits = {name: 1 << index for index, name in enumerate(names)}
-        self._adds = [self._as_bits(row.sets) for row in self._rows]
-        self._known = self._as_bits(known)
-        starts = (0, *code.entries.values())
-        self._sets = dict.fromkeys(starts, self._as_bits(names))
-        self._needs: dict[int, _Needs] = {start: {} for start in starts}
-        self._repeat(self._learn_sets)
-        self._repeat(self._learn_needs)
-
-    def problems(self) -> Iterator[Problem]:
-        for (name, mark), line in self._needs[0].items():
-            called = "" if line is None else f" when this is called in line {line}"
-            yield Problem(mark, f"{name!r} may have no value yet here{called}: set it before")
-
-    def _as_bits(self, names: frozenset[str]) -> int:
-        return sum(self._bits[name] for name in names)
-
-    def _lacks(self, known: int, name: str) -> bool:
-        return not known & self._bits.get(name, 0)
-
-    def _repeat(self, learn: Callable[[int], bool]) -> None:
-        changed = True
-        while changed:
-            changed = False
-            for start in self._sets:
-                changed |= learn(start)
-
-    def _learn_sets(self, start: int) -> bool:
-        found = ~0  # a subprogram without an end sets everything: nothing comes after it
-        for at, known in self._ways(start).items():
-            if self._rows[at].word == RETURN:
-                found &= known
-        found &= self._sets[start]
-        changed = found != self._sets[start]
-        self._sets[start] = found
-        return changed
-
-    def _learn_needs(self, start: int) -> bool:
-        needs = self._needs[start]
-        before = len(needs)
-        for at, known in self._ways(start).items():
-            row = self._rows[at]
-            for name in row.reads:
-                if self._lacks(known, name.name.lower()):
-                    needs.setdefault((name.name.lower(), name.mark), None)
-            if row.word == CALL:
-                for (called, mark), _ in list(self._needs[row.target].items()):
-                    if self._lacks(known, called):
-                        needs.setdefault((called, mark), row.mark.line)
-        return len(needs) != before
-
-    def _ways(self, start: int) -> dict[int, int]:
-        """Return the names certainly set before each instruction that can be reached."""
-        known = {start: 0 if start else self._known}
-        waiting = [start]
-        while waiting:
-            at = waiting.pop()
-            for following, adds in self._following(at, self._rows[at]):
-                before, after = known.get(following), known[at] | adds
-                met = after if before is None else before & after
-                if met != before:
-                    known[following] = met
-                    waiting.append(following)
-        return known
-
-    def _following(self, at: int, row: Instruction) -> list[tuple[int, int]]:
-        """Return the possible next instructions, and what is certainly set before each."""
-        match row.word:
-            case "return" | "stop":
-                return []
-            case "jump":
-                return [(row.target, self._adds[at])]
-            case "call":
-                return [(at + 1, self._sets[row.target])]
-            case "unless" | "round" if row.target:
-                return [(at + 1, self._adds[at]), (row.target, 0)]
-            case _:
-                return [(at + 1, self._adds[at])]
-
-
-def checked(
-    tree: Tree, known: Mapping[str, ValueKind] = MappingProxyType({})
-) -> tuple[CompiledCode | None, list[Problem]]:
-    """Return a program's code, and everything that is wrong with it.
-
-    `known` are the kinds of the names that have a value already. There is no code if the program
-    has a wrong shape or a value does not fit.
-    """
-    names = names_of(tree, frozenset(known))
-    problems = list(shape_problems(tree, names))
-    kinds = Kinds(names, known)
-    for define, line in names.lines:
-        problems += Fitting(kinds, define).line(line)
-    if problems:
-        return None, problems
-    code = compiled(tree, names)
-    return code, list(_Settled(code, frozenset(known)).problems())

@@ -1,29 +1,22 @@
 """The grammar of programs, the parser made from it, and the sentences about mistakes.
 
-A program is read line by line, so one mistake hides no other, and a prompt reads what is typed by
-the same rules. Then the lines are put together to blocks. Lines that cannot be read are left out.
+One grammar describes a whole program. The parser is fed line by line, so one mistake hides no
+other: a line that does not fit is left out, and the parser goes on where it was before that line. A
+prompt feeds the same parser with the lines as they are typed.
 """
 
 from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from functools import cache
+from itertools import chain
 from types import MappingProxyType
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
-from lark import (
-    Lark,
-    Token,
-    Transformer,
-    UnexpectedCharacters,
-    UnexpectedInput,
-    UnexpectedToken,
-    v_args,
-)
-from lark import Tree as ParseTree
+from lark import Lark, Token, Transformer, UnexpectedCharacters, UnexpectedInput, v_args
 
 from armdrive.programs.language.syntax import (
     Assign,
@@ -53,16 +46,29 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.values import OPERATORS
 from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
-from armdrive.programs.problems import Problem, SourceMark, lines_of, program_error
+from armdrive.programs.problems import (
+    Problem,
+    SourceMark,
+    lines_of,
+    numbered_lines,
+    program_error,
+)
 from kinematics.errors import suggestion
 
 GRAMMAR = r"""
-start: label? statement? COMMENT?
+program: (line | definition)*
+body: line*
+
+line: label? simple? note
+    | label? block -> block_line
+definition: label? define note body end
+note: COMMENT? BREAK
+end: "end"i note
 
 label: (NAME | NUMBER) ":" | NUMBER
 
-?statement: do | assign | point | call | goto | if_goto
-          | define | if_ | else_if | else_ | while_ | repeat | end
+?simple: do | assign | point | call | goto | if_goto
+?block: if_ | loop
 
 do: WORD arguments? link*
 link: LINK arguments
@@ -72,14 +78,18 @@ call: NAME ("(" arguments? ")")?
 goto: "goto"i target
 target: NAME | NUMBER
 if_goto: IF expr "then"i "goto"i? target
-define: "define"i NAME ("(" names? ")")?
-names: NAME ("," NAME)*
-if_: IF expr "then"i?
-else_if: (ELSE "if"i | ELSEIF) expr "then"i?
-else_: ELSE
+
+if_: first else_if* else_? end
+first: IF expr "then"i? note body -> branch
+else_if: ELSEIF expr "then"i? note body -> branch
+else_: ELSE note body -> branch
+loop: (while_ | repeat) note body end
 while_: WHILE expr
 repeat: REPEAT expr? ("as"i NAME)?
-end: END
+define: "define"i NAME ("(" names? ")")?
+names: NAME ("," NAME)*
+
+values: arguments COMMENT?
 
 arguments: expr ("," expr)*
 
@@ -109,12 +119,12 @@ arguments: expr ("," expr)*
      | "(" expr ")" -> inner
 joint: NAME sum
 
+%declare BREAK
 IF: "if"i
 ELSE: "else"i
-ELSEIF: "elseif"i
+ELSEIF.3: /else[ \t]*if(?![a-z0-9_])/i
 WHILE: "while"i
 REPEAT: "repeat"i
-END: "end"i
 WORD.3: /(@words@)(?![a-z0-9_])/i
 LINK.3: /(@links@)(?![a-z0-9_])/i
 TRUTH.3: /(true|false|on|off)(?![a-z0-9_])/i
@@ -123,7 +133,7 @@ COMPARE.3: /==|!=|<>|<=|>=|<|>|=|(is\s+not|is|eq|ne|lt|le|gt|ge)(?![a-z0-9_])/i
 OR.3: /or(?![a-z0-9_])/i
 AND.3: /and(?![a-z0-9_])/i
 NOT.3: /not(?![a-z0-9_])/i
-NAME: /[a-z_][a-z0-9_]*/i
+NAME: /(?!(@shapes@)(?![a-z0-9_]))[a-z_][a-z0-9_]*/i
 PERCENT.3: /(([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?)[ \t]*%/i
 NUMBER.2: /([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?/i
 TEXT: /"([^"]|"")*"/
@@ -136,16 +146,6 @@ COMMENT: /#.*/s
 %ignore /[ \t]+/
 """
 """In lark's notation; the words come from the vocabulary."""
-
-
-def _parser(reader: _LineReader | None) -> Lark:
-    """Return a parser of lines: into items with a reader, else into lark's own trees."""
-    longest_first = sorted(SPELLINGS, key=len, reverse=True)
-    grammar = GRAMMAR.replace("@words@", "|".join(longest_first))
-    grammar = grammar.replace("@links@", "|".join(LINKS))
-    return Lark(
-        grammar, parser="lalr", lexer="contextual", maybe_placeholders=False, transformer=reader
-    )
 
 
 # Sentences about a line that cannot be read.
@@ -178,31 +178,43 @@ _EXPECTED: Mapping[str, str] = MappingProxyType({
     "NUMBER": "a value", "PERCENT": "a value", "TEXT": "a value", "TRUTH": "a value",
     "JOINTS": "a value", "LPAR": "", "NOT": "a value", "MINUS": "",
     "RPAR": "`)`", "COMMA": "a comma", "EQUAL": "`=`", "NAME": "a name",
-    "$END": "the end of the line",
+    "BREAK": "the end of the line", "$END": "the end of the line",
     "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",
     "COMMENT": "", "COLON": "", "WORD": "a word", "LINK": "",
 })  # fmt: skip
 """Names of the terminals that the parser expects; "" for those that would only be noise."""
 
+_MISPLACED: Mapping[str, str] = MappingProxyType({
+    "END": "this `end` ends nothing",
+    "ELSE": "this `else` belongs to no `if`; nothing comes after `else` but `end`",
+    "ELSEIF": "this `else` belongs to no `if`; nothing comes after `else` but `end`",
+    "DEFINE": "a subprogram cannot be defined within a block",
+})  # fmt: skip
+"""Sentences about words that the parser takes, but not where they are."""
 
-def mistake(error: UnexpectedInput, line: str) -> tuple[int, str]:
-    """Return the column of a mistake in a line, and a sentence about it."""
+
+def mistake(
+    error: UnexpectedInput, line: str, accepted: set[str], *, statement: bool = True
+) -> tuple[int, str]:
+    """Return the column of a mistake in a line, and a sentence about it.
+
+    `accepted` are the terminals that the parser would have taken there. A `statement` begins with a
+    word, values alone do not.
+    """
     if isinstance(error, UnexpectedCharacters):
         return error.column, _unknown_sign(line, error.column)
-    column = getattr(error, "column", None)
-    token = getattr(error, "token", None)
-    if column is None or column < 1 or token is None or token.type == "$END":
-        column, found = len(line.rstrip()) + 1, ""
-    else:
-        found = str(token)
-    first = _first_word(line, column)
+    token: Token = error.token  # type: ignore[attr-defined]
+    column = (token.column or 1) if token else len(line.rstrip()) + 1
+    if token.type in _MISPLACED and not line[: column - 1].strip():
+        return column, _MISPLACED[token.type]
+    first = _first_word(line, column) if statement else None
     if first is not None:
         return first
-    expected = set(error.accepts or ()) if isinstance(error, UnexpectedToken) else set()
-    wanted = _wanted(expected)
-    if not found:
-        return column, f"the line ends too early{wanted}"
-    return column, f"{found!r} does not belong here{wanted}"
+    if not token:
+        return column, f"the line ends too early{_wanted(accepted)}"
+    if token.lower() in SHAPES and "NAME" in accepted:
+        return column, f"`{token.lower()}` is a word of the language: choose another name"
+    return column, f"{str(token)!r} does not belong here{_wanted(accepted)}"
 
 
 def _unknown_sign(line: str, column: int) -> str:
@@ -255,13 +267,7 @@ def _wanted(expected: set[str]) -> str:
     return ": " + " or ".join(listed) + " was expected"
 
 
-# Reading one line.
-
-DEEPEST_VALUE = 60
-"""The most levels of a value. Anything deeper is unreadable, and a generator's mistake."""
-
-LONGEST_LINE = 10_000
-"""Characters. A longer line is a generator's mistake, and takes seconds to read."""
+# Making the parts of a program as the parser finds them.
 
 SIGNS: Mapping[str, str] = MappingProxyType(
     {spelt: row.sign for row in OPERATORS.values() for spelt in (row.sign, *row.also)}
@@ -270,130 +276,52 @@ SIGNS: Mapping[str, str] = MappingProxyType(
 
 _TRUE = ("on", "true")
 
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """`end`."""
-
-    mark: SourceMark
-
-
-@dataclass(frozen=True, slots=True)
-class Unread:
-    """The unreadable head of a block, which is left out with its `end`."""
-
-    mark: SourceMark
-
-
-Block: TypeAlias = If | While | Repeat | Define
-Item: TypeAlias = Statement | IfBranch | End | Unread
-"""The content of a line. A block's head is its statement without a body; `else` is a branch."""
-
+_Body: TypeAlias = tuple[Statement, ...]
 _Link: TypeAlias = tuple[str, tuple[Expression, ...]]
 """One of `into`, `by` and `within` with its values."""
 
 
-def opens(item: Item) -> bool:
-    """Return whether an item begins a block, which `end` ends."""
-    if isinstance(item, If):
-        return not item.branches[0].body  # `if ... goto ...` is complete in one line
-    return isinstance(item, While | Repeat | Define | Unread)
-
-
-class LineMistake(Exception):
-    """A line that cannot be read."""
-
-    def __init__(self, problem: Problem) -> None:
-        super().__init__(problem.text)
-        self.problem = problem
-
-
-def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
-    """Return the items of a line: a label, a statement or the head of a block, a comment.
-
-    Raises `LineMistake`.
-    """
-    if not line.strip(" \t"):
-        return [Remark(mark=SourceMark(number, 1, file))]
-    if len(line) > LONGEST_LINE:
-        mark = SourceMark(number, LONGEST_LINE + 1, file)
-        raise LineMistake(Problem(mark, f"a line has at most {LONGEST_LINE} characters"))
-    try:
-        if len(_NESTS.findall(line)) > DEEPEST_VALUE // 3 and _depth(line) > DEEPEST_VALUE:
-            text = "this is nested too deeply: give its parts names"
-            raise LineMistake(Problem(SourceMark(number, 1, file), text))
-        return _line_parser().read(line, number, file)
-    except UnexpectedInput as error:
-        column, text = mistake(error, line)
-        raise LineMistake(Problem(SourceMark(number, column, file), text)) from None
-
-
-_NESTS = re.compile(r"[-(+*/<>=.]|\b(?:and|or|not|is)\b", re.IGNORECASE)
-"""Signs and words of which each nests a value at most three levels deeper in lark's tree."""
-
-
-class _LineParser:
-    """Parses lines straight into items, one at a time."""
-
-    def __init__(self) -> None:
-        self._reader = _LineReader()
-        self._lark = _parser(self._reader)
-        self._lock = threading.Lock()
-
-    def read(self, line: str, number: int, file: str) -> list[Item]:
-        """Return the items of a line. Raises lark's `UnexpectedInput`."""
-        with self._lock:
-            self._reader.at_line, self._reader.in_file = number, file
-            return cast("list[Item]", self._lark.parse(line))
-
-
-_line_parser = cache(_LineParser)
-"""Building a parser takes some 20 ms, so it is built when the first line is read."""
-
-_tree_parser = cache(partial(_parser, None))
-"""Builds trees of which the depth can be measured before values are made of them."""
-
-
-def _depth(line: str) -> int:
-    """Return how many levels the parse tree of a line has."""
-    deepest, waiting = 0, [(_tree_parser().parse(line), 1)]
-    while waiting:
-        found, depth = waiting.pop()
-        deepest = max(deepest, depth)
-        waiting += [(each, depth + 1) for each in found.children if isinstance(each, ParseTree)]
-    return deepest
-
-
 @v_args(inline=True)
-class _LineReader(Transformer[Token, list[Item]]):
-    """Makes items and values, with their places, as the parser finds them.
+class _TreeMaker(Transformer[Token, Tree]):
+    """Makes lines and values, with their places, as the parser finds them.
 
-    Each method is named after a rule of the grammar, and is called with the rule's parts.
+    Each method is named after a rule of the grammar, and is called with the rule's parts. `note` is
+    the comment at the end of a line, None without one.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self.at_line = 1
-        self.in_file = ""
+        self.file = ""
 
     def _mark(self, token: Token) -> SourceMark:
-        return SourceMark(self.at_line, token.column or 1, self.in_file)
+        return SourceMark(token.line or 1, token.column or 1, self.file)
 
-    def start(self, *parts: Item | Token) -> list[Item]:
-        items = [part for part in parts if not isinstance(part, Token)]
-        note = next((part for part in parts if isinstance(part, Token)), None)
-        if note is None:
-            return items
-        text = note[1:].removeprefix(" ").rstrip()
-        match items[-1] if items else None:
-            case If(branches=(branch,)) as last:
-                return [*items[:-1], replace(last, branches=(replace(branch, note=text),))]
-            case (
-                Do() | Assign() | Call() | Label() | Goto() | While() | Repeat() | Define() as last
-            ):
-                return [*items[:-1], replace(last, note=text)]
-            case _:
-                return [*items, Remark(text, mark=self._mark(note))]
+    def program(self, *lines: _Body) -> Tree:
+        return Tree(self.body(*lines))
+
+    def values(self, values: list[Expression], *_: Token) -> list[Expression]:
+        return values
+
+    # -- lines -------------------------------------------------------------------------------
+
+    def body(self, *lines: _Body) -> _Body:
+        return tuple(chain.from_iterable(lines))
+
+    def line(self, *parts: Statement) -> _Body:
+        *before, note = parts
+        if not isinstance(note, Remark) or not before or note.text is None:
+            return tuple(before) or parts
+        return (*before[:-1], _noted(before[-1], note.text))
+
+    def block_line(self, *parts: Label | _Body) -> _Body:
+        return self.body(*(part if isinstance(part, tuple) else (part,) for part in parts))
+
+    def note(self, *tokens: Token) -> Remark:
+        text = tokens[0][1:].removeprefix(" ").rstrip() if len(tokens) > 1 else None
+        return Remark(text, mark=self._mark(tokens[0]))
+
+    def end(self, note: Remark) -> _Body:
+        return () if note.text is None else (note,)
 
     def label(self, name: Token) -> Label:
         return Label(str(name), mark=self._mark(name))
@@ -426,15 +354,19 @@ class _LineReader(Transformer[Token, list[Item]]):
         goto = Goto(str(target), mark=self._mark(target))
         return If((IfBranch(condition, (goto,), mark=mark),), mark=mark)
 
-    def if_(self, word: Token, condition: Expression) -> If:
-        mark = self._mark(word)
-        return If((IfBranch(condition, mark=mark),), mark=mark)
+    # -- blocks: a head is a statement without a body --------------------------------------------
 
-    def else_if(self, word: Token, condition: Expression) -> IfBranch:
-        return IfBranch(condition, mark=self._mark(word))
+    def if_(self, *parts: IfBranch | _Body) -> _Body:
+        branches = tuple(part for part in parts if isinstance(part, IfBranch))
+        return (If(branches, mark=branches[0].mark), *cast("_Body", parts[-1]))
 
-    def else_(self, word: Token) -> IfBranch:
-        return IfBranch(None, mark=self._mark(word))
+    def branch(self, word: Token, *parts: Any) -> IfBranch:
+        *condition, note, body = parts
+        found = condition[0] if condition else None
+        return IfBranch(found, body, mark=self._mark(word), note=note.text or "")
+
+    def loop(self, head: While | Repeat, note: Remark, body: _Body, end: _Body) -> _Body:
+        return (replace(head, body=body, note=note.text or ""), *end)
 
     def while_(self, word: Token, condition: Expression) -> While:
         return While(condition, mark=self._mark(word))
@@ -444,14 +376,15 @@ class _LineReader(Transformer[Token, list[Item]]):
         name = next((str(part) for part in parts if isinstance(part, Token)), "")
         return Repeat(count, variable=name, mark=self._mark(word))
 
+    def definition(self, *parts: Any) -> _Body:
+        *label, head, note, body, end = parts
+        return (*label, replace(head, body=body, note=note.text or ""), *end)
+
     def define(self, name: Token, parameters: tuple[str, ...] = ()) -> Define:
         return Define(str(name), parameters, mark=self._mark(name))
 
     def names(self, *names: Token) -> tuple[str, ...]:
         return tuple(map(str, names))
-
-    def end(self, word: Token) -> End:
-        return End(self._mark(word))
 
     # -- values ------------------------------------------------------------------------------
 
@@ -497,22 +430,186 @@ class _LineReader(Transformer[Token, list[Item]]):
         return Binary(left, SIGNS[spelling], right, mark=self._mark(sign))
 
 
-# Putting lines together to blocks.
+def _noted(line: Statement, note: str) -> Statement:
+    """Return a line with the comment at its end."""
+    match line:
+        case If(branches=(branch, *_)):  # `if ... then goto ...`
+            return replace(line, branches=(replace(branch, note=note),))
+        case Do() | Assign() | Call() | Label() | Goto():
+            return replace(line, note=note)
+        case _:
+            return line
 
-DEEPEST_BLOCK = 30
-"""The most levels of blocks."""
+
+# Reading line by line.
+
+LONGEST_LINE = 10_000
+"""Characters. A longer line is a generator's mistake, and takes seconds to read."""
 
 MOST_LINES = 10_000
 """A longer text is not a program, and reading it could take minutes."""
 
-_OPENING = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
+DEEPEST_BLOCK = 30
+"""The most levels of blocks."""
+
+MOST_OPERATORS = 60
+"""Operators and brackets of a line. Each may nest a value one level deeper."""
+
+_NESTING = frozenset({
+    "LPAR", "PLUS", "MINUS", "TIMES", "OVER", "COMPARE", "AND", "OR", "NOT", "DOT",
+})  # fmt: skip
+_OPENING = ("IF", "WHILE", "REPEAT", "DEFINE")
+"""The terminals that begin a block."""
+
+_HEAD = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
+
+
+class LineMistake(Exception):
+    """A line that cannot be read."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.text)
+        self.problem = problem
+
+
+class _SharedParser:
+    """The parser of all programs. Building it takes some 20 ms, so it is built when needed."""
+
+    def __init__(self) -> None:
+        self.maker = _TreeMaker()
+        self.lock = threading.Lock()
+        grammar = GRAMMAR
+        for name, words in (("words", SPELLINGS), ("links", LINKS), ("shapes", SHAPES)):
+            longest_first = sorted(words, key=len, reverse=True)
+            grammar = grammar.replace(f"@{name}@", "|".join(longest_first))
+        self.lark = Lark(
+            grammar,
+            parser="lalr",
+            lexer="contextual",
+            maybe_placeholders=False,
+            start=["program", "values"],
+            transformer=self.maker,
+        )
+
+
+_shared = cache(_SharedParser)
+
+
+class ProgramReader:
+    """Reads a program line by line. A line that cannot be read leaves it as it was.
+
+    `start` is the rule of the grammar that the text follows.
+    """
+
+    def __init__(self, file: str = "", start: str = "program") -> None:
+        self._file = file
+        self._parser = _shared().lark.parse_interactive("", start=start)
+        self._state = self._parser.parser_state
+
+    @property
+    def open_blocks(self) -> list[Problem]:
+        """The blocks whose `end` has not come yet; one that stands for an unread line has no text.
+
+        They are on the parser's stack: an `if` as its word, or as its first branch once there is an
+        `else`; the others as statements without a body.
+        """
+        found: list[Problem] = []
+        for value in self._state.value_stack:
+            match value:
+                case Token(type="IF"):
+                    found.append(self._unended(self._mark(value.line, value.column), value))
+                case IfBranch() if value.condition is not None:
+                    found.append(self._unended(value.mark, "if"))
+                case While() | Repeat() | Define():
+                    found.append(self._unended(value.mark, type(value).__name__))
+                case Token(type="END"):
+                    found.pop()
+        return found
+
+    def take(self, line: str, number: int = 1, end: str = "BREAK") -> object:
+        """Take the next line; `end` is the terminal after it. Raises `LineMistake`."""
+        before, operators, first = len(self.open_blocks), 0, True
+        depth = len(self._state.state_stack)
+        try:
+            for token in self._tokens(line, number, end):
+                found = self._feed(token)
+                if first:  # the first token has completed the line before
+                    depth, first = len(self._state.state_stack) - 1, False
+                operators += token.type in _NESTING
+                if operators > MOST_OPERATORS:
+                    raise self._mistake(number, 1, "this is nested too deeply: name its parts")
+                if token.type in _OPENING and before == DEEPEST_BLOCK:
+                    raise self._mistake(number, 1, f"at most {DEEPEST_BLOCK} blocks are nested")
+        except UnexpectedInput as error:
+            accepted = self._parser.accepts()  # type: ignore[no-untyped-call] # lark's
+            column, text = mistake(error, line, accepted, statement=end == "BREAK")
+            if not first:
+                self._back_to(depth)
+            raise self._mistake(number, column, text) from None
+        except LineMistake:
+            self._back_to(depth)
+            raise
+        return found
+
+    def leave_out(self, line: str, number: int) -> None:
+        """Note a line that cannot be read. If it begins a block, an empty one stands for it.
+
+        So the `else` and the `end` of that block are no mistakes.
+        """
+        if _HEAD.match(line) and len(self.open_blocks) < DEEPEST_BLOCK:
+            for kind, text in (("IF", ""), ("TRUTH", "on"), ("BREAK", "")):
+                self._feed(Token(kind, text, line=number, column=1))
+
+    def finish(self) -> tuple[Tree, list[Problem]]:
+        """End the program; return its tree, and a problem for each block without an end."""
+        blocks = self.open_blocks
+        for token in (Token("END", "end"), Token("BREAK", "")) * len(blocks):
+            self._feed(token)
+        tree = cast("Tree", self._feed(Token("$END", "")))
+        return tree, [problem for problem in blocks if problem.text]
+
+    def _unended(self, mark: SourceMark, word: str) -> Problem:
+        return Problem(mark, f"this `{word.lower()}` has no `end`" if word else "")
+
+    def _tokens(self, line: str, number: int, end: str) -> Iterator[Token]:
+        if len(line) > LONGEST_LINE:
+            text = f"a line has at most {LONGEST_LINE} characters"
+            raise self._mistake(number, LONGEST_LINE + 1, text)
+        lexer = _shared().lark.parse_interactive(line, start="program").lexer_thread
+        for token in lexer.lex(self._state):  # type: ignore[no-untyped-call] # lark's
+            token.line = number
+            yield token
+        yield Token(end, "", line=number, column=1)
+
+    def _feed(self, token: Token) -> object:
+        shared = _shared()
+        with shared.lock:
+            shared.maker.file = self._file
+            return self._parser.feed_token(token)
+
+    def _back_to(self, depth: int) -> None:
+        """Forget what was read of a line: no line is reduced before the next one begins."""
+        del self._state.state_stack[depth:]
+        del self._state.value_stack[depth - 1 :]
+
+    def _mark(self, line: int | None, column: int | None) -> SourceMark:
+        return SourceMark(line or 1, column or 1, self._file)
+
+    def _mistake(self, number: int, column: int, text: str) -> LineMistake:
+        return LineMistake(Problem(self._mark(number, column), text))
+
+
+def read_values(line: str, number: int = 1, file: str = "") -> tuple[Expression, ...]:
+    """Return the values of a line that has nothing else. Raises `LineMistake`."""
+    reader = ProgramReader(file, start="values")
+    return tuple(cast("list[Expression]", reader.take(line, number, end="$END")))
 
 
 def parse(text: str, file: str = "") -> Tree:
     """Return the tree of a program. Raises `ProgramError` with every unreadable line."""
     tree, problems = read_tree(text, file)
     if problems:
-        raise program_error(problems, text)
+        raise program_error(problems, numbered_lines(lines_of(text), file))
     return tree
 
 
@@ -521,104 +618,18 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
 
     The first line has the number `first`.
     """
-    blocks = _Blocks()
+    reader, problems = ProgramReader(file), list[Problem]()
     lines = lines_of(text)
     if len(lines) > MOST_LINES:
         mark = SourceMark(MOST_LINES + 1, 1, file)
-        return blocks.whole(), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
+        return Tree(()), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
     if lines[-1] == "":
         lines.pop()  # a line break at the end is not followed by a blank line
     for number, line in enumerate(lines, start=first):
         try:
-            items = read_line(line, number, file)
+            reader.take(line, number)
         except LineMistake as error:
-            blocks.problems.append(error.problem)
-            unread = _OPENING.match(line) is not None
-            items = [Unread(error.problem.mark)] if unread else []
-        for item in items:
-            blocks.take(item)
-    return blocks.whole(), blocks.problems
-
-
-@dataclass(slots=True)
-class _Open:
-    """A block whose end has not come yet; for an `if`, with the finished branches."""
-
-    head: Block | Unread
-    branch: IfBranch | None = None
-    body: list[Statement] = field(default_factory=list)
-    branches: list[IfBranch] = field(default_factory=list)
-
-    def close_branch(self, following: IfBranch | None = None) -> None:
-        """End the present branch, and begin the next."""
-        if self.branch is not None:
-            self.branches.append(replace(self.branch, body=tuple(self.body)))
-        self.branch, self.body = following, []
-
-
-class _Blocks:
-    """Puts lines together to blocks."""
-
-    def __init__(self) -> None:
-        self.problems: list[Problem] = []
-        self._top: list[Statement] = []
-        self._open: list[_Open] = []
-
-    def take(self, item: Item) -> None:
-        """Take the next line."""
-        match item:
-            case End():
-                self._end(item)
-            case IfBranch():
-                self._else(item)
-            case Unread():
-                self._begin(item)
-            case If() | While() | Repeat() | Define() if opens(item):
-                self._begin(item)
-            case _:
-                self._body().append(item)
-
-    def whole(self) -> Tree:
-        """Return the tree of all lines."""
-        for block in self._open:
-            if not isinstance(block.head, Unread):
-                word = type(block.head).__name__.lower()
-                self._wrong(block.head.mark, f"this `{word}` has no `end`")
-        return Tree(tuple(self._top))
-
-    def _body(self) -> list[Statement]:
-        return self._open[-1].body if self._open else self._top
-
-    def _begin(self, head: Block | Unread) -> None:
-        if isinstance(head, Define) and self._open:
-            self._wrong(head.mark, "a subprogram cannot be defined within a block")
-        if len(self._open) == DEEPEST_BLOCK:
-            self._wrong(head.mark, f"blocks are nested at most {DEEPEST_BLOCK} deep")
-        self._open.append(_Open(head, head.branches[0] if isinstance(head, If) else None))
-
-    def _else(self, item: IfBranch) -> None:
-        block = self._open[-1] if self._open else None
-        if block is not None and isinstance(block.head, Unread):
-            return
-        if block is None or block.branch is None:
-            self._wrong(item.mark, "this `else` belongs to no `if`")
-        elif block.branch.condition is None:
-            self._wrong(item.mark, "nothing comes after `else` but `end`")
-        else:
-            block.close_branch(item)
-
-    def _end(self, item: End) -> None:
-        if not self._open:
-            self._wrong(item.mark, "this `end` ends nothing")
-            return
-        block = self._open.pop()
-        if isinstance(block.head, Unread) or len(self._open) > DEEPEST_BLOCK:
-            return
-        if isinstance(block.head, If):
-            block.close_branch()
-            self._body().append(replace(block.head, branches=tuple(block.branches)))
-        else:
-            self._body().append(replace(block.head, body=tuple(block.body)))
-
-    def _wrong(self, mark: SourceMark, text: str) -> None:
-        self.problems.append(Problem(mark, text))
+            problems.append(error.problem)
+            reader.leave_out(line, number)
+    tree, unended = reader.finish()
+    return tree, [*problems, *unended]

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.programs.language.words import FIELDS, SPEED, Slot, ValueKind
-from armdrive.text.speed import speed_refusal
+from armdrive.text.numbers import speed_refusal
 from kinematics.spaces import Pose
 
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
@@ -89,36 +89,6 @@ def place(value: object) -> PlaceValue:
     if not isinstance(value, PlaceValue):
         raise LineFailure(f"a place is needed, not {value}")
     return value
-
-
-def to_json(value: Value) -> object:
-    """Return a value as plain JSON data."""
-    if not isinstance(value, PlaceValue):
-        return value
-    pose = value.pose
-    return {
-        "pose": None
-        if pose is None
-        else [pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad, pose.yaw_rad],
-        "joints_deg": None if value.joints_deg is None else dict(value.joints_deg),
-        "opening_mm": value.opening_mm,
-    }
-
-
-def from_json(data: object) -> Value:
-    """Return a value from plain JSON data; raises `ValueError`, `TypeError` or `KeyError`."""
-    if isinstance(data, bool | str):
-        return data
-    if isinstance(data, int | float):
-        return float(data)
-    if not isinstance(data, dict):
-        raise TypeError(f"{data!r} is not a value of a program")
-    pose, joints, opening = data["pose"], data["joints_deg"], data["opening_mm"]
-    return PlaceValue(
-        None if pose is None else Pose(*pose),
-        None if joints is None else {str(name): float(angle) for name, angle in joints.items()},
-        None if opening is None else float(opening),
-    )
 
 
 # The functions of a program. Angles are in deg.

@@ -65,7 +65,7 @@ NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
 LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
 CONDITION = Slot("condition", ValueKind.TRUTH)
 SPEED = Slot("fraction of the limits", above=0.0, most=1.0)
-COUNT = Slot("how often", least=0.0, whole=True)
+COUNT = Slot("number of rounds", least=0.0, whole=True)
 
 
 def _into(kind: ValueKind) -> tuple[str, tuple[Slot, ...]]:

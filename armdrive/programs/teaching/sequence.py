@@ -7,34 +7,18 @@ stopped stays the next one until it is asked for. The arm's own `pause` pauses a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import Protocol, overload
 
 from armdrive.arm.connected import Handle
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.motion.execute import Moved
+from armdrive.motion.gripper import Grasped
 from armdrive.moves import GraspMove, JointMove, LineMove, Motion
 from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
 
 SLICE_S = 0.05
 """The longest sleep of a delay: between two sleeps a stop ends it."""
-
-
-class FingerStep(Protocol):
-    """What a sequence needs of an arm's fingers."""
-
-    def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> object:
-        """Open them, all the way without a width."""
-
-    def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> object:
-        """Close them."""
-
-    def move(self, opening_mm: float, *, speed: float = 1.0) -> object:
-        """Bring them to a width."""
-
-    def grasp(self) -> float:
-        """Close them on an object."""
-        ...
 
 
 class SequenceArm(Protocol):
@@ -45,14 +29,10 @@ class SequenceArm(Protocol):
         """The number of stops asked for."""
         ...
 
-    @property
-    def gripper(self) -> FingerStep:
-        """The fingers."""
-        ...
-
-    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]:
-        """Begin a move, unless a stop has come since that count of stops."""
-        ...
+    @overload
+    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]: ...
+    @overload
+    def start(self, move: GraspMove, *, stops: int | None = None) -> Handle[Grasped]: ...
 
     def sleep(self, time_s: float) -> None:
         """Let time pass on the arm's own clock."""
@@ -155,7 +135,8 @@ class Stepper:
         if step.point:
             self._go(step.point, step, stops)
         elif step.gripper is not None:
-            self._grip(step)
+            at = self.points.get(last_point(self.steps[: self.at]))
+            self._arm.start(finger_move(step, at), stops=stops).wait()
         else:
             self._wait(step.wait_s or 0.0, stops)
         self.at += 1
@@ -167,16 +148,6 @@ class Stepper:
         handle.wait()
         self._under_way = None
         self._require_no_stop(stops)
-
-    def _grip(self, step: Step) -> None:
-        gripper = self._arm.gripper
-        move = finger_move(step, self.points.get(last_point(self.steps[: self.at])))
-        if isinstance(move, GraspMove):
-            gripper.grasp()
-        elif move.opening_mm is None:
-            gripper.open(speed=move.speed)
-        else:
-            gripper.move(move.opening_mm, speed=move.speed)
 
     def _wait(self, time_s: float, stops: int) -> None:
         left_s = time_s

@@ -13,7 +13,7 @@ from armdrive.errors import BadRequest, Refused
 from armdrive.moves import GraspMove, GripperMove
 from armdrive.programs.language.words import TEACH
 from armdrive.storage.points import GRIPPER_WORDS, Point, Step, check_name
-from armdrive.text.speed import parse_speed
+from armdrive.text.numbers import parse_speed
 
 PATTERNS = ", ".join(f"`{row.pattern}`" for row in TEACH)
 """What a step looks like, for people."""

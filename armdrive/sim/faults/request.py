@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, SimDevice
 from armdrive.sim.wire import PacedDevice
-from armdrive.text.reading import number, whole
+from armdrive.text.numbers import number, whole
 
 # --- A requested fault, from a command line, the console or a program ----------------------------
 # On a command line: `NAME[:ARGUMENT,..][@SECONDS]`; at the console, the same words with spaces.

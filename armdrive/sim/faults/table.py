@@ -53,7 +53,7 @@ from armdrive.sim.wire import (
     overtaken,
     repeated,
 )
-from armdrive.text.reading import number, whole
+from armdrive.text.numbers import number, whole
 from armdrive.transports.in_process import MemoryLink
 from kinematics.errors import did_you_mean
 

@@ -19,13 +19,15 @@ import math
 import re
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Generic, TypeAlias, TypeVar
+from typing import ClassVar, Generic, TypeAlias, TypeVar
 
-from armdrive.sim.device import SharedState
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.device import Board, SwitchState
 from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSettings
-from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, BoardOutputs, Switches
-from armdrive.sim.grbl.parser import GcodeParser
-from armdrive.sim.mechanics.planner import SEGMENT_S
+from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, BoardOutputs, ReceiveRing, Switches
+from armdrive.sim.grbl.parser import STORED, GcodeParser
+from armdrive.sim.world.arm import World
+from armdrive.sim.world.saved import MEND, Json, Saved
 from armdrive.status import BITS_A_BYTE
 from firmware_protocol.grbl import (
     GRBLHAL_ONLY,
@@ -38,57 +40,7 @@ from firmware_protocol.grbl import (
     State,
     StatusReport,
 )
-
-# --- The receive ring: when it is full, bytes are lost without a word ----------------------------
-
-_LINE_END = re.compile(rb"[\r\n]")
-_LONGEST = 4096
-
-
-class ReceiveRing:
-    """Bytes that the main loop has not read, and the line that it has started to read.
-
-    `lost` counts the bytes that did not fit.
-    """
-
-    def __init__(self, size: int) -> None:
-        self.size = size
-        self.lost = 0
-        self._bytes = bytearray()
-        self._begun = bytearray()
-
-    def __len__(self) -> int:
-        return len(self._bytes)
-
-    @property
-    def free(self) -> int:
-        """How many more bytes fit."""
-        return self.size - len(self._bytes)
-
-    def put(self, data: bytes) -> None:
-        """Store as many bytes as fit."""
-        kept = data[: self.free]
-        self.lost += len(data) - len(kept)
-        self._bytes += kept
-
-    def take_line(self) -> bytes:
-        """Read up to the end of a line and return the line; None if its end has not arrived."""
-        end = _LINE_END.search(self._bytes)
-        count = len(self._bytes) if end is None else end.end()
-        self._begun += self._bytes[:count]
-        del self._bytes[:count]
-        if end is None:
-            del self._begun[_LONGEST:]  # no line is this long, and its end is still to come
-            return b""
-        line = bytes(self._begun)
-        self._begun.clear()
-        return line
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self._bytes.clear()
-        self._begun.clear()
-
+from kinematics.spaces import Motors
 
 # --- Scripts: generators that yield the time until which they wait -------------------------------
 # Infinity means "until something happens": such a script checks again after every event.
@@ -101,13 +53,14 @@ Boot: TypeAlias = Generator[float, None, None]
 
 
 @dataclass(frozen=True, slots=True)
-class Makers:
-    """How a board executes lines, real-time commands and its two kinds of alarms."""
+class FirmwareRoutines:
+    """What the firmware does, as functions of its board: `orders` has them."""
 
     line: Callable[[GrblBoard, LineReceived], Script]
     order: Callable[[GrblBoard, Realtime], None]
     critical: Callable[[GrblBoard, int], None]
     fail: Callable[[GrblBoard, int], None]
+    switched_on: Callable[[GrblBoard, float], Boot]
 
 
 class BoardScript(Generic[T]):
@@ -191,7 +144,7 @@ class StatusReporter:
         if not self.asked:
             return math.inf
         firmware = board.firmware
-        silent = board.boot.active or (board.critical and firmware.mute_in_critical)
+        silent = board.booting.active or (board.critical and firmware.mute_in_critical)
         if silent or (firmware.silent_in_homing and board.state is State.HOME):
             return math.inf
         return max(self._free_s, board.now_s)
@@ -252,7 +205,7 @@ def _pins(board: GrblBoard) -> str | None:
     letters = "".join(
         letter for axis, letter in enumerate(board.axes) if board.switches.pressed(axis)
     )
-    return (board.inputs + letters) or None
+    return (board.pins + letters) or None
 
 
 # --- Hard limits: a switch that changes while the board is not homing ----------------------------
@@ -261,7 +214,8 @@ def _pins(board: GrblBoard) -> str | None:
 
 TICK_S = 0.005
 """How often the switches are checked during motion."""
-HARD_LIMIT = 1
+HARD_LIMIT, SOFT_LIMIT = 1, 2
+"""Numbers of alarms."""
 
 
 class HardLimits:
@@ -283,9 +237,9 @@ class HardLimits:
         """Raise the alarm if a switch has changed."""
         before = self._pressed
         self.forget(board)
-        deaf = board.state in (State.ALARM, State.HOME) or board.boot.active
+        deaf = board.state in (State.ALARM, State.HOME) or board.booting.active
         if self._pressed != before and _in_force(board) and not deaf:
-            board.alarm(HARD_LIMIT)
+            board.routines.critical(board, HARD_LIMIT)
 
     def forget(self, board: GrblBoard) -> None:
         """Take the present state of the switches as the reference."""
@@ -302,67 +256,90 @@ _BLOCKING = (State.HOLD, State.DOOR, State.SLEEP)
 _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
 _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
+COUNT_MOST = (1 << 31) - 1
+PINS = "PDHSR"
+"""The input bits: probe, door, feed hold, cycle start, reset."""
+_PIN_ORDERS = {"H": Realtime.FEED_HOLD, "S": Realtime.RESUME, "R": Realtime.SOFT_RESET}
+_LOCKED = (State.ALARM, State.SLEEP)
 
-class GrblBoard:
-    """The complete firmware state. Replies are appended to `outgoing`."""
+
+class GrblBoard(Board):
+    """The firmware on its board, the arm, and fingers that one of the outputs may move."""
+
+    title: ClassVar[str] = "GRBL board"
+    input_bits: ClassVar[int] = len(PINS)
+    register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
+    drive: BoardDrive
 
     def __init__(
         self,
-        shared: SharedState,
+        world: World,
         build: BoardBuild,
         settings: BoardSettings,
-        drive: BoardDrive,
         switches: Switches,
-        makers: Makers,
-        *,
+        routines: FirmwareRoutines,
         baud: int | None,
-        outputs_changed: Callable[[], None],
     ) -> None:
+        super().__init__(world, BoardDrive(world, build, settings.limits()), baud)
+        self.build = build
         self.firmware = firmware = build.firmware
         self.axes = build.axes
         self.settings = settings
-        self.drive = drive
         self.switches = switches
-        self.coast = build.coast
+        self.routines = routines
         self.codec = Device(firmware.dialect(build.axes))
         self.parser = GcodeParser(build.axes, firmware.unknown)
         self.outputs = BoardOutputs()
-        self.outputs_changed = outputs_changed
         self.reporter = StatusReporter(baud)
         self.ring = ReceiveRing(firmware.ring_bytes)
-        self.startup = ["", ""]
-        self.note = self.inputs = ""
-        self.state = State.IDLE
-        self.stands = self.cancelling = self.leaving = self.critical = False
-        self.hangs = self.hung = False
-        self.afterwards: Callable[[], None] | None = None
-        self.overrides, self.cancels = [100, 100, 100], 0
-        self.deaf_until_s = -math.inf
-        self.idle_off_s = math.inf
-        self.boot: BoardScript[None] = BoardScript()
         self.limits = HardLimits()
+        self.startup = ["", ""]
+        self.note = self.pins = ""
+        self.overrides, self.cancels = [100, 100, 100], 0
+        self.booting: BoardScript[None] = BoardScript()
         self._line: BoardScript[Ok | Error] = BoardScript()
-        self._shared = shared
-        self.makers = makers
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
         self._orders = {int(one): one for one in known}
+        world.energised = settings.motors_stay_on
+        self.start(0.0)
+
+    def start(self, wait_s: float) -> None:
+        """Restart the firmware after a delay, with its banner."""
+        self.forget()
+        self.shared.outgoing.clear()
+        self.booting.begin(self.routines.switched_on(self, wait_s), self.now_s)
+        while self.booting.until_s <= self.now_s:
+            self.happen()
+
+    def boot(self) -> None:
+        """Start the firmware."""
+        self.start(self.firmware.boot_s)
+
+    def forget(self) -> None:
+        """Clear what is lost with the power, and with a reset of the whole board."""
+        self._line.end()
+        self.booting.end()
+        self.critical = self.stands = self.cancelling = self.leaving = False
+        self.hangs = self.hung = False
+        self.afterwards: Callable[[], None] | None = None
+        self.state = State.IDLE
+        self.deaf_until_s, self.idle_off_s = -math.inf, math.inf
+        self.codec.discard()
+        self.ring.clear()
+        self.outputs.forget()
+        self._opening_mm, self._fingers_s = 0.0, math.inf
 
     # Observable state.
-
-    @property
-    def now_s(self) -> float:
-        """The current time."""
-        return self._shared.now_s
 
     @property
     def blocked(self) -> bool:
         """Whether the main loop executes no lines."""
         held = self.state in _BLOCKING or self.cancelling or self.hung
-        return held or self.boot.active or self.critical
+        return held or self.booting.active or self.critical
 
     @property
-    def at_work(self) -> bool:
+    def busy(self) -> bool:
         """Whether a line is being executed, lines wait, or something moves."""
         return self._line.active or len(self.ring) > 0 or self.drive.rack.waiting > 0
 
@@ -372,11 +349,25 @@ class GrblBoard:
         blocks = self.firmware.blocks
         return self.drive.rack.waiting >= blocks and self.drive.queued(self.now_s) >= blocks
 
-    def say(self, answer: Answer) -> None:
-        """Send a message."""
-        self._shared.outgoing += self.codec.send(answer)
+    @property
+    def registers(self) -> Motors:
+        """The step counts of the axes that have motors."""
+        return self.drive.registers
+
+    def details(self) -> dict[str, Json]:
+        """Return the firmware, its state, its outputs, and how many bytes were lost."""
+        return {
+            "firmware": self.firmware.name,
+            "state": str(self.state),
+            "outputs": self.outputs.to_json(),
+            "lost_bytes": self.ring.lost,
+        }
 
     # The wire.
+
+    def say(self, answer: Answer) -> None:
+        """Send a message."""
+        self.shared.outgoing += self.codec.send(answer)
 
     def hear(self, data: bytes) -> None:
         """Receive bytes, as the receive interrupt does."""
@@ -388,8 +379,8 @@ class GrblBoard:
             self.ring.put(data[start : found.start()])
             start = found.end()
             command = self._orders.get(data[found.start()])
-            if command is not None and not self.boot.active:
-                self.makers.order(self, command)
+            if command is not None and not self.booting.active:
+                self.routines.order(self, command)
         self.ring.put(data[start:])
         self.run()
 
@@ -397,27 +388,32 @@ class GrblBoard:
 
     def due_s(self) -> float:
         """Return when the board next acts on its own."""
-        return min(
-            math.inf if self.blocked else self._line.until_s,
-            self.boot.until_s,
-            self.drive.next_s,
+        due_s = min(
+            self.booting.until_s,
+            self.drive.rack.next_line_s,
             self.idle_off_s,
             self.limits.due_s,
-            self.reporter.due_s(self),
+            self._fingers_s,
         )
+        if self._line.until_s < due_s and not self.blocked:
+            due_s = self._line.until_s
+        return min(due_s, self.reporter.due_s(self)) if self.reporter.asked else due_s
 
     def happen(self) -> None:
         """Do what is due."""
         now_s = self.now_s
-        if self.boot.until_s <= now_s:
-            self.boot.step()
+        if self._fingers_s <= now_s:
+            self._fingers_s = math.inf
+            self.world.move_fingers(self._opening_mm, now_s)
+        if self.booting.until_s <= now_s:
+            self.booting.step()
         if self.drive.live(now_s):
             self._stood()
         if self.limits.due_s <= now_s:
             self.limits.look(self)
         if self.idle_off_s <= now_s:
             self.idle_off_s = math.inf
-            self.drive.world.cut_current(now_s)
+            self.world.cut_current(now_s)
         self.run()
         if self.reporter.due_s(self) <= now_s:
             self.say(self.reporter.report(self))
@@ -446,9 +442,16 @@ class GrblBoard:
             self.codec.receive_data(data)
             request = self.codec.next_event()
             if isinstance(request, LineReceived):
-                self._line.begin(self.makers.line(self, request), self.now_s)
+                self._line.begin(self.routines.line(self, request), self.now_s)
                 return True
         return False
+
+    def drop_line(self) -> None:
+        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
+        if self._line.active:
+            self._line.end()
+            if self.codec.unanswered:
+                self.say(Ok())
 
     # Motion.
 
@@ -466,16 +469,27 @@ class GrblBoard:
 
     def kill(self) -> None:
         """Stop dead."""
-        self.drive.kill(self.now_s, self.coast)
+        self.drive.kill(self.now_s, self.build.coast)
         self.cancelling = self.stands = self.leaving = False
 
     def let_motors_go(self) -> None:
         """Switch the motors off after the idle delay, even if $1 says to leave them on."""
         self.idle_off_s = self.now_s + self.settings.idle_s
 
-    def alarm(self, code: int) -> None:
-        """Lock the board after a limit alarm, until it is reset."""
-        self.makers.critical(self, code)
+    def follow_registers(self) -> None:
+        """Make the parser go on from where the axes stand."""
+        self.parser.position = self.drive.units_of(self.drive.rack.goal)
+
+    def outputs_changed(self) -> None:
+        """Move the fingers as their output commands; they arrive once the motion is over."""
+        build = self.build
+        value = self.outputs.value(build.fingers)
+        if value is None or self.world.body.transmission.has_gripper:
+            return
+        low, high = build.opening_mm
+        self._opening_mm = low + (high - low) * build.fingers.share(value)
+        way_mm = abs(self._opening_mm - self.world.opening_mm)
+        self._fingers_s = self.now_s + way_mm / build.finger_mm_s
 
     def _stood(self) -> None:
         """React to the end of motion."""
@@ -483,63 +497,95 @@ class GrblBoard:
             self.let_motors_go()
         if self.leaving:
             self.leaving = False
-            self.alarm(2)
+            self.routines.critical(self, SOFT_LIMIT)
         elif self.cancelling:
             self.cancelling = False
             self.drive.stop(self.now_s)
-            self.parser.position = self.drive.units_of(self.drive.rack.goal)
+            self.follow_registers()
             self.state = State.IDLE
-        elif self.state in (State.HOLD, State.DOOR, State.SLEEP):
+        elif self.state in _BLOCKING:
             self.stands = True
         elif self.state in (State.RUN, State.JOG):
             self.state = State.IDLE
         if self.hangs:
             self.hangs, self.hung = False, self.state is State.IDLE
 
-    # Restarting.
+    # Actions of a person.
 
-    def forget(self) -> None:
-        """Clear what is lost with the power, and with a reset of the whole board."""
-        self._line.end()
-        self.boot.end()
-        self.critical = self.stands = self.cancelling = self.leaving = False
-        self.hangs = self.hung = False
-        self.afterwards = None
-        self.state = State.IDLE
-        self.deaf_until_s, self.idle_off_s = -math.inf, math.inf
-        self.codec.discard()
-        self.ring.clear()
-        self.outputs.forget()
+    def set_input(self, bit: int, on: bool) -> None:
+        """Set a control pin. Hold, start and reset act like the corresponding commands."""
+        pressed = on and not self.shared.inputs_set >> bit & 1
+        super().set_input(bit, on)
+        self.pins = "".join(
+            letter for number, letter in enumerate(PINS) if self.shared.inputs_set >> number & 1
+        )
+        order = _PIN_ORDERS.get(PINS[bit])
+        if order is not None and pressed and self.shared.powered and not self.booting.active:
+            self.routines.order(self, order)
 
-    def drop_line(self) -> None:
-        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
-        if self._line.active:
-            self._line.end()
-            if self.codec.unanswered:
-                self.say(Ok())
+    def set_switch(self, axis: int, state: SwitchState) -> None:
+        """Make the limit switch of a motor (counted from 0) stick, or free it."""
+        if not 0 <= axis < len(self.build.order):
+            raise BadRequest(f"motors are numbered 0 to {len(self.build.order) - 1}, not {axis}")
+        self.switches.stuck[axis] = state
+        self.moved_by_hand(counted=False)
 
+    def moved_by_hand(self, *, counted: bool) -> None:
+        """Count steps made at the controls; check the switches after motion by force."""
+        if counted:
+            self.follow_registers()
+            self.limits.forget(self)
+        elif self.shared.powered:
+            self.limits.look(self)
 
-# --- What lines wait for, as parts of their scripts ----------------------------------------------
+    def reset(self) -> None:
+        """Reset the board, as opening its port does: it loses its position, and the arm sags."""
+        if self.shared.powered:
+            self.drive.stop(self.now_s)
+            self.world.cut_current(self.now_s)
+            self.start(self.firmware.boot_s)
 
-Waits = Generator[float, None, None]
+    # The saved world.
 
+    def known(self) -> dict[str, Json]:
+        """Return the EEPROM contents, the outputs, and whether the board is locked."""
+        settings: dict[str, Json] = {str(key): value for key, value in self.settings.values.items()}
+        offsets: dict[str, Json] = {name: list(self.parser.stored[name]) for name in STORED}
+        return {
+            "axes": self.axes,
+            "state": str(State.ALARM if self.state in _LOCKED else State.IDLE),
+            "settings": settings,
+            "offsets": offsets,
+            "startup": list(self.startup),
+            "note": self.note,
+            "outputs": self.outputs.to_json(),
+        }
 
-def until_still(board: GrblBoard) -> Waits:
-    """Wait until the queue is empty and the motors stand."""
-    while board.drive.rack.waiting or board.state is State.RUN:
-        board.autostart()
-        yield math.inf
-
-
-def until_room(board: GrblBoard) -> Waits:
-    """Wait until the planner has room for a line; a line leaves it with its last segment."""
-    while board.full:
-        board.autostart()
-        yield board.now_s + SEGMENT_S
-
-
-def write_eeprom(board: GrblBoard) -> Waits:
-    """Write the EEPROM with interrupts off on some boards: what arrives meanwhile is lost."""
-    if board.firmware.deaf_in_eeprom:
-        board.deaf_until_s = board.now_s + board.firmware.eeprom_s
-    yield board.now_s + board.firmware.eeprom_s
+    def recall_known(self, saved: Saved) -> None:
+        """Restore what `known` wrote. Raises `StateFileError`."""
+        if saved.text("axes") != self.axes:
+            raise StateFileError(f"the saved board has other axes than {self.axes}; {MEND}")
+        state = saved.text("state")
+        if state not in (State.ALARM, State.IDLE):
+            raise StateFileError(f"no board is saved in the state {state!r}; {MEND}")
+        settings, offsets = saved.table("settings"), saved.table("offsets")
+        values = {key: settings.number(str(key)) for key in self.settings.values}
+        stored = {name: offsets.numbers(name, len(self.axes)) for name in STORED}
+        startup = saved.texts("startup", len(self.startup))
+        note = saved.text("note")
+        settings.end()
+        offsets.end()
+        self.outputs.recall(saved.table("outputs"))
+        self.settings.values.update(values)
+        self.drive.rack.limits = self.settings.limits()
+        self.parser.stored = stored
+        self.parser.restart(self.drive.units_of(self.drive.rack.goal))
+        self.startup[:] = startup
+        self.note = note
+        self.state = State(state)
+        if self.build.resets_on_open:
+            self.world.cut_current(self.now_s)
+            self.start(0.0)
+        else:
+            self.shared.outgoing.clear()
+            self.limits.forget(self)

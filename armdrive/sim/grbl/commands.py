@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.sim.grbl.board import GrblBoard, write_eeprom
+from armdrive.sim.grbl.board import GrblBoard
 from armdrive.sim.grbl.firmware import (
     ACCELERATION,
     ALWAYS_ON_MS,
@@ -64,6 +64,16 @@ _STILL_PRESSED, _NOT_FOUND = 8, 9
 _MINUTE_S = 60.0
 
 Steps = Generator[float, None, int]
+"""A part of a script; it returns 0, or an error number."""
+Waits = Generator[float, None, None]
+"""A part of a script that only waits."""
+
+
+def write_eeprom(board: GrblBoard) -> Waits:
+    """Write the EEPROM with interrupts off on some boards: what arrives meanwhile is lost."""
+    if board.firmware.deaf_in_eeprom:
+        board.deaf_until_s = board.now_s + board.firmware.eeprom_s
+    yield board.now_s + board.firmware.eeprom_s
 
 
 def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
@@ -118,9 +128,7 @@ def _way(board: GrblBoard, axis: int) -> int:
     return -1 if board.settings.mask(HOMING_DIRECTIONS, axis) else 1
 
 
-def _go(
-    board: GrblBoard, axes: Sequence[int], units: float, rate: float
-) -> Generator[float, None, None]:
+def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Waits:
     """Move axes towards their switches (backwards if negative), and wait."""
     target = list(board.drive.units_of(board.drive.rack.goal))
     for axis in axes:
@@ -259,7 +267,7 @@ def _unlock(board: GrblBoard, _: Unlock) -> int:
 def _check(board: GrblBoard, _: CheckMode) -> Steps:
     if board.state is State.CHECK:
         board.say(Feedback("Disabled"))
-        board.makers.order(board, Realtime.SOFT_RESET)
+        board.routines.order(board, Realtime.SOFT_RESET)
         yield math.inf
     elif board.state is not State.IDLE:
         return NOT_IDLE
@@ -288,7 +296,7 @@ def _home(board: GrblBoard, command: Home) -> Steps:
     letters = command.axes or board.axes
     code = yield from home(board, [board.axes.index(letter) for letter in letters])
     if code:
-        board.makers.fail(board, code)
+        board.routines.fail(board, code)
         yield math.inf
     return 0
 
@@ -331,7 +339,7 @@ def _restore(board: GrblBoard, command: Restore) -> Steps:
         board.note = ""
     yield from write_eeprom(board)
     board.say(Feedback("Restoring defaults"))
-    board.makers.order(board, Realtime.SOFT_RESET)
+    board.routines.order(board, Realtime.SOFT_RESET)
     yield math.inf
     return 0
 

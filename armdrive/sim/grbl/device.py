@@ -1,265 +1,289 @@
-"""A simulated arm on a GRBL board: power, inputs, gripper, actions of a person, saved state.
+"""Builds a simulated GRBL board for an arm, or says why that is impossible.
 
-The board itself is in `board`. A new device has just been switched on, or was reset because its
+Rates, travels and switch positions are computed here from the arm file, independently of the
+driver, so that a difference shows. A new device has just been switched on, or was reset because its
 port was opened: its counts are zero whatever the posture, and it first sends its banner.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import Board, Option, Options, SwitchState
-from armdrive.sim.grbl.board import GrblBoard, Makers
-from armdrive.sim.grbl.firmware import FIRMWARES, BoardSettings
-from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, Switches
-from armdrive.sim.grbl.orders import (
-    fail,
-    hold,
-    obey,
-    raise_critical,
-    resume,
-    run_line,
-    soft_reset,
-    switched_on,
+from armdrive.dialects.grbl.settings import GrblSettings
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.sim.device import Option, Options
+from armdrive.sim.grbl.board import GrblBoard
+from armdrive.sim.grbl.firmware import (
+    ACCELERATION,
+    ALWAYS_ON_MS,
+    FIRMWARES,
+    HARD_LIMITS,
+    HOMING,
+    HOMING_FEED,
+    HOMING_SEEK,
+    IDLE_MS,
+    JUNCTION,
+    LEAST_SPEED,
+    MOST_SPEED,
+    PULL_OFF,
+    RATE,
+    REPORT,
+    SOFT_LIMITS,
+    STEPS,
+    TRAVEL,
+    BoardSettings,
 )
-from armdrive.sim.grbl.parser import STORED
-from armdrive.sim.grbl.wiring import (
-    board_axes,
-    gripper_wiring,
-    motor_letters,
-    switches,
-    well_set_up,
-)
+from armdrive.sim.grbl.hardware import BoardBuild, LimitInput, OutputWiring, Switches
+from armdrive.sim.grbl.orders import ROUTINES
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.saved import MEND, Json, Saved
-from firmware_protocol.grbl import State
-from kinematics.spaces import Motors
+from firmware_protocol.grbl import AXIS_LETTERS
+from kinematics.transmission import Transmission
 
-# --- What the board knows, as plain numbers and texts --------------------------------------------
+# --- What the board would trip over in an arm file -----------------------------------------------
+# The driver checks its own part of the file itself.
+
+LEAST, MOST = 0.001, 1e9
+"""The range of a setting per axis: three decimals are stored, and a float holds few more digits."""
+FARTHEST_RAD = 1e4
+"""More than a thousand turns of a joint."""
+FARTHEST_STEPS = 2**31
+"""The range in which a board counts steps (gnea/grbl grbl/system.h, sys_position)."""
+
+_AXIS_SETTINGS = {
+    STEPS: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
+    RATE: "a greatest rate (speeds_deg_s, steps_per_turn, grbl.rates)",
+    ACCELERATION: "an acceleration (grbl.accelerations, grbl.ramp_s)",
+    TRAVEL: "a travel (limits_deg, grbl.travel)",
+}
 
 
-def known_json(board: GrblBoard) -> dict[str, Json]:
-    """Return the EEPROM contents, the outputs, and whether the board is locked."""
-    locked = board.state in (State.ALARM, State.SLEEP)
-    settings: dict[str, Json] = {str(key): value for key, value in board.settings.values.items()}
-    offsets: dict[str, Json] = {name: list(board.parser.stored[name]) for name in STORED}
-    return {
-        "axes": board.axes,
-        "state": str(State.ALARM if locked else State.IDLE),
-        "settings": settings,
-        "offsets": offsets,
-        "startup": list(board.startup),
-        "note": board.note,
-        "outputs": board.outputs.to_json(),
+def _check_ranges(config: ArmConfig) -> None:
+    """Raise `ArmFileError` for angles out of reach of any motor, or too large to add up."""
+    named = list(zip(config.model.arm.joint_names, config.model.arm.limits, strict=True))
+    angles = [
+        (f"limits_deg.{name}", end) for name, one in named for end in (one.low_rad, one.high_rad)
+    ]
+    if config.homing is not None:
+        turned = zip(config.model.arm.joint_names, config.homing.joints, strict=True)
+        angles += [(f"homing.joints_deg.{name}", angle) for name, angle in turned]
+    for key, angle in angles:
+        if not abs(angle) <= FARTHEST_RAD:
+            raise ArmFileError(
+                f"{key} is {math.degrees(angle):g} degrees, farther than any joint turns"
+            )
+
+
+def _check_settings(values: Mapping[int, float], letters: str, axes: str) -> None:
+    """Raise `ArmFileError` for a per-axis setting that no board can store."""
+    for motor, letter in enumerate(letters):
+        for group, what in _AXIS_SETTINGS.items():
+            value = values[group + axes.index(letter)]
+            if not (math.isfinite(value) and LEAST <= value <= MOST):
+                raise ArmFileError(
+                    f"a GRBL board cannot hold {value:g} as {what} of motor {motor + 1}: correct "
+                    "the arm file"
+                )
+
+
+MPOS_AND_BUFFERS = 3
+SEEK_SHARE, FEED_SHARE = 0.5, 0.05
+"""The speeds of homing, as shares of an axis's own maximum rate."""
+PULL_OFF_SHARE = 0.005
+"""How far axes back off their switches, as a share of the travel."""
+_MINUTE_S = 60.0
+
+
+def motor_letters(config: ArmConfig, count: int) -> str:
+    """Return the axis letter of each motor."""
+    letters = _settings(config).axes[:count]
+    if len(letters) < count:
+        raise BadRequest(f"the axes {letters} cannot turn the {count} motors of this arm")
+    return letters
+
+
+def board_axes(letters: str, built: str) -> str:
+    """Return the axes of the board in its own order: those needed, or those built in."""
+    axes = "".join(letter for letter in AXIS_LETTERS if letter in (built or letters))
+    if not set(letters) <= set(axes) or set(built) - set(AXIS_LETTERS):
+        raise BadRequest(f"a board with the axes {built} has no motors for {letters}")
+    return axes
+
+
+def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
+    """Return the settings of a board that was configured correctly for this arm.
+
+    Raises `ArmFileError` for an arm that no board can be configured for.
+    """
+    device = _settings(config)
+    turning = _transmission(config)
+    _check_ranges(config)
+    for name in ("rates", "accelerations", "travel"):
+        given = getattr(device, name)
+        if given and len(given) != len(turning.motors):
+            raise ArmFileError(
+                f"grbl.{name} must have {len(turning.motors)} entries, one for each motor, "
+                f"not {len(given)}"
+            )
+    per_unit = _steps_per_unit(device, turning)
+    rates = device.rates or _rates_hz(config, turning)
+    slopes = device.accelerations or tuple(rate / device.ramp_s for rate in rates)
+    spans = _spans(config, turning)
+    travels = device.travel or tuple(
+        math.ceil(span / per) for span, per in zip(spans, per_unit, strict=True)
+    )
+    values: dict[int, float] = {
+        IDLE_MS: ALWAYS_ON_MS,
+        REPORT: MPOS_AND_BUFFERS,
+        JUNCTION: device.junction_steps / max(per_unit),
+        SOFT_LIMITS: float(device.soft_limits),
+        HARD_LIMITS: float(device.hard_limits),
+        HOMING: float(device.homing),
     }
+    for motor, letter in enumerate(letters):
+        axis, per = axes.index(letter), per_unit[motor]
+        values[STEPS + axis] = per
+        values[RATE + axis] = _up(rates[motor] / per * _MINUTE_S)
+        values[ACCELERATION + axis] = _up(slopes[motor] / per)
+        values[TRAVEL + axis] = travels[motor]
+    slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * _MINUTE_S
+    values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
+    values[HOMING_FEED] = _up(slowest * FEED_SHARE)
+    values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
+    if config.gripper.kind == "servo" and device.servo == "M3":
+        widest = max(device.servo_closed, device.servo_open)
+        values[LEAST_SPEED], values[MOST_SPEED] = 0.0, widest
+    _check_settings(values, letters, axes)
+    return values
 
 
-def recall_known(board: GrblBoard, saved: Saved) -> None:
-    """Restore what `known_json` wrote. Raises `StateFileError`."""
-    if saved.text("axes") != board.axes:
-        raise StateFileError(f"the saved board has other axes than {board.axes}; {MEND}")
-    state = saved.text("state")
-    if state not in (State.ALARM, State.IDLE):
-        raise StateFileError(f"no board is saved in the state {state!r}; {MEND}")
-    settings = saved.table("settings")
-    values = {key: settings.number(str(key)) for key in board.settings.values}
-    settings.end()
-    offsets = saved.table("offsets")
-    stored = {name: _place(offsets, name, len(board.axes)) for name in STORED}
-    offsets.end()
-    startup = [_line(item) for item in saved.items("startup")]
-    if len(startup) != len(board.startup):
-        raise StateFileError(f"a board has {len(board.startup)} startup lines; {MEND}")
-    note = saved.text("note")
-    board.outputs.recall(saved.table("outputs"))
-    board.settings.values.update(values)
-    board.drive.rack.limits = board.settings.limits()
-    board.parser.stored = stored
-    board.parser.restart(board.drive.units_of(board.drive.rack.goal))
-    board.startup[:] = startup
-    board.note = note
-    board.state = State(state)
+def switches(
+    config: ArmConfig, world: World, letters: str, axes: str, values: dict[int, float]
+) -> Switches:
+    """Return the limit switches: a pull-off beyond the posture in which homing ends.
 
-
-def _place(saved: Saved, name: str, axes: int) -> tuple[float, ...]:
-    items = saved.items(name)
-    wanted = [Saved({"at": item}, "offset").number("at") for item in items]
-    if len(wanted) != axes:
-        raise StateFileError(f"the saved {name} needs {axes} numbers; {MEND}")
-    return tuple(wanted)
-
-
-def _line(item: object) -> str:
-    return Saved({"line": item}, "startup").text("line")
-
-
-COUNT_MOST = (1 << 31) - 1
-PINS = "PDHSR"
-"""The input bits: probe, door, feed hold, cycle start, reset."""
-_MAKERS = Makers(run_line, obey, raise_critical, fail)
-
-
-class WiredGrblBoard(Board):
-    """The board with its firmware, the fingers on one of its outputs, and the arm."""
-
-    title: ClassVar[str] = "GRBL board"
-    input_bits: ClassVar[int] = len(PINS)
-    register_range: ClassVar[tuple[int, int]] = (-COUNT_MOST, COUNT_MOST)
-    drive: BoardDrive
-
-    def __init__(
-        self,
-        world: World,
-        build: BoardBuild,
-        settings: BoardSettings,
-        switches: Switches,
-        baud: int | None,
-    ) -> None:
-        drive = BoardDrive(world, build, settings.limits())
-        super().__init__(world, drive, baud)
-        self.build = build
-        self.grbl = GrblBoard(
-            self.shared,
-            build,
-            settings,
-            drive,
-            switches,
-            _MAKERS,
-            baud=baud,
-            outputs_changed=self._outputs_changed,
-        )
-        self._fingers: tuple[float, float] | None = None
-        """When the fingers arrive, and at which opening."""
-        world.energised = settings.motors_stay_on
-        self.start(0.0)
-
-    @property
-    def busy(self) -> bool:
-        """Whether a line is being executed or waits."""
-        return self.grbl.at_work
-
-    @property
-    def registers(self) -> Motors:
-        """The step counts of the axes."""
-        return self.drive.registers
-
-    def boot(self) -> None:
-        """Start the firmware."""
-        self.start(self.build.firmware.boot_s)
-
-    def start(self, wait_s: float) -> None:
-        """Restart the firmware after a delay, with its banner."""
-        self.grbl.forget()
-        self.shared.outgoing.clear()
-        self.grbl.boot.begin(switched_on(self.grbl, wait_s), self.now_s)
-        while self.grbl.boot.until_s <= self.now_s:
-            self.grbl.happen()
-
-    def hear(self, data: bytes) -> None:
-        """Receive bytes."""
-        self.grbl.hear(data)
-
-    def happen(self) -> None:
-        """Let the fingers arrive, and the board do what is due."""
-        if self._fingers is not None and self._fingers[0] <= self.now_s:
-            opening_mm = self._fingers[1]
-            self._fingers = None
-            self.world.move_fingers(opening_mm, self.now_s)
-        self.grbl.happen()
-
-    def due_s(self) -> float:
-        """Return when the board acts next or the fingers arrive."""
-        return min(self.grbl.due_s(), math.inf if self._fingers is None else self._fingers[0])
-
-    def forget(self) -> None:
-        """Clear the board's volatile memory and the goal of the fingers."""
-        self.grbl.forget()
-        self._fingers = None
-
-    def known(self) -> dict[str, Json]:
-        """Return the saved state of the board."""
-        return known_json(self.grbl)
-
-    def recall_known(self, saved: Saved) -> None:
-        """Restore what `known` wrote. Raises `StateFileError`."""
-        recall_known(self.grbl, saved)
-        if self.build.resets_on_open:
-            self.world.cut_current(self.now_s)
-            self.start(0.0)
+    If the arm file states no such posture, they are at the upper end of each motor's travel.
+    """
+    found: dict[int, LimitInput] = {}
+    for motor, letter in enumerate(letters):
+        axis = axes.index(letter)
+        back = round(values[PULL_OFF] * values[STEPS + axis])
+        if config.homing is None:
+            home = _highest(config, motor)
         else:
-            self.shared.outgoing.clear()
-            self.grbl.limits.forget(self.grbl)
+            turning = _transmission(config)
+            home = turning.to_motors(config.homing.joints, config.homing.opening_mm)[motor] + back
+        if not abs(home) < FARTHEST_STEPS:
+            raise ArmFileError(
+                f"motor {motor + 1} would stand at {home:g} steps at its limit switch, farther "
+                "than a board counts: correct homing or limits_deg"
+            )
+        found[axis] = LimitInput(motor, home, 1)
+    return Switches(world, found)
 
-    def _outputs_changed(self) -> None:
-        """Move the fingers as their output commands; they arrive once the motion is over."""
-        value = self.grbl.outputs.value(self.build.fingers)
-        if value is None or self.world.body.transmission.has_gripper:
-            return
-        low, high = self.build.opening_mm
-        opening_mm = low + (high - low) * self.build.fingers.share(value)
-        way_mm = abs(opening_mm - self.world.opening_mm)
-        self._fingers = self.now_s + way_mm / self.build.finger_mm_s, opening_mm
 
-    # Observable state.
+def gripper_wiring(config: ArmConfig) -> OutputWiring:
+    """Return which output moves the fingers, if no motor does."""
+    device = _settings(config)
+    if config.gripper.kind == "servo":
+        shut, wide = device.servo_closed, device.servo_open
+        if device.servo == "M3":
+            return OutputWiring("spindle", 0, shut, wide)
+        return OutputWiring("analog", int(device.servo.partition("E")[2]), shut, wide)
+    if config.gripper.kind == "output":
+        if not 0 <= device.gripper_output < len(device.outputs):
+            raise ArmFileError(
+                f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
+                f"{len(device.outputs)} outputs, which count from 0: name the gripper's"
+            )
+        name, closes = device.outputs[device.gripper_output], device.gripper_closes
+        what = "digital" if name.startswith("P") else name
+        port = int(name[1:]) if what == "digital" else 0
+        return OutputWiring(what, port, float(closes), float(not closes))
+    return OutputWiring()
 
-    def details(self) -> dict[str, Json]:
-        """Return the firmware, its state, its outputs, and how many bytes were lost."""
-        return {
-            "firmware": self.build.firmware.name,
-            "state": str(self.grbl.state),
-            "outputs": self.grbl.outputs.to_json(),
-            "lost_bytes": self.grbl.ring.lost,
-        }
 
-    # Actions of a person.
+def _settings(config: ArmConfig) -> GrblSettings:
+    device: GrblSettings = config.device
+    return device
 
-    def set_input(self, bit: int, on: bool) -> None:
-        """Set a control pin. Hold, start and reset act like the corresponding commands."""
-        pressed = on and not self.shared.inputs_set >> bit & 1
-        super().set_input(bit, on)
-        self.grbl.inputs = "".join(
-            letter for number, letter in enumerate(PINS) if self.shared.inputs_set >> number & 1
+
+def _transmission(config: ArmConfig) -> Transmission:
+    if config.model.transmission is None:
+        raise BadRequest("no motor steps are known of this arm, so it cannot be simulated")
+    return config.model.transmission
+
+
+def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float, ...]:
+    """Return steps per degree of each motor (per mm for fingers), or 1 if the unit is a step."""
+    if device.unit == "steps":
+        return (1.0,) * len(turning.motors)
+    found = []
+    for motor, one in enumerate(turning.motors):
+        per_degree = math.pi / 180 if motor < len(turning.joint_names) else 1.0
+        per_unit = round(abs(one.steps_per_unit) * per_degree, 3)
+        if not LEAST <= per_unit <= MOST:
+            raise ArmFileError(
+                f'grbl.unit: motor {motor + 1} has {per_unit:g} steps a unit, use "steps"'
+            )
+        found.append(per_unit)
+    return tuple(found)
+
+
+def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
+    """Return how fast each motor turns when all joints that it moves are at full speed.
+
+    No motor gets more than the fastest motor needs for a single joint.
+    """
+    speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+    parts = [
+        [abs(share) * speed for share, speed in zip(row, speeds, strict=False)]
+        for row in turning.matrix
+    ]
+    quickest = max(part for row in parts for part in row)
+    return tuple(min(sum(row), quickest) for row in parts)
+
+
+def _ranges(config: ArmConfig) -> list[tuple[float, float]]:
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    return [*bounds, config.model.gripper_range_mm]
+
+
+def _spans(config: ArmConfig, turning: Transmission) -> list[float]:
+    """Return how many steps each motor can turn within the joints' ranges."""
+    return [
+        sum(
+            abs(share) * (high - low)
+            for share, (low, high) in zip(row, _ranges(config), strict=False)
         )
-        act = {"H": hold, "S": resume, "R": soft_reset}.get(PINS[bit])
-        if act is not None and pressed and self.shared.powered and not self.grbl.boot.active:
-            act(self.grbl)
+        for row in turning.matrix
+    ]
 
-    def set_switch(self, axis: int, state: SwitchState) -> None:
-        """Make the limit switch of a motor (counted from 0) stick, or free it."""
-        if not 0 <= axis < len(self.build.order):
-            raise BadRequest(f"motors are numbered 0 to {len(self.build.order) - 1}, not {axis}")
-        self.grbl.switches.stuck[axis] = state
-        self._look()
 
-    def moved_by_hand(self, *, counted: bool) -> None:
-        """Count steps made at the controls; check the switches after motion by force."""
-        if counted:
-            self.grbl.parser.position = self.drive.units_of(self.drive.rack.goal)
-            self.grbl.limits.forget(self.grbl)
-        else:
-            self._look()
+def _highest(config: ArmConfig, motor: int) -> int:
+    turning = _transmission(config)
+    row, offset = turning.matrix[motor], turning.motors[motor].offset_steps
+    ends = (
+        max(share * low, share * high)
+        for share, (low, high) in zip(row, _ranges(config), strict=False)
+    )
+    return math.ceil(sum(ends) + offset)
 
-    def reset(self) -> None:
-        """Reset the board, as opening its port does: it loses its position, and the arm sags."""
-        if self.shared.powered:
-            self.drive.stop(self.now_s)
-            self.world.cut_current(self.now_s)
-            self.start(self.build.firmware.boot_s)
 
-    def _look(self) -> None:
-        if self.shared.powered:
-            self.grbl.limits.look(self.grbl)
+def _up(value: float) -> float:
+    """Round up to the precision of the board's settings."""
+    return math.ceil(value * 1000.0 - 1e-6) / 1000.0
 
+
+# --- The device and its options -------------------------------------------------------------------
 
 MOST_COAST = 10.0
 
 
-def _make(config: ArmConfig, world: World, options: Options) -> WiredGrblBoard:
+def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
     firmware = FIRMWARES[options.text("firmware")]
     if options.number("plan_ms") >= 0.0:
         firmware = replace(firmware, plan_s=options.number("plan_ms") / 1000)
@@ -273,7 +297,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> WiredGrblBoard:
     values = well_set_up(config, letters, axes)
     wired = switches(config, world, letters, axes, values)
     if options.flag("homing"):
-        values[22] = 1.0
+        values[HOMING] = 1.0
     build = BoardBuild(
         firmware,
         axes,
@@ -285,12 +309,12 @@ def _make(config: ArmConfig, world: World, options: Options) -> WiredGrblBoard:
         options.flag("resets_on_open"),
     )
     settings = BoardSettings(len(axes), {} if options.flag("factory") else values, firmware.factory)
-    return WiredGrblBoard(world, build, settings, wired, config.connection.baud)
+    return GrblBoard(world, build, settings, wired, ROUTINES, config.connection.baud)
 
 
 KIND = SimDeviceKind(
     title="GRBL board",
-    board=WiredGrblBoard,
+    board=GrblBoard,
     make=_make,
     options=(
         Option("firmware", "mega5x", "which one it runs", tuple(FIRMWARES)),

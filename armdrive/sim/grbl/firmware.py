@@ -36,82 +36,88 @@ class Killed(Enum):
     NEVER = "the board restarts before $1 is over, and keeps the current on"
 
 
+_AVR_STEPPING = Stepping(5, 1e-3, 16e6 / (8 * 65535))
+"""No slower than a 16-bit timer of a processor at 16 MHz, its clock divided by 8, can count."""
+
+
 @dataclass(frozen=True, slots=True)
 class Firmware:
-    """One firmware on its usual board. Units: bytes, steps per second, seconds.
+    """One firmware on its usual board; the defaults are those of gnea/grbl on an ATmega328p.
+
+    Units: bytes, steps per second, seconds.
 
     Sources: gnea/grbl, fra589/grbl-Mega-5X, grblHAL/core, bdring/FluidNC. "Observed" means on the
     Mega and an ATmega328P, running the unchanged firmware in an AVR simulator.
     """
 
     name: str
-    variant: Variant
+    variant: Variant = Variant.GRBL
 
     # capacities
-    ring_bytes: int
+    ring_bytes: int = 128
     """The size of the receive ring."""
-    blocks: int
+    blocks: int = 15
     """How many lines the planner queues."""
-    max_line: int
+    max_line: int = 79
     """The longest line in characters. Observed: the Mega takes more than 200."""
-    stepping: Stepping
+    stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
     and 0.24 s (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s
     in 1.278 s each. Guessed for grblHAL and FluidNC.
     """
     # commands that it knows
-    outputs: bool
+    outputs: bool = False
     """Whether it knows M62 to M68. Observed: the Mega and the 328p refuse them with error 20."""
-    unknown: frozenset[str]
+    unknown: frozenset[str] = frozenset()
     """Words that its build refuses with error 20. Observed: M7 on the 328p."""
-    letters_to_home: int
+    letters_to_home: int = 0
     """How many axes `$H` may name."""
-    crlf_answers_twice: bool
+    crlf_answers_twice: bool = True
 
     # durations
-    parse_s: float
+    parse_s: float = 0.35e-3
     """Parsing a line. Observed: 0.35 ms for an empty one."""
-    plan_s: float
+    plan_s: float = 0.85e-3
     """Planning a motion, in addition. Observed: the Mega takes 30 lines in 0.05 s, as fast as they
     arrive.
     """
-    eeprom_s: float
+    eeprom_s: float = 17e-3
     """Changing a setting."""
-    deaf_in_eeprom: bool
+    deaf_in_eeprom: bool = True
     """Whether bytes that arrive meanwhile are lost."""
-    alarm_s: float
+    alarm_s: float = 0.5
     """After an alarm its messages are sent before the board restarts ..."""
-    start_s: float
+    start_s: float = 5e-3
     """... and this is how long the restart takes."""
-    boot_s: float
+    boot_s: float = 1.5
     """From a reset of the board to its banner; the motors have no current."""
     # alarms, resets and jogs
-    killed: Killed
+    killed: Killed = Killed.LATE
     """What becomes of the motors at a reset in motion."""
-    mute_in_critical: bool
+    mute_in_critical: bool = True
     """Whether `?` is unanswered after a limit alarm until the reset."""
-    hard_limits: bool
+    hard_limits: bool = True
     """Whether, with $21=1, a switch that closes raises an alarm. Observed: the default RAMPS build
     of the Mega accepts $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT).
     Reports show the pin.
     """
-    silent_in_homing: bool
-    cancel_clears_ring: bool
+    silent_in_homing: bool = True
+    cancel_clears_ring: bool = False
     """Whether a jog cancel clears the ring. Observed on the Mega: five of eight lines were
     answered.
     """
-    cancel_hangs_s: float
+    cancel_hangs_s: float = 0.23e-3
     """A cancel that comes so shortly before the end of a jog leaves the board in Idle without
     reading lines. Observed: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a
     328p.
     """
     # messages
-    tells_axes: bool
+    tells_axes: bool = False
     """Whether `$I` names the axes."""
-    version: str
-    build: str
-    letters: str
+    version: str = "1.1h"
+    build: str = "20190830"
+    letters: str = "V"
     """The options listed in `$I`. Observed: VNMGH on the Mega, V on the 328p."""
     tells_flags: bool = False
     """Whether `$I` ends in a number of flags. Observed on the Mega."""
@@ -161,118 +167,74 @@ class Firmware:
         return (head[0], info, head[1]) if self.tells_axes else head
 
 
-_GRBL = Firmware(
-    name="grbl",
-    variant=Variant.GRBL,
-    ring_bytes=128,
-    blocks=15,
-    max_line=79,
-    outputs=False,
-    unknown=frozenset(("M7",)),
-    letters_to_home=0,
-    crlf_answers_twice=True,
-    stepping=Stepping(5, 1e-3, 16e6 / (8 * 65535)),
-    parse_s=0.35e-3,
-    plan_s=0.85e-3,
-    eeprom_s=17e-3,
-    deaf_in_eeprom=True,
-    killed=Killed.LATE,
-    alarm_s=0.5,
-    start_s=5e-3,
-    boot_s=1.5,
-    mute_in_critical=True,
-    hard_limits=True,
-    silent_in_homing=True,
-    cancel_clears_ring=False,
-    cancel_hangs_s=0.23e-3,
-    tells_axes=False,
-    version="1.1h",
-    build="20190830",
-    letters="V",
+_FIRMWARES = (
+    Firmware(name="grbl", unknown=frozenset(("M7",))),
+    Firmware(
+        name="mega5x",
+        hard_limits=False,
+        ring_bytes=255,
+        blocks=35,
+        max_line=255,
+        stepping=replace(_AVR_STEPPING, segments=9),
+        letters_to_home=1,
+        cancel_clears_ring=True,
+        tells_axes=True,
+        version="1.1q",
+        build="20210103",
+        letters="VNMGH",
+        tells_flags=True,
+        factory=MappingProxyType({30: 12000.0, 31: 550.0}),
+    ),
+    Firmware(
+        name="grblhal",
+        variant=Variant.GRBLHAL,
+        ring_bytes=1024,
+        blocks=35,
+        max_line=256,
+        outputs=True,
+        letters_to_home=9,
+        crlf_answers_twice=False,
+        stepping=Stepping(10),
+        parse_s=0.05e-3,
+        plan_s=0.1e-3,
+        eeprom_s=5e-3,
+        deaf_in_eeprom=False,
+        killed=Killed.NEVER,
+        alarm_s=0.1,
+        boot_s=0.5,
+        mute_in_critical=False,
+        silent_in_homing=False,
+        cancel_clears_ring=True,
+        cancel_hangs_s=0.0,
+        tells_axes=True,
+        version="1.1f",
+        build="20240527",
+        letters="VNM",
+    ),
+    Firmware(
+        name="fluidnc",
+        variant=Variant.FLUIDNC,
+        ring_bytes=256,
+        max_line=255,
+        outputs=True,
+        letters_to_home=1,
+        crlf_answers_twice=False,
+        stepping=Stepping(12),
+        parse_s=0.1e-3,
+        plan_s=0.2e-3,
+        eeprom_s=5e-3,
+        deaf_in_eeprom=False,
+        killed=Killed.AT_ONCE,
+        boot_s=1.0,
+        mute_in_critical=False,
+        silent_in_homing=False,
+        cancel_hangs_s=0.0,
+        version="3.7",
+        build="v3.7.8",
+        letters="PHS",
+    ),
 )
-
-_MEGA_5X = replace(
-    _GRBL,
-    name="mega5x",
-    hard_limits=False,
-    ring_bytes=255,
-    blocks=35,
-    max_line=255,
-    stepping=replace(_GRBL.stepping, segments=9),
-    unknown=frozenset(),
-    letters_to_home=1,
-    cancel_clears_ring=True,
-    tells_axes=True,
-    version="1.1q",
-    build="20210103",
-    letters="VNMGH",
-    tells_flags=True,
-    factory=MappingProxyType({30: 12000.0, 31: 550.0}),
-)
-
-_GRBLHAL = Firmware(
-    name="grblhal",
-    variant=Variant.GRBLHAL,
-    ring_bytes=1024,
-    blocks=35,
-    max_line=256,
-    outputs=True,
-    unknown=frozenset(),
-    letters_to_home=9,
-    crlf_answers_twice=False,
-    stepping=Stepping(10),
-    parse_s=0.05e-3,
-    plan_s=0.1e-3,
-    eeprom_s=5e-3,
-    deaf_in_eeprom=False,
-    killed=Killed.NEVER,
-    alarm_s=0.1,
-    start_s=5e-3,
-    boot_s=0.5,
-    mute_in_critical=False,
-    hard_limits=True,
-    silent_in_homing=False,
-    cancel_clears_ring=True,
-    cancel_hangs_s=0.0,
-    tells_axes=True,
-    version="1.1f",
-    build="20240527",
-    letters="VNM",
-)
-
-_FLUIDNC = Firmware(
-    name="fluidnc",
-    variant=Variant.FLUIDNC,
-    ring_bytes=256,
-    blocks=15,
-    max_line=255,
-    outputs=True,
-    unknown=frozenset(),
-    letters_to_home=1,
-    crlf_answers_twice=False,
-    stepping=Stepping(12),
-    parse_s=0.1e-3,
-    plan_s=0.2e-3,
-    eeprom_s=5e-3,
-    deaf_in_eeprom=False,
-    killed=Killed.AT_ONCE,
-    alarm_s=0.5,
-    start_s=5e-3,
-    boot_s=1.0,
-    mute_in_critical=False,
-    hard_limits=True,
-    silent_in_homing=False,
-    cancel_clears_ring=False,
-    cancel_hangs_s=0.0,
-    tells_axes=False,
-    version="3.7",
-    build="v3.7.8",
-    letters="PHS",
-)
-
-FIRMWARES: Mapping[str, Firmware] = MappingProxyType(
-    {one.name: one for one in (_GRBL, _MEGA_5X, _GRBLHAL, _FLUIDNC)}
-)
+FIRMWARES: Mapping[str, Firmware] = MappingProxyType({one.name: one for one in _FIRMWARES})
 """Every firmware by the name that the option takes."""
 
 

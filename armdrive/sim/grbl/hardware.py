@@ -7,6 +7,7 @@ board may have more axes than the arm has motors; the surplus axes turn nothing.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -55,6 +56,57 @@ class BoardBuild:
     finger_mm_s: float = 100.0
     coast: float = 1.0
     resets_on_open: bool = False
+
+
+# --- The receive ring: when it is full, bytes are lost without a word ----------------------------
+
+_LINE_END = re.compile(rb"[\r\n]")
+_LONGEST = 4096
+
+
+class ReceiveRing:
+    """Bytes that the main loop has not read, and the line that it has started to read.
+
+    `lost` counts the bytes that did not fit.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.lost = 0
+        self._bytes = bytearray()
+        self._begun = bytearray()
+
+    def __len__(self) -> int:
+        return len(self._bytes)
+
+    @property
+    def free(self) -> int:
+        """How many more bytes fit."""
+        return self.size - len(self._bytes)
+
+    def put(self, data: bytes) -> None:
+        """Store as many bytes as fit."""
+        kept = data[: self.free]
+        self.lost += len(data) - len(kept)
+        self._bytes += kept
+
+    def take_line(self) -> bytes:
+        """Read up to the end of a line and return the line; None if its end has not arrived."""
+        end = _LINE_END.search(self._bytes)
+        count = len(self._bytes) if end is None else end.end()
+        self._begun += self._bytes[:count]
+        del self._bytes[:count]
+        if end is None:
+            del self._begun[_LONGEST:]  # no line is this long, and its end is still to come
+            return b""
+        line = bytes(self._begun)
+        self._begun.clear()
+        return line
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._bytes.clear()
+        self._begun.clear()
 
 
 # --- Outputs -------------------------------------------------------------------------------------
@@ -232,10 +284,7 @@ class BoardDrive(MotorDrive[PathRack]):
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn motors from the controls: counted, with the current on, and at once."""
-        self.stop(now_s)
-        self.energise()
-        self.rack.count(self._of_axes(steps))
-        self._follow(now_s)
+        super().turn(self._of_axes(steps), now_s)
 
     def follow(self, now_s: float) -> None:
         """Move the arm to where its motors are by now, once for each moment."""
@@ -263,11 +312,6 @@ class BoardDrive(MotorDrive[PathRack]):
         self.follow(now_s)
         deltas = self.steps_of(target) - self.rack.goal
         return self.rack.queue(deltas, rate, now_s, rapid=rapid)
-
-    @property
-    def next_s(self) -> float:
-        """When a line ends; infinity if none is under way."""
-        return self.rack.next_line_s
 
     def live(self, now_s: float) -> bool:
         """Do what is due; return True if the motors have come to a stand."""
@@ -308,9 +352,5 @@ class BoardDrive(MotorDrive[PathRack]):
         turned = dict(zip(self._order, counts, strict=True))
         return Motors([turned.get(axis, 0) for axis in range(self._axes)])
 
-    def _follow(self, now_s: float) -> None:
-        counts = Motors(self.rack.positions(now_s))
-        if counts != self._driven:
-            steps = counts - self._driven
-            self._driven = counts
-            self.world.drive(self._of_motors(steps), now_s)
+    def _turn(self, steps: Motors, now_s: float) -> None:
+        super()._turn(self._of_motors(steps), now_s)

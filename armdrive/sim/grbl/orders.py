@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Generator, Mapping
 from types import MappingProxyType
 
-from armdrive.sim.grbl.board import Boot, GrblBoard, Script, until_room, until_still, write_eeprom
-from armdrive.sim.grbl.commands import named_path, run_path, run_system
+from armdrive.sim.grbl.board import SOFT_LIMIT, Boot, FirmwareRoutines, GrblBoard, Script
+from armdrive.sim.grbl.commands import Waits, named_path, run_path, run_system, write_eeprom
 from armdrive.sim.grbl.firmware import (
     HOMING,
     IDLE_MS,
@@ -22,6 +22,7 @@ from armdrive.sim.grbl.firmware import (
     Killed,
 )
 from armdrive.sim.grbl.parser import MotionMode, Work
+from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
     Alarm,
     Block,
@@ -114,7 +115,21 @@ def _block(board: GrblBoard, block: Block) -> Steps:
     return 0
 
 
-def _serve(board: GrblBoard, work: Work) -> Generator[float, None, None]:
+def until_still(board: GrblBoard) -> Waits:
+    """Wait until the queue is empty and the motors stand."""
+    while board.drive.rack.waiting or board.state is State.RUN:
+        board.autostart()
+        yield math.inf
+
+
+def until_room(board: GrblBoard) -> Waits:
+    """Wait until the planner has room for a line; a line leaves it with its last segment."""
+    while board.full:
+        board.autostart()
+        yield board.now_s + SEGMENT_S
+
+
+def _serve(board: GrblBoard, work: Work) -> Waits:
     """Do what precedes the motion: outputs, a dwell, and changes of the EEPROM."""
     if work.waits:
         yield from until_still(board)
@@ -173,19 +188,19 @@ def _outside(board: GrblBoard, way: MotionMode) -> bool:
     return any(not -far <= at <= 0 for at, far in zip(way.target, travels, strict=True))
 
 
-def _leave(board: GrblBoard) -> Generator[float, None, None]:
+def _leave(board: GrblBoard) -> Waits:
     """Stop along the path, and lock; the line is never executed."""
     if board.state is State.RUN:
         board.leaving = True
         board.drive.brake(board.now_s)
         board.state = State.HOLD
     else:
-        board.alarm(2)
+        board.routines.critical(board, SOFT_LIMIT)
     while True:
         yield math.inf
 
 
-def _end(board: GrblBoard, work: Work) -> Generator[float, None, None]:
+def _end(board: GrblBoard, work: Work) -> Waits:
     """Do what ends or pauses a program."""
     if work.pause:
         board.state, board.stands = State.HOLD, True
@@ -240,7 +255,7 @@ def resume(board: GrblBoard) -> None:
 
 def soft_reset(board: GrblBoard) -> None:
     """Restart; in motion the motors stop dead and may lose steps."""
-    if board.boot.active:
+    if board.booting.active:
         return
     _outputs_off(board)
     code = 0
@@ -250,7 +265,7 @@ def soft_reset(board: GrblBoard) -> None:
         code = _ABORTED
         _lose_current(board, restarts=True)
     board.kill()
-    board.boot.begin(_started_anew(board, code), board.now_s)
+    board.booting.begin(_started_anew(board, code), board.now_s)
 
 
 def raise_critical(board: GrblBoard, code: int) -> None:
@@ -267,7 +282,7 @@ def raise_critical(board: GrblBoard, code: int) -> None:
 def fail(board: GrblBoard, code: int) -> None:
     """Raise a homing alarm, after which the board restarts; the motors stay on."""
     board.kill()
-    board.boot.begin(_started_anew(board, code), board.now_s)
+    board.booting.begin(_started_anew(board, code), board.now_s)
 
 
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
@@ -422,3 +437,5 @@ _STEPS: Mapping[Realtime, tuple[int, int, bool]] = MappingProxyType(
     }
 )
 """Which override, by how much, and whether the amount is added to the present value."""
+
+ROUTINES = FirmwareRoutines(run_line, obey, raise_critical, fail, switched_on)

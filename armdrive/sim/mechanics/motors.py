@@ -230,7 +230,7 @@ class MotorDrive(Generic[R]):
         self.stop(now_s)
         self.energise()
         self.rack.count(steps)
-        self.follow(now_s)
+        self._follow(now_s)
 
     def set_counts(self, counts: Sequence[int], now_s: float) -> None:
         """Set the counts. Nothing turns."""
@@ -250,7 +250,11 @@ class MotorDrive(Generic[R]):
             counts = Motors(positions)
             steps = counts - self._driven
             self._driven = counts
-            self.world.drive(steps, now_s)
+            self._turn(steps, now_s)
+
+    def _turn(self, steps: Motors, now_s: float) -> None:
+        """Have the arm follow steps that the rack has counted."""
+        self.world.drive(steps, now_s)
 
 
 class CoordinatedDrive(MotorDrive[MotorRack]):

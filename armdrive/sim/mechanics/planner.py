@@ -41,22 +41,20 @@ class PathLimits:
 class PlannedLine:
     """A line by its steps; `rate` is the rate requested, and `most` the rate the axes allow.
 
-    No motor that turns at all goes slower than the speed `least`.
+    `step` is the length of one step of the busiest motor. The line is no slower than `least`, and
+    begins no faster than `corner`, the speed at which the corner before it may be passed.
     """
 
-    deltas: tuple[int, ...]
+    deltas: Motors
     length: float
     unit: tuple[float, ...]
     acceleration: float
     most: float
     rate: float
     rapid: bool
-    least: float = 0.0
-
-    @property
-    def step(self) -> float:
-        """The length of one step of its busiest motor."""
-        return self.length / max(map(abs, self.deltas))
+    step: float
+    least: float
+    corner: float
 
     def nominal(self, scale: tuple[float, float]) -> float:
         """Return the line's cruising speed; `scale` is the override of feeds and of rapids."""
@@ -79,10 +77,12 @@ def line(
     slowest_hz: float = 0.0,
     *,
     rapid: bool = False,
+    before: PlannedLine | None = None,
 ) -> PlannedLine | None:
     """Return a line of some steps at a rate in units per second; None if it has no length.
 
-    Its busiest motor turns no slower than `slowest_hz` steps per second.
+    Its busiest motor turns no slower than `slowest_hz` steps per second. `before` is the line that
+    it follows.
     """
     way = [count / per for count, per in zip(deltas, limits.steps_per_unit, strict=True)]
     length = math.hypot(*way)
@@ -91,22 +91,25 @@ def line(
     unit = tuple(part / length for part in way)
     slope = limits.along(unit, limits.acceleration)
     most = limits.along(unit, limits.most_rate)
-    least = slowest_hz * length / max(map(abs, deltas))
-    return PlannedLine(tuple(deltas), length, unit, slope, most, rate, rapid, least)
+    step = length / max(map(abs, deltas))
+    corner = math.inf if before is None else _corner_speed(before.unit, unit, limits)
+    return PlannedLine(
+        Motors(deltas), length, unit, slope, most, rate, rapid, step, slowest_hz * step, corner
+    )
 
 
-def corner_speed(one: PlannedLine, other: PlannedLine, limits: PathLimits) -> float:
-    """Return how fast the corner between two lines may be passed.
+def _corner_speed(one: Sequence[float], other: Sequence[float], limits: PathLimits) -> float:
+    """Return how fast the corner between lines in two directions may be passed.
 
     Source: gnea/grbl grbl/planner.c (plan_buffer_line): the speed on a circle that touches both
     lines and comes within the junction deviation of their corner.
     """
-    cosine = -sum(a * b for a, b in zip(one.unit, other.unit, strict=True))
+    cosine = -sum(a * b for a, b in zip(one, other, strict=True))
     if cosine > 1.0 - _STRAIGHT:
         return 0.0
     if cosine < _STRAIGHT - 1.0:
         return math.inf
-    turn = [b - a for a, b in zip(one.unit, other.unit, strict=True)]
+    turn = [b - a for a, b in zip(one, other, strict=True)]
     size = math.hypot(*turn)
     slope = limits.along([part / size for part in turn], limits.acceleration)
     half_sine = math.sqrt((1.0 - cosine) / 2)
@@ -121,7 +124,7 @@ def corner_speed(one: PlannedLine, other: PlannedLine, limits: PathLimits) -> fl
 class PlannerStretch:
     """A stretch of constant acceleration along one queued line; `last` if the line ends with it."""
 
-    number: int
+    line: PlannedLine
     piece: ProfilePiece
     last: bool
 
@@ -131,11 +134,10 @@ def planned(
     along: float,
     speed: float,
     now_s: float,
-    limits: PathLimits,
     scale: tuple[float, float],
 ) -> list[PlannerStretch]:
     """Plan from a length along the first line, at a speed, to the end of the last line."""
-    entries = _entries(lines, limits, scale)
+    entries = _entries(lines, scale)
     stretches: list[PlannerStretch] = []
     for number, one in enumerate(lines):
         first = along if number == 0 else 0.0
@@ -145,7 +147,7 @@ def planned(
         leave = max(leave, math.sqrt(max(speed**2 - room, 0.0)))
         slope = one.acceleration
         shape = trapezoid(speed, one.nominal(scale), leave, far, slope, slope)
-        now_s = _lay(stretches, number, first, _floored(shape, one.least), now_s)
+        now_s = _lay(stretches, one, first, _floored(shape, one.least), now_s)
         speed = leave
     return stretches
 
@@ -162,20 +164,17 @@ def braked(
         leave = math.sqrt(max(square, 0.0))
         ramp = (speed, -slope, (speed - leave) / slope)
         shape = _floored([ramp], one.least)
-        now_s = _lay(stretches, number, first, shape, now_s, last=square >= 0.0)
+        now_s = _lay(stretches, one, first, shape, now_s, last=square >= 0.0)
         if square <= 0.0:
             break
         speed = leave
     return stretches
 
 
-def _entries(
-    lines: Sequence[PlannedLine], limits: PathLimits, scale: tuple[float, float]
-) -> list[float]:
+def _entries(lines: Sequence[PlannedLine], scale: tuple[float, float]) -> list[float]:
     """Return the greatest speeds at which each line may begin; the speed after the last is 0."""
     corners = [
-        min(corner_speed(a, b, limits), a.nominal(scale), b.nominal(scale))
-        for a, b in itertools.pairwise(lines)
+        min(b.corner, a.nominal(scale), b.nominal(scale)) for a, b in itertools.pairwise(lines)
     ]
     entries = [math.inf, *corners, 0.0]
     for number in range(len(lines) - 1, 0, -1):
@@ -203,7 +202,7 @@ def _floored(shape: Iterable[Part], least: float) -> Iterator[Part]:
 
 def _lay(
     stretches: list[PlannerStretch],
-    number: int,
+    line: PlannedLine,
     along: float,
     shape: Iterable[Part],
     now_s: float,
@@ -217,7 +216,7 @@ def _lay(
         now_s, along = pieces[-1].end_s, pieces[-1].at(pieces[-1].end_s)
     kept = [piece for piece in pieces if piece.duration_s > 0.0] or pieces[-1:]
     stretches += [
-        PlannerStretch(number, piece, last and index == len(kept) - 1)
+        PlannerStretch(line, piece, last and index == len(kept) - 1)
         for index, piece in enumerate(kept)
     ]
     return now_s
@@ -284,7 +283,7 @@ class PathRack:
     @property
     def goal(self) -> Motors:
         """Where the last line ends."""
-        return sum((Motors(each.deltas) for each in self._lines), self._base)
+        return sum((each.deltas for each in self._lines), self._base)
 
     @property
     def done_s(self) -> float:
@@ -312,7 +311,9 @@ class PathRack:
 
         A `rapid` line goes as fast as the axes allow.
         """
-        added = line(deltas, self.limits, rate, self._stepping.slowest_hz, rapid=rapid)
+        before = self._lines[-1] if self._lines else None
+        slowest_hz = self._stepping.slowest_hz
+        added = line(deltas, self.limits, rate, slowest_hz, rapid=rapid, before=before)
         if added is None:
             return False
         computed_s = self.computed_s(now_s)
@@ -359,7 +360,7 @@ class PathRack:
         if index >= len(self._stretches):
             return start_s, index
         under_way = self._stretches[index]
-        enough = STEPS_A_SEGMENT * self._lines[under_way.number].step
+        enough = STEPS_A_SEGMENT * under_way.line.step
         before, end_s = under_way.piece.at(start_s), start_s
         while True:
             end_s += SEGMENT_S
@@ -379,19 +380,23 @@ class PathRack:
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a time."""
         if not self._stretches:
-            return tuple(
-                self._base + Motors(self._lines[0].made(self._along)) if self._lines else self._base
-            )
+            return self._base + self._lines[0].made(self._along) if self._lines else self._base
         found = self._at(now_s) or self._stretches[-1]
         counts = self._base
-        for number in range(found.number):
-            counts = counts + Motors(self._lines[number].deltas)
-        return tuple(counts + Motors(self._made(found, now_s)))
+        for one in itertools.takewhile(lambda one: one is not found.line, self._lines):
+            counts = counts + one.deltas
+        if found.last and now_s >= found.piece.end_s:
+            return counts + found.line.deltas
+        return counts + found.line.made(found.piece.at(now_s))
 
     def bends(self, start_s: float, end_s: float) -> Iterator[float]:
         """Yield when lines end: between these times the motors are in proportion."""
-        ends = (each.piece.end_s for each in self._stretches if each.last)
-        return (at for at in ends if start_s < at < end_s)
+        for each in self._stretches:
+            at_s = each.piece.end_s
+            if at_s >= end_s:
+                break
+            if each.last and at_s > start_s:
+                yield at_s
 
     def settle(self, now_s: float) -> None:
         """Drop the lines that have ended by now, and stand if held or finished."""
@@ -399,14 +404,9 @@ class PathRack:
             ended = self._stretches.pop(0)
             self._along = ended.piece.at(ended.piece.end_s)
             if ended.last:
-                self._base = self._base + Motors(self._lines.popleft().deltas)
+                self._base = self._base + self._lines.popleft().deltas
                 self._along = 0.0
-                self._follow_on(
-                    [
-                        PlannerStretch(each.number - 1, each.piece, each.last)
-                        for each in self._stretches
-                    ]
-                )
+                self._follow_on(self._stretches)
         if not self._stretches:
             self._follow_on([])
 
@@ -437,36 +437,27 @@ class PathRack:
         index = self._index(now_s)
         return self._stretches[index] if index < len(self._stretches) else None
 
-    def _made(self, found: PlannerStretch, now_s: float) -> tuple[int, ...]:
-        one = self._lines[found.number]
-        if found.last and now_s >= found.piece.end_s:
-            return one.deltas
-        return one.made(found.piece.at(now_s))
-
     def _replan(self, now_s: float, from_s: float) -> None:
         """Plan again from a time on; what is under way until then stays."""
         self.settle(now_s)
         kept: list[PlannerStretch] = []
-        number, along, speed = 0, self._along, 0.0
+        along, speed = self._along, 0.0
         for each in self._stretches:
             piece = each.piece
             if piece.end_s > from_s:
                 before = replace(piece, duration_s=max(from_s - piece.start_s, 0.0))
-                kept.append(PlannerStretch(each.number, before, last=False))
-                number, along, speed = each.number, piece.at(from_s), piece.speed_at(from_s)
+                kept.append(PlannerStretch(each.line, before, last=False))
+                along, speed = piece.at(from_s), piece.speed_at(from_s)
                 break
             kept.append(each)
-            number, along = (
-                (each.number + 1, 0.0) if each.last else (each.number, piece.at(math.inf))
-            )
+            along = 0.0 if each.last else piece.at(piece.end_s)
         from_s = max(from_s, kept[-1].piece.end_s) if kept else now_s
-        lines = list(self._lines)[number:]
+        lines = list(self._lines)[sum(each.last for each in kept) :]
         if not self._held:
-            added = planned(lines, along, speed, from_s, self.limits, self._scale)
-        else:
-            added = braked(lines, along, speed, from_s) if speed > 0.0 else []
-        later = [PlannerStretch(each.number + number, each.piece, each.last) for each in added]
-        self._follow_on([*kept, *later])
+            kept += planned(lines, along, speed, from_s, self._scale)
+        elif speed > 0.0:
+            kept += braked(lines, along, speed, from_s)
+        self._follow_on(kept)
         self.settle(now_s)
 
     def _follow_on(self, stretches: list[PlannerStretch]) -> None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 _ROUNDING = 1e-9
 
@@ -161,11 +161,11 @@ FIRST_PAUSE = 0.676
 """Austin's correction of the first pause."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Moment:
+class _Moment(NamedTuple):
     """One motor after a step or a command; `pause_s` is infinity if no step follows.
 
-    `ramp` counts the steps of the ramp so far, and is negative while the motor slows down.
+    `ramp` counts the steps of the ramp so far, and is negative while the motor slows down. A tuple,
+    because one is made for every step of a motion.
     """
 
     position: int
@@ -230,8 +230,7 @@ class _ProfileAxis:
             return
         speed_hz = min(max(speed_hz, -self.top_hz), self.top_hz)
         self._order(
-            replace(
-                moment,
+            moment._replace(
                 pause_s=1.0 / abs(speed_hz) if speed_hz else math.inf,
                 speed_hz=speed_hz,
                 forward=speed_hz > 0.0 if speed_hz else moment.forward,
@@ -246,14 +245,14 @@ class _ProfileAxis:
         moment = self.at(now_s)
         self.top_hz = top_hz
         if moment.ramp > 0:
-            moment = self._paced(replace(moment, ramp=self._steps_to_stop(moment)))
+            moment = self._paced(moment._replace(ramp=self._steps_to_stop(moment)))
         self._order(moment, now_s)
 
     def aim(self, goal: int, now_s: float) -> None:
         """Go to a goal; no effect if it is the goal already."""
         moment = self.at(now_s)
         if goal != moment.goal:
-            self._order(self._paced(replace(moment, goal=goal)), now_s)
+            self._order(self._paced(moment._replace(goal=goal)), now_s)
 
     def ramp_down(self, now_s: float) -> None:
         """Aim for the point where the motor can stop."""
@@ -288,7 +287,7 @@ class _ProfileAxis:
         """Choose the pause before the next step."""
         left, to_stop = moment.goal - moment.position, self._steps_to_stop(moment)
         if not left and to_stop <= 1:
-            return replace(moment, ramp=0, pause_s=math.inf, speed_hz=0.0)
+            return moment._replace(ramp=0, pause_s=math.inf, speed_hz=0.0)
         ramp, forward, pause_s = moment.ramp, moment.forward, moment.ramp_pause_s
         ahead = forward == (left > 0)
         if left and ramp > 0 and (to_stop >= abs(left) or not ahead):
@@ -301,8 +300,10 @@ class _ProfileAxis:
             pause_s -= 2.0 * pause_s / (4.0 * ramp + 1.0)
             pause_s = max(pause_s, 1.0 / self.top_hz if self.top_hz else math.inf)
         speed_hz = 1.0 / pause_s
-        return replace(
-            moment,
+        return _Moment(
+            moment.position,
+            moment.goal,
+            moment.last_s,
             ramp=ramp + 1,
             ramp_pause_s=pause_s,
             pause_s=pause_s,
@@ -318,7 +319,7 @@ class _ProfileAxis:
         moment = self._steps[-1] if self._steps else self._moment
         while (step_s := self._chance(moment)) <= until_s + _ROUNDING and math.isfinite(step_s):
             way = 1 if moment.forward else -1
-            moment = replace(moment, position=moment.position + way, last_s=step_s)
+            moment = moment._replace(position=moment.position + way, last_s=step_s)
             if not self._by_speed:
                 moment = self._paced(moment)
             self._times.append(step_s)

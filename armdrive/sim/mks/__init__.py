@@ -1,6 +1,6 @@
-"""Simulated MKS drives: what each does with a request (`node`), how it moves (`motion`).
+"""Simulated MKS drives: `node` is one drive, `motion` how it moves, `kind` the whole arm.
 
-`kind` makes the arm; `quirks` lists what is not plain or not known of real drives.
+`quirks` lists peculiarities of real drives, and what is not known about them.
 """
 
 from armdrive.sim.mks.kind import KIND as KIND

@@ -1,4 +1,4 @@
-"""The row of the simulated arm on MKS drives: how it is made for an arm, and its settings."""
+"""The registry entry of simulated arms on MKS drives: how one is made, and its options."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FIRMWARE = re.compile(r"\d{1,3}\.\d{1,3}\.\d{1,3}")
 
 
 class MksBoard(DrivesBoard[MksNode]):
-    """Drives that look at their shafts whenever one of them says something."""
+    """The MKS drives of an arm."""
 
     title = "arm on MKS drives"
     idle_looks = True

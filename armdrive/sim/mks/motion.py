@@ -19,7 +19,7 @@ from firmware_protocol import mks
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Code, Outcome, slope_of
 
-# --- The settings that outlast the power, as shipped or as an arm needs them ---------------------
+# --- The settings, which a drive keeps without power --------------------------------------------
 
 S = TypeVar("S", bound=mks.Setting)
 
@@ -38,9 +38,10 @@ FACTORY: tuple[mks.Setting, ...] = (
     mks.SetId(1),
     mks.SetReplies(mks.ReplyMode.FULL),
 )
-"""As a drive is shipped; it belongs to no group. Numbers that are not in the manual are usual."""
+"""The settings of a new drive, which belongs to no group. Where the manual gives no number, it is a
+common one."""
 FULL_STEPS = 200
-"""Of a motor's turn."""
+"""Full steps in one turn of the motor."""
 
 
 class Flash:
@@ -50,49 +51,49 @@ class Flash:
         self._settings = {each.code: each for each in (*FACTORY, *changed)}
 
     def of(self, kind: type[S]) -> S:
-        """Return a setting by its kind; a group's id may be none, and is not asked for so."""
+        """Return a setting by its type; not for the group's id, which may be missing."""
         return cast(S, self._settings[kind.code])
 
     def get(self, code: Code) -> mks.Setting | None:
-        """Return a setting by its code; None for a group's id where there is none."""
+        """Return a setting by its code; None for the group's id of a drive without a group."""
         return self._settings.get(code)
 
     def put(self, setting: mks.Setting) -> None:
-        """Keep a setting."""
+        """Store a setting."""
         self._settings[setting.code] = setting
 
     @property
     def homing(self) -> mks.SetHoming:
-        """How the drive homes."""
+        """The homing method and its speed."""
         return self.of(mks.SetHoming)
 
     @property
     def mode(self) -> mks.Mode:
-        """Who commands the drive."""
+        """The mode, which decides what commands the drive."""
         return self.of(mks.SetMode).mode
 
     @property
     def timeout_s(self) -> float:
-        """How long the bus may be silent while the drive moves; infinity without a watchdog."""
+        """How long the bus may be silent while the drive moves; infinity if the watchdog is off."""
         timeout_ms = self.of(mks.SilenceWatchdog).timeout_ms
         return timeout_ms / 1000 if timeout_ms else math.inf
 
     @property
     def counts_per_pulse(self) -> float:
-        """How far a pulse turns the shaft."""
+        """How many counts one pulse turns the shaft."""
         return COUNTS_PER_TURN / (FULL_STEPS * self.of(mks.SetMicrosteps).microsteps)
 
     def rpm_of(self, speed_rpm: int) -> float:
-        """Return how fast a speed really is."""
+        """Return the true speed for an ordered one, which depends on microsteps and mode."""
         top = self.mode.top_rpm
         return min(max(mks.true_rpm(speed_rpm, self.of(mks.SetMicrosteps).microsteps), -top), top)
 
     def to_json(self) -> dict[str, Json]:
-        """Return the settings as they are on the bus, by the name of their code."""
+        """Return the settings as bytes in hexadecimal, by the names of their codes."""
         return {code.name.lower(): each.payload.hex() for code, each in self._settings.items()}
 
     def recall(self, saved: Saved) -> None:
-        """Know again what `to_json` wrote. Raises `StateFileError`."""
+        """Restore what `to_json` returned. Raises `StateFileError`."""
         codes = [each.code for each in FACTORY]
         codes += [Code.GROUP] if saved.has(Code.GROUP.name.lower()) else []
         self._settings = {code: _read(code, saved.text(code.name.lower())) for code in codes}
@@ -109,14 +110,14 @@ def _read(code: Code, text: str) -> mks.Setting:
     return setting
 
 
-# --- The drive's own measures: rpm, and steps of acceleration ------------------------------------
+# --- Speeds and states ---------------------------------------------------------------------------
 
 MAKES_UP = mks.SPEED_MAX_RPM * COUNTS_S_PER_RPM
-"""Counts a second: no drive makes up for what it has lost faster than it turns."""
+"""The speed at which a shaft catches up with its set-point, in counts a second: its top speed."""
 
 
 def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
-    """Return what a drive says of its motor that follows a set-point."""
+    """Return the state that a drive reports while its motor follows a set-point."""
     if not point.moving(now_s):
         return mks.MotorState.STOPPED
     if not (gain := point.gain(now_s)):
@@ -127,17 +128,18 @@ def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
 # --- A motion ------------------------------------------------------------------------------------
 
 HOMING_ACC = 236
-"""A ramp of 1000 rpm a second, where no request says one."""
+"""A ramp of 1000 rpm a second, for requests that give none."""
 CALIBRATION_RPM = 30
 STALL_S = 0.05
-"""How long a shaft is too far from its set-point before protection lets it go."""
+"""A shaft that is too far from its set-point for this long has stalled."""
 WINDOW_S = 0.015
-"""What the window of position protection counts."""
+"""The unit of time of position protection."""
 ERROR_PER_TURN = 28_000
-"""What its error counts."""
+"""The unit of its error, in a turn."""
 ARRIVAL_PER_TURN = 65_536
+"""The unit of the threshold of arrival, in a turn."""
 AGAINST_A_STOP = 1
-"""The way of homing that feels for the end; 0 looks for the switch."""
+"""The homing method that runs against a mechanical stop; 0 searches for the switch."""
 
 _GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType(
     {
@@ -151,18 +153,18 @@ _GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType
         ),
     }
 )
-"""Where each kind of move leads; `pulse` is what a pulse is in counts."""
+"""The target of each kind of move; `pulse` is one pulse in counts."""
 
 
 def stall_counts(quirks: Options) -> int:
-    """Return how far behind its set-point a shaft is that stalls."""
+    """Return the distance from its set-point at which a shaft stalls, in counts."""
     return round(quirks.number("stall_turns") * COUNTS_PER_TURN)
 
 
 class MksMotion:
-    """The motion of one drive, by its settings. `says` reports the outcome of a request.
+    """The motion of one drive. `says` reports the outcome of a request.
 
-    `lets_go` is called where a protection takes the motor's current.
+    `lets_go` is called when a protection switches the motor's current off.
     """
 
     def __init__(
@@ -182,37 +184,37 @@ class MksMotion:
         self.forget(0.0)
 
     def forget(self, now_s: float) -> None:
-        """Know nothing of what was before the firmware began."""
+        """Reset to the state after the firmware has started."""
         self.armed = False
         """Whether motions are stored for a synchronous start."""
         self.stored: mks.Asked | None = None
         self.under_way: mks.Asked | None = None
         self.homing: mks.HomingState | None = None
         self.heard_s = now_s
-        """When the watchdog was fed."""
+        """When a frame has fed the watchdog last."""
         self.watchdog_stops = 0
         """How often the watchdog has stopped it."""
         self._expired = False
         self._acc = 0
-        self._stall_s = math.inf  # since when the shaft is as far behind as a stall brings it
-        self._off_s = math.inf  # since when it is farther than position protection lets it be
-        self._waits = False  # the set-point has come to its end, and the shaft has not
-        self._seeking = 0  # which way a search for the switch goes; 0 for none
-        self._backing = False  # the search goes away from a switch that was pressed at first
-        self._switch_s = math.inf  # when the set-point comes to the switch, where that matters
+        self._stall_s = math.inf  # since when the shaft is as far behind as in a stall
+        self._off_s = math.inf  # since when it is farther than position protection allows
+        self._waits = False  # the set-point has reached its end, and the shaft has not
+        self._seeking = 0  # the direction of a search for the switch; 0 for none
+        self._backing = False  # the search moves away from a switch that was pressed at first
+        self._switch_s = math.inf  # when the set-point reaches the switch, if that matters
 
     @property
     def searching(self) -> bool:
-        """Whether a homing or a calibration is under way."""
+        """Whether it is homing or calibrating."""
         code = None if self.under_way is None else self.under_way.request.code
         return code in (Code.HOME, Code.CALIBRATE)
 
     def moving(self, now_s: float) -> bool:
-        """Tell whether the set-point is under way."""
+        """Return whether the set-point is moving."""
         return self._point.moving(now_s)
 
     def state(self, now_s: float) -> mks.MotorState:
-        """Return what the drive says that its motor does."""
+        """Return the motor state that the drive reports."""
         if not self.searching or self.under_way is None:
             return state_of(self._point, now_s)
         calibrates = self.under_way.request.code is Code.CALIBRATE
@@ -222,10 +224,10 @@ class MksMotion:
         """Feed the watchdog."""
         self.heard_s, self._expired = now_s, False
 
-    # How it begins, and how it is ended from outside.
+    # Requests that begin and end motions.
 
     def begin(self, asked: mks.Asked, now_s: float) -> None:
-        """Have the set-point do what was asked, whatever it did before."""
+        """Begin a motion; it replaces any other."""
         request = asked.request
         self.under_way, self._waits = asked, False
         self._acc = getattr(request, "acc", HOMING_ACC)
@@ -251,18 +253,18 @@ class MksMotion:
         self._switch_s = self._passes_switch_s(now_s)
 
     def arm(self, on: bool) -> None:
-        """Store motions from now on until they are started together, or no more."""
+        """Store motions for a common start from now on, or begin them at once again."""
         self.armed, self.stored = on, None
 
     def start_stored(self, now_s: float, *, able: bool) -> None:
-        """Begin what is stored, if the drive is able to, without reporting that."""
+        """Begin the stored motion if the drive is able to, without reporting that."""
         asked, self.stored = self.stored, None
         self.armed = self.armed and self._quirks.flag("stays_armed")
         if asked is not None and able:
             self.begin(asked, now_s)
 
     def give_up(self, now_s: float) -> None:
-        """Forget what is under way and what is stored; the set-point goes on as it does."""
+        """Forget the present and the stored motion; the set-point continues."""
         if self._seeking:
             self.homing = mks.HomingState.FAILED
         self.stored = None
@@ -272,28 +274,28 @@ class MksMotion:
             self._point.hold(self._point.end)
 
     def drop(self) -> None:
-        """Have nothing under way, as without current."""
+        """Forget the present motion, as without current."""
         self.under_way, self._seeking = None, 0
 
     def halt(self, now_s: float) -> None:
-        """Give up, and stand dead."""
+        """Give up, and stand at once."""
         self.give_up(now_s)
         self._point.hold(self._point.at(now_s))
 
-    # How it goes on by itself.
+    # What happens without a request.
 
     def due_s(self) -> float:
-        """Tell when it next does something by itself, apart from looking at its shaft."""
+        """Return when it next acts by itself, apart from controlling its shaft."""
         if self.under_way is None:
             return math.inf
         due = math.inf if self._waits else self._point.end_s
         silent_s = self.heard_s + self._flash.timeout_s
-        if not self._expired and silent_s < self._point.end_s:  # one that stands is not stopped
+        if not self._expired and silent_s < self._point.end_s:  # it stops only moving drives
             due = min(due, silent_s)
         return min(due, self._switch_s)
 
     def live(self, now_s: float) -> None:
-        """Do whatever is due by now."""
+        """Do what is due by now."""
         self._watch_silence(now_s)
         self._watch_shaft(now_s)
         self._watch_switch(now_s)
@@ -309,7 +311,7 @@ class MksMotion:
         return self._flash.rpm_of(speed_rpm) * COUNTS_S_PER_RPM
 
     def _seek(self, now_s: float) -> None:
-        """Begin to search for the zero: first away from the switch, where that is pressed."""
+        """Begin homing: first away from the switch, if it is pressed."""
         setting = self._flash.homing
         self._seeking = 1 if setting.counter_clockwise else -1
         self.homing = mks.HomingState.UNDER_WAY
@@ -320,7 +322,7 @@ class MksMotion:
         self._run(way * self._rate_of(max(self._flash.homing.speed_rpm, 1)), now_s)
 
     def _passes_switch_s(self, now_s: float) -> float:
-        """Return when the set-point comes to where the switch changes, if that matters."""
+        """Return when the set-point reaches the place where the switch changes, if that matters."""
         switch = self._switch
         if not self._seeking and not self._flash.homing.limits:
             return math.inf
@@ -331,7 +333,7 @@ class MksMotion:
         return self._point.passes_s(switch.at, switch.way, now_s)
 
     def _watch_silence(self, now_s: float) -> None:
-        """Stop where the bus has been silent for too long; the drive says nothing of it."""
+        """Stop if the bus has been silent for too long; the drive does not report that."""
         moves = self.under_way is not None and self._point.moving(now_s)
         if moves and not self._expired and now_s >= self.heard_s + self._flash.timeout_s:
             self.give_up(now_s)
@@ -340,7 +342,7 @@ class MksMotion:
             self.watchdog_stops += 1
 
     def _watch_shaft(self, now_s: float) -> None:
-        """Let a shaft go that does not follow, where a protection is on."""
+        """Release a shaft that does not follow, if a protection is on."""
         error = abs(self._point.at(now_s) - self._motor.shaft)
         if not error or not self._motor.holding:
             self._stall_s = self._off_s = math.inf
@@ -387,7 +389,7 @@ class MksMotion:
             self._found(self._point.at(now_s))
 
     def _found(self, at: int) -> None:
-        """Stand, call it zero, and say so."""
+        """Stand, count from zero here, and report it."""
         self._point.hold(at)
         self._motor.zero = at
         self.homing = mks.HomingState.DONE
@@ -397,7 +399,7 @@ class MksMotion:
         self.under_way = None
 
     def _limit(self, asked: mks.Asked, now_s: float) -> None:
-        """End what leads into the switch; what leads away from it goes on."""
+        """End a motion into the switch; one away from it continues."""
         rate = self._point.rate(now_s) or self._point.rate(now_s + 1e-6)
         if rate * self._switch.way > 0:
             self._point.hold(self._point.at(now_s))
@@ -416,7 +418,7 @@ class MksMotion:
 
     @property
     def _threshold(self) -> float:
-        """How near a motion must come to be done: older firmware does not look at all."""
+        """How near its target a motion must come to be done; older firmware does not check that."""
         setting = self._flash.of(mks.SetArrival)
         if not self._minds_arrival or not setting.on:
             return math.inf

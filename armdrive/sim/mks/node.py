@@ -1,6 +1,6 @@
-"""One simulated MKS drive: the table of what it does with each request, its readings and its power.
+"""One simulated MKS drive: the table of its requests, its readings and its power.
 
-The codec decodes requests and knows which firmware has which (`firmware_protocol.mks`).
+The codec decodes the requests that a firmware knows (`firmware_protocol.mks`).
 """
 
 from __future__ import annotations
@@ -55,19 +55,19 @@ class MksNode:
         self.stalled = False
         self.power_on_zero = motor.zero
         self.reports: dict[Code, tuple[float, float]] = {}
-        """What it says by itself: the period and when it is due next."""
+        """The readings that it sends by itself: the period, and when each is due next."""
         self._bits_s = bits_s
         self.begin(0.0)
 
     # Frames and time.
 
     def listens(self, can_id: int) -> bool:
-        """Tell whether it takes a frame of an id from the bus."""
+        """Return whether it takes frames with an id from the bus."""
         hears_all = self.quirks.flag("watchdog_hears_all")
         return self.port.plugged and (self._is_for(can_id) or hears_all)
 
     def hear(self, frame: Frame, now_s: float) -> None:
-        """Carry out what a frame asks for, if it is awake and listens at the bus's speed."""
+        """Carry out a frame's request, if it is awake and uses the bit rate of the bus."""
         if not self.port.awake or self.device.bitrate.bits_s != self._bits_s:
             return
         self.motion.hear(now_s)
@@ -75,20 +75,21 @@ class MksNode:
             self.device.receive_data(pack(frame))
         while (event := self.device.next_event()) is not None:
             if isinstance(event, Asked):
-                if event.request.code is not Code.ABSOLUTE_AXIS:  # a stream minds no shaft
+                if event.request.code is not Code.ABSOLUTE_AXIS:  # streamed targets need no reading
                     self.motor.look(now_s)
                 self._obey(event, now_s)
 
     def due_s(self) -> float:
-        """Tell when it next does something by itself, apart from looking at its shaft."""
+        """Return when it next acts by itself, apart from controlling its shaft."""
         if not self.port.powered:
             return math.inf
         if self.port.booting:
             return self.port.boots_s
-        return min((self.motion.due_s(), *(due_s for _, due_s in self.reports.values())))
+        due_s = self.motion.due_s()
+        return min(due_s, *(each for _, each in self.reports.values())) if self.reports else due_s
 
     def live(self, now_s: float) -> None:
-        """Do whatever is due by now."""
+        """Do what is due by now."""
         if self.port.booting and self.port.boots_s <= now_s:
             self.begin(now_s)
         if self.port.awake:
@@ -100,11 +101,11 @@ class MksNode:
 
     @property
     def busy(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether it carries out a motion."""
         return self.motion.under_way is not None
 
     def tell(self, asked: Asked, outcome: Outcome) -> None:
-        """Say how it goes with what it was asked; that a motion is done, only if it does so."""
+        """Report the outcome of a request; the end of a motion only if the quirks allow that."""
         withheld = self.port.withheld or not self.quirks.flag("says_done")
         quiet = withheld and outcome is Outcome.DONE and asked is self.motion.under_way
         self.port.say(b"" if quiet else self.device.tell(asked, outcome))
@@ -112,14 +113,14 @@ class MksNode:
     # Power.
 
     def forget(self, now_s: float) -> None:
-        """Let the shaft go, and lose what is lost with the power."""
+        """Release the shaft, and forget what is lost without power."""
         self.motor.release(now_s)
         self._restart_firmware(now_s)
         self.device.discard()
         self.port.outgoing.clear()
 
     def begin(self, now_s: float) -> None:
-        """Begin the firmware: settings are kept, the position is not."""
+        """Start the firmware: it has kept the settings, but not the position."""
         self._restart_firmware(now_s)
         self.remake()
         turned = self.motor.shaft % COUNTS_PER_TURN if self.quirks.flag("keeps_angle") else 0
@@ -127,12 +128,12 @@ class MksNode:
         self.set_enabled(self.quirks.flag("enabled_on"), now_s)
 
     def restart(self, now_s: float) -> None:
-        """Begin again, after a while in which nothing holds the shaft and nothing is answered."""
+        """Restart: for a while the shaft is free and no question is answered."""
         self.forget(now_s)
         self.port.boots_s = now_s + self.quirks.number("boot_ms") / 1000
 
     def set_enabled(self, on: bool, now_s: float) -> None:
-        """Switch the motor's current; what holds the shaft already goes on doing what it does."""
+        """Switch the motor's current; a motor that is on already continues its motion."""
         self.enabled = on
         if not on:
             self.motion.drop()
@@ -143,7 +144,7 @@ class MksNode:
     # What a person changes and sees.
 
     def set_id(self, node: int, now_s: float) -> int:  # noqa: ARG002
-        """Have another id, as by its keys; return the old. Raises `BadRequest`."""
+        """Change the id, as its keys do; return the old one. Raises `BadRequest`."""
         try:
             setting = mks.SetId(node)
         except BadField as error:
@@ -154,7 +155,7 @@ class MksNode:
         return before
 
     def set_mode(self, mode: int, now_s: float) -> int:
-        """Have another mode, as by its keys; return the old. Raises `BadRequest`."""
+        """Change the mode, as its keys do; return the old one. Raises `BadRequest`."""
         modes = [*mks.Mode]
         if mode not in modes:
             raise BadRequest(f"modes are {int(modes[0])} to {int(modes[-1])}, not {mode}")
@@ -164,7 +165,7 @@ class MksNode:
         return before
 
     def seen(self, error: int, now_s: float) -> dict[str, Json]:
-        """Return what it would tell of itself, its shaft so many counts from its set-point."""
+        """Return the data it would report, given its shaft's distance from the set-point."""
         timeout_s = self.flash.timeout_s
         return {
             "id": self.device.node,
@@ -182,7 +183,7 @@ class MksNode:
         }
 
     def known(self) -> dict[str, Json]:
-        """Return what it is set up to be, and whether it holds its shaft."""
+        """Return its settings, and whether it holds its shaft."""
         return {
             "enabled": self.enabled,
             "stalled": self.stalled,
@@ -191,7 +192,7 @@ class MksNode:
         }
 
     def recall(self, saved: Saved) -> None:
-        """Know again what `known` wrote, its power being known. Raises `StateFileError`."""
+        """Restore what `known` returned, once its power is known. Raises `StateFileError`."""
         self.stalled = saved.flag("stalled")
         self.motion.homing = mks.HomingState.DONE if saved.flag("homed") else None
         self.flash.recall(saved.table("settings"))
@@ -212,7 +213,7 @@ class MksNode:
             self.tell(asked, Outcome.FAILED)
 
     def remake(self) -> None:
-        """Make its end of the bus as its settings are."""
+        """Create its codec, by its settings."""
         group = self.flash.get(Code.GROUP)
         self.device = mks.Device(
             self.flash.of(mks.SetId).node,
@@ -237,15 +238,15 @@ class MksNode:
 # --- Requests ------------------------------------------------------------------------------------
 
 Act: TypeAlias = Callable[[MksNode, Any, float], None]
-"""What is done with what was asked, an `Asked`."""
+"""What a drive does with a request (an `Asked`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What a drive does with a request, what it says then, and when it does it at all.
+    """What a drive does with a request, what it then reports, and when it is able to.
 
-    Without `says`, `does` answers by itself, or nothing is sent. What a drive is not able to do
-    now is refused.
+    Without `says`, `does` sends the answer, or none is sent. A request that the drive is not able
+    to carry out now is refused.
     """
 
     does: Act
@@ -254,13 +255,13 @@ class Command:
 
 
 def _free(node: MksNode) -> bool:
-    """Tell whether it takes motions: enabled, not stalled, in the bus's FOC mode, not homing."""
+    """Return whether it takes motions: enabled, not stalled, in mode 5, not homing."""
     able = node.enabled and not node.stalled and node.flash.mode is mks.Mode.BUS_FOC
     return able and not node.motion.searching
 
 
 def _moves(node: MksNode, asked: Asked, now_s: float) -> bool:
-    """Tell whether it takes a motion: nothing else is under way, or that gives way to it."""
+    """Return whether it takes a motion: it stands, or the motion may replace the present one."""
     motion, code = node.motion, asked.request.code
     if not _free(node) or motion.armed or not motion.moving(now_s):
         return _free(node)
@@ -288,7 +289,7 @@ def _move(node: MksNode, asked: Asked, now_s: float) -> None:
 
 
 def _searches(node: MksNode, asked: Asked, now_s: float) -> bool:
-    """Tell whether it begins a search: it stands, and knows that way of homing."""
+    """Return whether it begins to home or calibrate: it stands, and has that homing method."""
     method = node.flash.homing.method if isinstance(asked.request, mks.Home) else 0
     return _free(node) and not node.motion.moving(now_s) and method <= AGAINST_A_STOP
 
@@ -392,7 +393,7 @@ def _angle_error(node: MksNode, now_s: float) -> mks.AngleErrorRead:
 
 
 def _homing(node: MksNode, _: float) -> mks.HomingRead:
-    """Return how homing stands: one that has never been asked for has failed."""
+    """Return the homing state; a drive that was never homed reports "failed"."""
     if mks.Ability.HOMING_BY_COMMAND_READ not in node.device.abilities:
         return mks.HomingRead(mks.HomingState.FAILED)
     found = mks.HomingState.FAILED if node.motion.homing is None else node.motion.homing

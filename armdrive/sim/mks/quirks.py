@@ -1,4 +1,4 @@
-"""What real MKS drives do that is not plain, or that no source tells: one row a quirk."""
+"""Peculiarities of real MKS drives, and points on which no source says what they do."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _MANUALS = "CAN manuals 1.0.6 and 1.0.9"
 _NOTES = "version notes of makerbase-motor/MKS-SERVO42D-57D"
 _UNKNOWN = "not published, and no real drive was measured"
 
-# each row: name, default, what it does, source; without a default the drives are always so
+# Each row: name, default, what it does, source. A quirk without a default is always on.
 # fmt: off
 QUIRKS: tuple[Quirk, ...] = (
     Quirk("stall_turns", 0.1, "turns behind its set-point that are a stall",

@@ -24,6 +24,7 @@ from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import BYTE, FLAG, Form, Json, Saved
+from firmware_protocol.events import Overrun, Unreadable
 from firmware_protocol.robko01 import (
     AXES,
     PAYLOAD_MAX,
@@ -36,7 +37,6 @@ from firmware_protocol.robko01 import (
     Disable,
     Enable,
     GetRobotId,
-    Ignored,
     Inputs,
     InputsRead,
     IsMoving,
@@ -250,10 +250,9 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         super().turn(steps, now_s)
         self.world.energised = held
 
-    def _follow(self, now_s: float) -> None:
-        if not self.world.energised:
-            self._driven = Motors(self.rack.positions(now_s))
-        super()._follow(now_s)
+    def _turn(self, steps: Motors, now_s: float) -> None:
+        if self.world.energised:
+            super()._turn(steps, now_s)
 
 
 class SimRobkoBoard(Board):
@@ -357,7 +356,7 @@ class SimRobkoBoard(Board):
     def _take_up(self, now_s: float) -> None:
         codec = self._codec
         while codec.unanswered is None and (event := codec.next_event()) is not None:
-            if isinstance(event, Ignored):
+            if isinstance(event, Unreadable | Overrun):
                 self._ignored += 1
             else:
                 self._answer_s = now_s + THINKS_S

@@ -26,7 +26,7 @@ from armdrive.sim.serving.servers import Server
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.saved import Json
 from armdrive.sim.world.table import PARTS, block_of
-from armdrive.text.reading import number, whole
+from armdrive.text.numbers import number, whole
 from kinematics.errors import did_you_mean
 
 # --- A command and its answer --------------------------------------------------------------------

@@ -18,8 +18,17 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
-from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.slcan import BELL, CR, ON_BUS, SlcanLines, frame_of, line_of
+from firmware_protocol.frames import (
+    BELL,
+    CR,
+    ON_BUS,
+    Frame,
+    SlcanLines,
+    Unpacker,
+    frame_of,
+    line_of,
+    pack,
+)
 
 if sys.platform != "win32":
     import pty

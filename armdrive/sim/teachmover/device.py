@@ -32,6 +32,7 @@ from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import BYTE, MEND, Form, Json, Saved
 from firmware_protocol.errors import ProtocolError
+from firmware_protocol.events import Unreadable
 from firmware_protocol.teachmover import (
     Arm,
     Close,
@@ -39,7 +40,6 @@ from firmware_protocol.teachmover import (
     Device,
     Ignored,
     Key,
-    Malformed,
     ProgramRow,
     QDump,
     QWrite,
@@ -294,7 +294,7 @@ class TeachMoverBoard(Board):
                 self.byte_gap_s = count * self.settings.delay_unit_s
             case Arm():
                 self._answer(Status.DONE)
-            case Malformed():
+            case Unreadable():
                 self._answer(Status.FAILED)
 
     def _begin_next_row(self) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.world.arm import World
@@ -17,6 +17,7 @@ from armdrive.sim.world.table import Incident, IncidentKind, TableBlock
 # --- Strict reading: whatever does not fit is a `StateFileError` ---------------------------------
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
+V = TypeVar("V")
 STEPS_MOST = 10_000_000
 """Far more steps from zero than a motor of such an arm ever makes."""
 
@@ -46,14 +47,24 @@ class Saved:
 
     def whole(self, key: str, low: int, high: int) -> int:
         """Return a whole number within bounds."""
-        return self._bounded(key, self._take(key), low, high)
+        value = self._take(key)
+        if type(value) is not int or not low <= value <= high:
+            raise self._wrong(key, value, f"a whole number from {low} to {high}")
+        return value
 
     def wholes(self, key: str, count: int, low: int, high: int) -> tuple[int, ...]:
         """Return `count` whole numbers within bounds."""
-        values = self.items(key)
-        if len(values) != count:
-            raise self._wrong(key, values, f"{count} whole numbers")
-        return tuple(self._bounded(key, value, low, high) for value in values)
+        return self._each(
+            key, count, "whole numbers", lambda saved, name: saved.whole(name, low, high)
+        )
+
+    def numbers(self, key: str, count: int) -> tuple[float, ...]:
+        """Return `count` finite numbers."""
+        return self._each(key, count, "numbers", Saved.number)
+
+    def texts(self, key: str, count: int) -> tuple[str, ...]:
+        """Return `count` texts."""
+        return self._each(key, count, "texts", Saved.text)
 
     def flag(self, key: str) -> bool:
         """Return true or false."""
@@ -103,10 +114,13 @@ class Saved:
             raise StateFileError(f"the saved {self._where} lacks {key!r}; {MEND}")
         return self._data.pop(key)
 
-    def _bounded(self, key: str, value: object, low: int, high: int) -> int:
-        if type(value) is not int or not low <= value <= high:
-            raise self._wrong(key, value, f"a whole number from {low} to {high}")
-        return value
+    def _each(
+        self, key: str, count: int, what: str, take: Callable[[Saved, str], V]
+    ) -> tuple[V, ...]:
+        values = self.items(key)
+        if len(values) != count:
+            raise self._wrong(key, values, f"{count} {what}")
+        return tuple(take(Saved({key: value}, self._where), key) for value in values)
 
     def _wrong(self, key: str, value: object, wanted: str) -> StateFileError:
         return StateFileError(

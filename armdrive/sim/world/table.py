@@ -14,7 +14,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.errors import BadRequest
-from armdrive.text.reading import number
+from armdrive.text.numbers import number
 
 # --- Blocks: upright boxes, and how they rest on one another -------------------------------------
 # A block's footprint stays parallel to x and y, even while a turning hand carries it: this world

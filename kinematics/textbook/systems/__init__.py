@@ -70,4 +70,5 @@ def system(name: str) -> System:
 def _built_in(name: str) -> System:
     """Return a built-in arm as a system of the Mini-mover's build."""
     known = preset(name)
-    return replace(with_arm(MINI_MOVER, known.arm), name=name, title=known.title)
+    made = with_arm(MINI_MOVER, known.arm)
+    return replace(made, name=name, called=known.title, of_notes=MINI_MOVER.name)

@@ -36,13 +36,13 @@ from kinematics.textbook.systems.named import (
     Solved,
     System,
     Values,
-    steps,
 )
-from kinematics.textbook.systems.spans import REACH_MM, broken_bound
 from kinematics.textbook.systems.triangle import (
     FOLDED,
+    REACH_MM,
     STRAIGHT_SINE,
     STRETCHED,
+    broken_bound,
     triangle,
 )
 
@@ -268,38 +268,6 @@ def _minimover_table(height: float, upper: float, fore: float, hand: float) -> C
 MINI_MOVER = with_arm(
     System(
         name="minimover5",
-        title="Mini-mover 5 (five revolute joints)",
-        source="McKerrow, chapter 4, section 16",
-        derivation=steps(
-            """
-base: theta1 = atan2(y, x)
-    the arm's plane holds the tip; or half a turn on
-wrist: r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)
-    from the tip back along the hand, whose pitch P is given, seen from the shoulder
-elbow triangle: cos(bend) = (r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)
-    cosine rule in the elbow triangle: upper arm, forearm, and the line from shoulder to
-    wrist
-shoulder: theta2 = direction + lift,  direction = atan2(z0, r0)
-    elbow up; elbow down takes the lift away. With equal links a2 = a3 = L, lift =
-    acos(sqrt(r0^2 + z0^2) / 2L)
-elbow: theta3 = -+ bend
-    minus for elbow up
-wrist pitch: theta4 = P - theta2 - theta3
-    elevations of parallel axes add up
-wrist roll: theta5 = R
-    in the hand's frame; plus theta1 in the table's
-"""
-        ),
-        drawing=r"""
-      z        theta3
-      |   a2  .o-._  a3
-      |    .-'     `-o theta4
-      | .-'          | d5
-      o' theta2      |
-      | d1           v tip, theta5 about the hand
-     _|_
-    (___) theta1
-    """,
         coordinates=COORDINATES,
         signs=SIGNS,
         length_names=("d1", "a2", "a3", "d5"),
@@ -310,8 +278,6 @@ wrist roll: theta5 = R
         coordinates_of=_coordinates_of,
         of_frame=_of_frame,
         singularities=_singularities,
-        angles="shoulder is the elevation of the upper arm, elbow and wrist pitch count from the "
-        "link before, up is positive: the angles of every built-in arm and of arm files",
         senses=((1.0, 0.0),) * 5,
     ),
     preset("minimover5").arm,
@@ -326,43 +292,7 @@ ALPHA_2 = with_arm(
     replace(
         MINI_MOVER,
         name="alpha2-lecture",
-        title="Alpha II in the lecture's angles (five revolute joints)",
-        source="Asokan, Introduction to Robotics, lecture 2.7",
-        derivation=steps(
-            """
-frames: z0 up the base, z1, z2, z3 along the parallel axes, z4 and z5 along the hand
-    frames 3 and 4 share the wrist, where z3 and z4 meet; frame 5 is at the tip
-link table: alpha = -90, 0, 0, -90, 0 degrees;  d1 = 215, a2 = a3 = 177.8, d5 = 129.5 mm
-    z1 = z0 turned by -90 degrees about x1, z4 = z3 turned by -90 degrees about x4
-home: theta4 = -90 degrees
-    x4 points up and z4 along the hand, straight on
-base: theta1 = atan2(y, x)
-    or half a turn on
-wrist: r0 = sqrt(x^2 + y^2) - d5 cos(P),  z0 = z - d1 - d5 sin(P)
-    P is the hand's pitch above the horizontal
-elbow triangle: cos(bend) = (r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)
-    cosine rule in the elbow triangle: upper arm, forearm, and the line from shoulder to
-    wrist
-shoulder and elbow: theta2 = -(direction +- lift),  theta3 = +- bend
-    upper signs for elbow up; both count downwards
-tool pitch: theta4 = -P - theta2 - theta3 - 90 degrees
-tool roll: theta5 = R
-"""
-        ),
-        drawing=r"""
-      z0       elbow    wrist
-      |   a2     o========o------> z4, z5
-      |        .'    a3     d5   tip
-      |      .'
-      o====='  shoulder (z1, z2, z3 point into the page)
-      | d1
-     _|_
-    (___) theta1       x0 ->
-    """,
         table=_alpha2_table,
-        angles="shoulder, elbow and tool pitch count downwards, and tool pitch is -90 degrees "
-        "with the hand straight on: the angles of the lecture's link table; the model alpha2 has "
-        "those of every built-in arm",
         senses=((1.0, 0.0), (-1.0, 0.0), (-1.0, 0.0), (-1.0, -QUARTER_TURN), (1.0, 0.0)),
     ),
     preset("alpha2").arm,

@@ -1,8 +1,8 @@
 """What every named system of the textbook offers: figure, link table, forward, inverse branches.
 
-Lengths in mm, angles in rad. A system is a row: its lengths and joint ranges, what the notes say of
-it, and its closed forms as functions of it. These are written with the functions of
-`kinematics.frames.numbers`, so that they run on numbers of any kind.
+Lengths in mm, angles in rad. A system is a row: its lengths and joint ranges, and its closed forms
+as functions of it, written with the functions of `kinematics.frames.numbers` so that they run on
+numbers of any kind. `notes.toml` has what the notes say of each system.
 """
 
 from __future__ import annotations
@@ -10,9 +10,12 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cache, lru_cache
+from importlib import resources
+from typing import Any
 
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.links import JointKind
@@ -56,19 +59,40 @@ class NamedStep:
     why: str = ""
 
 
-def steps(text: str) -> tuple[NamedStep, ...]:
-    """Read a derivation laid out as it is printed: `title: formula`, and why in lines below it.
+@dataclass(frozen=True, slots=True)
+class SystemNotes:
+    """What the notes say of a system: its figure, and how it is solved, step by step.
 
-    What goes on of a formula is indented by two, and why by four.
+    `angles` says how its joint angles count, where other arms of its build count them otherwise.
     """
-    found = []
+
+    title: str
+    source: str
+    drawing: str
+    derivation: tuple[NamedStep, ...]
+    angles: str = ""
+
+
+@cache
+def notes_of(name: str) -> SystemNotes:
+    """Return what `notes.toml`, beside this module, has of a system."""
+    entry = _all_notes()[name]
+    return SystemNotes(**entry | {"derivation": tuple(_steps(entry["derivation"]))})
+
+
+@cache
+def _all_notes() -> dict[str, dict[str, Any]]:
+    return tomllib.loads(resources.files(__package__).joinpath("notes.toml").read_text("utf-8"))
+
+
+def _steps(text: str) -> Iterator[NamedStep]:
+    """Yield the steps of a derivation as `notes.toml` has them."""
     for step in re.split(r"\n(?=\S)", text.strip()):
         first, *others = step.split("\n")
         title, _, formula = first.partition(": ")
         more = [line.strip() for line in others if not line.startswith("    ")]
         why = [line.strip() for line in others if line.startswith("    ")]
-        found.append(NamedStep(title, "  ".join((formula, *more)), " ".join(why)))
-    return tuple(found)
+        yield NamedStep(title, "  ".join((formula, *more)), " ".join(why))
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,14 +152,6 @@ class NamedSingularity:
     distance_mm: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class Workspace:
-    """Where a tip can be put, joint ranges included: the shape, and a sentence with measures."""
-
-    shape: str
-    sentence: str
-
-
 def no_singularities(_one: System, _joints: Values) -> list[NamedSingularity]:
     """Return no singularity: that of slides alone."""
     return []
@@ -161,12 +177,8 @@ class System:
     """
 
     name: str
-    title: str = field(compare=False)
-    source: str = field(compare=False)
     coordinates: tuple[str, ...] = field(compare=False)
     signs: Mapping[str, tuple[float, ...]] = field(compare=False)
-    derivation: tuple[NamedStep, ...] = field(compare=False, repr=False)
-    drawing: str = field(compare=False, repr=False)
 
     table: Callable[..., Chain] = field(compare=False, repr=False)
     """The link table with joint names, of the lengths in order."""
@@ -209,17 +221,30 @@ class System:
     orientation: Callable[..., Vector] | None = field(default=None, compare=False, repr=False)
     """phi, theta, psi of RPY = Rot(z, phi) Rot(y, theta) Rot(x, psi) (section 8), of the joints."""
 
-    space: Callable[[System], Workspace] | None = field(default=None, compare=False, repr=False)
-    """Where the tip can be put (the notes' figures c)."""
+    space: Callable[[System], str] | None = field(default=None, compare=False, repr=False)
+    """Where the tip can be put, joint ranges included: the shape and its measures (figures c)."""
 
-    angles: str = field(default="", compare=False)
-    """How its joint angles count, where other arms of its build count them otherwise."""
+    of_notes: str = field(default="", compare=False, repr=False)
+    """The system whose notes are this one's too; by default it has its own."""
+
+    called: str = field(default="", compare=False)
+    """A title of its own, in the place of the notes'."""
 
     arm: FiveAxisArm | None = None
     """The arm with its limits, of a system of the Mini-mover's build."""
 
     senses: tuple[tuple[float, float], ...] = field(default=(), compare=False)
     """For such a system, each joint's sign and offset against the arm's relative angles."""
+
+    @property
+    def notes(self) -> SystemNotes:
+        """What the notes say of it."""
+        return notes_of(self.of_notes or self.name)
+
+    @property
+    def title(self) -> str:
+        """What it is, in a line."""
+        return self.called or self.notes.title
 
     def sized(self, *sizes: float, ranges: Sequence[Span] | None = None, **named: float) -> System:
         """Return a system of this build with other lengths (in order, or by name) and ranges.
@@ -352,7 +377,7 @@ class System:
 
     def figure(self) -> str:
         """Return the system's figure in text, with its own lengths in mm."""
-        drawing = self.drawing.strip("\n").rstrip()
+        drawing = self.notes.drawing.rstrip()
         legend = ", ".join(f"{name} = {value:g} mm" for name, value in self.lengths().items())
         return f"{drawing}\n\n{textwrap.fill(legend, WIDTH)}" if legend else drawing
 

@@ -28,11 +28,12 @@ from kinematics.textbook.systems.named import (
     Solved,
     System,
     Values,
-    steps,
 )
-from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
+    REACH_MM,
     Links,
+    broken_bound,
+    brought_within,
     elbow_branches,
     elbow_singularities,
     to_half_turn,
@@ -40,7 +41,6 @@ from kinematics.textbook.systems.triangle import (
 )
 from kinematics.textbook.systems.two_link import ONLY, REACHES
 
-SOURCE = "Vectors and frames, chapter 2, section 2.5.2"
 END_POINT = ("x_mm", "y_mm", "z_mm")
 TRAVEL = (0.0, 500.0)
 DRAWN_IN = "the slide is drawn in: turning moves the tip no longer"
@@ -63,24 +63,6 @@ def _cartesian_forward(_one: System, joints: Values) -> Transform:
 
 CARTESIAN = System(
     name="cartesian",
-    title="Cartesian transporter (three prismatic joints)",
-    source=SOURCE,
-    derivation=steps(
-        """
-end point: X = d1,  Y = d2,  Z = d3
-    the joints are the coordinates
-inverse: d1 = X,  d2 = Y,  d3 = Z
-    one solution
-"""
-    ),
-    drawing=r"""
-      z       o end point
-      |       | d3
-      | d2  [=]
-      |   ./
-     [=]-'------ x
-         d1
-    """,
     coordinates=END_POINT,
     signs=ONLY,
     ranges=(TRAVEL, TRAVEL, TRAVEL),
@@ -119,29 +101,6 @@ def _cylindrical_postures(one: System, goal: Values, seed: Values) -> Sequence[N
 
 CYLINDRICAL = System(
     name="cylindrical",
-    title="Cylindrical transporter (one revolute, two prismatic joints)",
-    source=SOURCE,
-    derivation=steps(
-        """
-end point: X = r cos(theta),  Y = r sin(theta),  Z = l
-    equations 2.28 to 2.30; (2.30) prints the letter l as the digit 1
-slide: r = +- sqrt(X^2 + Y^2)
-    equation 2.31; the notes give the plus only
-base: theta = atan2(Y / r, X / r)
-    equation 2.31; free where r = 0
-lift: l = Z
-    equation 2.32, which prints l as 1 too
-"""
-    ),
-    drawing=r"""
-      z    r
-     [=]=======--o end point
-      |
-      | l
-     [=]
-     _|_
-    (___) theta
-    """,
     coordinates=END_POINT,
     signs=REACHES,
     ranges=(ENDLESS, TRAVEL, TRAVEL),
@@ -209,28 +168,6 @@ def _spherical_singularities(_one: System, joints: Values) -> list[NamedSingular
 
 SPHERICAL = System(
     name="spherical",
-    title="Spherical transporter (two revolute joints, one prismatic)",
-    source=SOURCE,
-    derivation=steps(
-        """
-end point: X = r cos(theta) cos(phi),  Y = r cos(theta) sin(phi),  Z = r sin(theta)
-    equation 2.33
-slide: r = +- sqrt(X^2 + Y^2 + Z^2)
-    the notes give the plus only: their two solutions are all for r > 0
-elevation: cos(theta) = +- sqrt(X^2 + Y^2) / |r|,  sin(theta) = Z / r
-    equation 2.34; the second is over the top, 180 degrees - theta
-azimuth: cos(phi) = X / (r cos(theta)),  sin(phi) = Y / (r cos(theta))
-    after equation 2.34, which leaves out r; free where cos(theta) = 0
-"""
-    ),
-    drawing=r"""
-      z        .o end point
-      |    r .-'
-      |  _.-'
-      (=)  ) theta
-     _|_-------- x, y
-    (___) phi
-    """,
     coordinates=END_POINT,
     signs=MappingProxyType(
         {
@@ -336,32 +273,6 @@ def _revolute_singularities(one: System, joints: Values) -> list[NamedSingularit
 
 REVOLUTE = System(
     name="revolute",
-    title="General revolute transporter (three revolute joints)",
-    source=SOURCE,
-    derivation=steps(
-        """
-arm's own plane: h = S2 L2 + S23 L3
-    how far the arm leans away from the axis
-end point: X = S1 h,  Y = -C1 h,  Z = L1 + C2 L2 + C23 L3
-    equation 2.35
-base: h = +- sqrt(X^2 + Y^2),  theta1 = atan2(X / h, -Y / h)
-    two solutions
-elbow: C3 = (h^2 + (Z - L1)^2 - L2^2 - L3^2) / (2 L2 L3),  S3 = +- sqrt(1 - C3^2)
-    cosine rule in the arm's plane: two solutions for each
-shoulder: theta2 = atan2(h, Z - L1) - atan2(L3 S3, L2 + L3 C3)
-    from upright
-"""
-    ),
-    drawing=r"""
-      z      theta3
-      |   .o-.  L3
-      |L2/    `-.
-      | /        `o end point
-      o' theta2
-      | L1
-     _|_
-    (___) theta1
-    """,
     coordinates=END_POINT,
     signs=MappingProxyType(
         {

@@ -20,7 +20,9 @@ from kinematics.textbook.systems.named import (
     System,
     Values,
 )
-from kinematics.textbook.systems.spans import REACH_MM
+
+REACH_MM = 1e-9
+"""How far beyond its reach rounding may put a goal that touches it."""
 
 STRAIGHT_SINE = 1e-7
 """An elbow whose sine is less has one posture: rounding of the tip alone makes some 1e-8."""
@@ -175,3 +177,25 @@ def elbow_singularities(
 def to_half_turn(angle_rad: float) -> float:
     """Return how far an angle is from a multiple of half a turn."""
     return abs(math.remainder(angle_rad, math.pi))
+
+
+# What two links span, whatever they belong to.
+
+
+def broken_bound(distance: float, first: float, second: float) -> float | None:
+    """Return the span in mm that a tip at this distance exceeds or undercuts, or None."""
+    longest, shortest = first + second, abs(first - second)
+    if distance > longest + REACH_MM:
+        return longest
+    return shortest if distance < shortest - REACH_MM else None
+
+
+def brought_within(x: float, y: float, first: float, second: float) -> tuple[float, float]:
+    """Return the point nearest to (x, y) that two links reach; at the joint itself, along x."""
+    distance = math.hypot(x, y)
+    bound = broken_bound(distance, first, second)
+    if bound is None:
+        return x, y
+    if distance <= REACH_MM:
+        return bound, 0.0
+    return x * bound / distance, y * bound / distance

@@ -26,14 +26,14 @@ from kinematics.textbook.systems.named import (
     Solved,
     System,
     Values,
-    Workspace,
-    steps,
 )
-from kinematics.textbook.systems.spans import REACH_MM, broken_bound, brought_within
 from kinematics.textbook.systems.triangle import (
     ELBOWS,
+    REACH_MM,
     STRAIGHT_SINE,
     Links,
+    broken_bound,
+    brought_within,
     elbow_branches,
     elbow_singularities,
     to_half_turn,
@@ -72,42 +72,13 @@ def _type_1_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedB
     return elbow_branches(one, goal, seed, distance, Links(l1, l2))
 
 
-def _type_1_space(one: System) -> Workspace:
+def _type_1_space(one: System) -> str:
     l1, l2 = one.sizes
-    return Workspace(
-        "ring", f"the plane z = 0 from {abs(l1 - l2):g} mm to {l1 + l2:g} mm from the first joint"
-    )
+    return f"a ring in the plane z = 0, {abs(l1 - l2):g} mm to {l1 + l2:g} mm from the first joint"
 
 
 TWO_LINK_1 = System(
     name="two-link-1",
-    title="Type 1 two-link manipulator (parallel revolute joints)",
-    source="McKerrow, chapter 4, sections 5, 7, 8, 11 and 12",
-    derivation=steps(
-        """
-first link: p01 = (l1 C1, l1 S1)
-    a link of length l1 at the angle theta1
-second link: p12 = (l2 C12, l2 S12)
-    in the base frame the angles add up
-tip: x = l1 C1 + l2 C12,  y = l1 S1 + l2 S12
-    p02 = p01 + p12
-orientation: phi = theta1 + theta2
-    RPY(phi, 0, 0) = Rot(z, phi)
-elbow: C2 = (x^2 + y^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)
-    cosine rule in the triangle of l1, l2 and the line to the tip: two solutions
-shoulder: theta1 = atan2(y, x) - atan2(l2 S2, l1 + l2 C2)
-    direction of the tip less the angle between that line and the first link
-"""
-    ),
-    drawing=r"""
-      y
-      |            o tip
-      |          ./
-      |        ./ l2
-      |  l1  _o ) theta2
-      |  _--'
-      (o'_)_theta1__ x
-    """,
     coordinates=("x_mm", "y_mm"),
     signs=ELBOWS,
     length_names=("l1", "l2"),
@@ -161,40 +132,13 @@ def _type_2_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedB
     return [NamedBranch("base free", (seed[0], second), workings, ("theta1",), ON_AXIS)]
 
 
-def _type_2_space(one: System) -> Workspace:
+def _type_2_space(one: System) -> str:
     d1, l2 = one.sizes
-    return Workspace("sphere", f"the surface of the sphere of {l2:g} mm around (0, 0, {d1:g})")
+    return f"the surface of a sphere of {l2:g} mm around (0, 0, {d1:g})"
 
 
 TWO_LINK_2 = System(
     name="two-link-2",
-    title="Type 2 two-link manipulator (perpendicular revolute joints)",
-    source="McKerrow, chapter 4, section 6",
-    derivation=steps(
-        """
-column: A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]
-    alpha1 = 90 degrees
-arm: A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]
-tip: x = l2 C1 C2,  y = l2 S1 C2,  z = d1 + l2 S2
-    last column of A1 A2
-orientation: phi = theta1,  theta = -theta2,  psi = 90 degrees
-constraint: x^2 + y^2 + (z - d1)^2 = l2^2
-    two joints reach a surface only
-inverse: theta1 = atan2(y, x),  theta2 = atan2(z - d1, sqrt(x^2 + y^2))
-    or over the top: theta1 + 180 degrees, 180 degrees - theta2
-"""
-    ),
-    drawing=r"""
-      z
-      |        .o tip
-      |   l2 .-'
-      |   .-' ) theta2
-      o--'------
-      |
-      | d1
-     _|_
-    (___) theta1      x ->
-    """,
     coordinates=("x_mm", "y_mm", "z_mm"),
     signs=MappingProxyType({"base front": (1.0,), "base back": (-1.0,)}),
     length_names=("d1", "l2"),
@@ -239,45 +183,17 @@ def _type_3_postures(one: System, goal: Values, seed: Values) -> Sequence[NamedB
     return [NamedBranch("base free", (seed[0], 0.0), (), ("theta1",), ON_AXIS)]
 
 
-def _type_3_space(one: System) -> Workspace:
+def _type_3_space(one: System) -> str:
     low, high = one.chain().limits[1]
     nearest = 0.0 if low <= 0.0 <= high else min(abs(low), abs(high))
     furthest = max(abs(low), abs(high))
-    return Workspace(
-        "disc" if nearest == 0.0 else "ring",
-        f"the plane z = {one.sizes[0]:g} mm from {nearest:g} mm to {furthest:g} mm from the axis",
-    )
+    shape = "disc" if nearest == 0.0 else "ring"
+    measures = f"{nearest:g} mm to {furthest:g} mm from the axis"
+    return f"a {shape} in the plane z = {one.sizes[0]:g} mm, {measures}"
 
 
 TWO_LINK_3 = System(
     name="two-link-3",
-    title="Type 3 two-link manipulator (revolute and intersecting prismatic joint)",
-    source="McKerrow, chapter 4, section 7",
-    derivation=steps(
-        """
-column: A1 = [C1 0 S1 0; S1 0 -C1 0; 0 1 0 d1; 0 0 0 1]
-    alpha1 = 90 degrees
-slide: A2 = Trans(0, 0, d2)
-    along z1, which lies in the horizontal plane
-tip: x = d2 S1,  y = -d2 C1,  z = d1
-    last column of A1 A2
-orientation: phi = theta1,  theta = 0,  psi = 90 degrees
-slide: d2 = +- sqrt(x^2 + y^2)
-    S1^2 + C1^2 = 1
-base: theta1 = atan2(x / d2, -y / d2)
-    half a turn apart for the two signs
-"""
-    ),
-    drawing=r"""
-      z
-      |
-      |       d2
-      [=]========---o tip
-      |
-      | d1
-     _|_
-    (___) theta1
-    """,
     coordinates=("x_mm", "y_mm"),
     signs=REACHES,
     length_names=("d1",),
@@ -336,42 +252,14 @@ def _type_4_singularities(one: System, joints: Values) -> list[NamedSingularity]
     return [NamedSingularity(LEVEL, to_half_turn(joints[1]), short)]
 
 
-def _type_4_space(one: System) -> Workspace:
+def _type_4_space(one: System) -> str:
     low, high = one.chain().limits[0]
-    return Workspace(
-        "strip",
-        f"the plane y = 0: circles of {one.sizes[0]:g} mm around (0, {low:g}) to (0, {high:g})",
-    )
+    circles = f"circles of {one.sizes[0]:g} mm around (0, {low:g}) to (0, {high:g})"
+    return f"a strip in the plane y = 0: {circles}"
 
 
 TWO_LINK_4 = System(
     name="two-link-4",
-    title="Type 4 two-link manipulator (prismatic and intersecting revolute joint)",
-    source="McKerrow, chapter 4, section 8",
-    derivation=steps(
-        """
-lift: A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]
-    alpha1 = 90 degrees
-arm: A2 = [C2 -S2 0 l2 C2; S2 C2 0 l2 S2; 0 0 1 0; 0 0 0 1]
-tip: x = l2 C2,  y = 0,  z = d1 + l2 S2
-    last column of A1 A2
-orientation: phi = 0,  theta = -theta2,  psi = 90 degrees
-arm: C2 = x / l2,  S2 = +- sqrt(1 - C2^2)
-    two angles have the same cosine
-lift: d1 = z - l2 S2
-    the lift makes up for the arm's height
-"""
-    ),
-    drawing=r"""
-      z
-      |      .o tip
-      |  l2.-'
-      | .-' ) theta2
-     [=]-------- x
-      |
-      | d1
-      |
-    """,
     coordinates=("x_mm", "z_mm"),
     signs=MappingProxyType({"arm up": (1.0,), "arm down": (-1.0,)}),
     length_names=("l2",),
@@ -397,40 +285,14 @@ def _type_5_forward(_one: System, joints: Values) -> Transform:
     return (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, -1.0, -slide), (0.0, 1.0, 0.0, lift), LAST_ROW
 
 
-def _type_5_space(one: System) -> Workspace:
+def _type_5_space(one: System) -> str:
     (low1, high1), (low2, high2) = one.chain().limits
-    return Workspace(
-        "rectangle",
-        f"the plane x = 0: y from {-high2:g} to {-low2:g} mm, z from {low1:g} to {high1:g} mm",
-    )
+    across = f"y from {0.0 - high2:g} to {0.0 - low2:g} mm"
+    return f"a rectangle in the plane x = 0: {across}, z from {low1:g} to {high1:g} mm"
 
 
 TWO_LINK_5 = System(
     name="two-link-5",
-    title="Type 5 two-link manipulator (perpendicular prismatic joints)",
-    source="McKerrow, chapter 4, section 8",
-    derivation=steps(
-        """
-lift: A1 = [1 0 0 0; 0 0 -1 0; 0 1 0 d1; 0 0 0 1]
-    alpha1 = 90 degrees
-slide: A2 = Trans(0, 0, d2)
-    along z1 = -y0
-tip: x = 0,  y = -d2,  z = d1
-    Trans(y, -d2) Trans(z, d1) Rot(x, 90)
-orientation: phi = 0,  theta = 0,  psi = 90 degrees
-    it never turns
-inverse: d1 = z,  d2 = -y
-    one solution
-"""
-    ),
-    drawing=r"""
-      z
-      |      d2
-     [=]==========--o tip      <- y
-      |
-      | d1
-      |
-    """,
     coordinates=("y_mm", "z_mm"),
     signs=ONLY,
     ranges=((0.0, 300.0), (0.0, 300.0)),
@@ -484,31 +346,6 @@ def _three_link_postures(one: System, goal: Values, seed: Values) -> Sequence[Na
 
 THREE_LINK = System(
     name="three-link",
-    title="Planar three-link arm (parallel revolute joints)",
-    source="Craig, chapters 3 and 4",
-    derivation=steps(
-        """
-direction: phi = theta1 + theta2 + theta3
-    parallel axes add up
-tip: x = l1 C1 + l2 C12 + l3 C123,  y = l1 S1 + l2 S12 + l3 S123
-    frame 3 stands at the third joint, the tip is l3 along its x axis
-third joint: xw = x - l3 cos(phi),  yw = y - l3 sin(phi)
-    the last link is given
-second angle: C2 = (xw^2 + yw^2 - l1^2 - l2^2) / (2 l1 l2),  S2 = -+ sqrt(1 - C2^2)
-    cosine rule: two solutions
-first angle: theta1 = atan2(yw, xw) - atan2(l2 S2, l1 + l2 C2)
-third angle: theta3 = phi - theta1 - theta2
-"""
-    ),
-    drawing=r"""
-      y              l3
-      |        o---------> tip, phi
-      |      ./ theta3
-      |    ./ l2
-      | l1_o theta2
-      |_-'
-      o_)_theta1____________ x
-    """,
     coordinates=("x_mm", "y_mm", "phi_rad"),
     signs=ELBOWS,
     length_names=("l1", "l2", "l3"),

@@ -318,7 +318,7 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: Arm.connect("sim:grbl", twin=5), "twin must be a simulated arm"),
         (lambda arm: AsyncArm.connect(5), "target must be the name of an arm"),
         (lambda arm: AsyncArm.connect("sim:grbl", dialct="grbl"), "did you mean 'dialect'"),
-        (lambda arm: arm.twin.faults.add("drop", "x"), "'x' is no number"),
+        (lambda arm: arm.twin.faults.add("drop", "x"), "'x' is not a number"),
         (lambda arm: arm.points[5], "name must be text, not 5"),
         (lambda arm: Jog.joint(shoulder="x"), "the jog of shoulder must be a finite number"),
         (lambda arm: Jog("joint", (("base", 1),)), "space must be Space.JOINT or"),

@@ -283,3 +283,15 @@ def test_a_reader_that_goes_away_ends_a_command_quietly():
     command = f"'{sys.executable}' -m armdrive ik --x 250 --y 0 --z 120 --pitch -90 | true"
     ended = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
     assert ended.stderr == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no shell that closes streams")
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_closed_stream_is_no_traceback(call, tmp_path, closed):
+    call("home", code=0)
+    program = tmp_path / "t.arm"
+    program.write_text('type "on"\nmove at(250, 0, 120, -90)\n', encoding="utf-8")
+    words = f"'{sys.executable}' -m armdrive run '{program}' {closed}"
+    ended = subprocess.run(words, shell=True, capture_output=True, text=True, check=False)
+    assert (ended.returncode, "Traceback" in ended.stderr) == (0, False), ended
+    assert call("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(120, abs=0.5)

@@ -187,8 +187,8 @@ def test_an_error_names_the_file_and_the_key(tmp_path, text, words):
         ("[guards]\nboxes = 3\nradii_mm = 1", ("guards.radii_mm", "guards.boxes")),
         (
             "[[guards.boxes]]\nmin_mm = 3\n[[guards.boxes]]\nsize = 1\n",
-            ("boxes[1] needs", "boxes[1].min_mm", "boxes[1].max_mm", "'size'", "boxes[2] needs",
-             "boxes[2].min_mm", "boxes[2].max_mm"),
+            ("boxes[1].min_mm", "boxes[1]] is missing name, max_mm", "'size'",
+             "boxes[2]] is missing name, min_mm, max_mm"),
         ),
         (
             "[homing]\ngroups = [[9]]\n[homing.joints_deg]\nbase = 1\nknee = 2",

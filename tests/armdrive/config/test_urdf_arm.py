@@ -7,7 +7,7 @@ import pytest
 from pages import blocks, page
 
 from armdrive.arm import Arm
-from armdrive.config.check import remarks_on
+from armdrive.config.arm import remarks_on
 from armdrive.config.link_model import read_model
 from armdrive.config.write import complete
 from armdrive.connect.parts import connect_simulated

@@ -14,7 +14,7 @@ from armdrive.dialects.recognition import comes_back
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import SettingsDiffer
 from armdrive.runtime.clock import SimulatedPace
-from armdrive.setup import findings as after
+from armdrive.setup import survey as after
 from armdrive.trace.recorder import FlightRecorder
 
 SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"
@@ -107,7 +107,7 @@ def test_an_echo_is_what_was_sent_in_its_order(sent, heard, echoed):
 )
 def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, value, named):
     board = made("grbl")
-    board.board.grbl.settings.values[key] = value
+    board.board.settings.values[key] = value
     arm = connected("grbl", SimPort(board))
     before = board.world.motors
     assert named in arm.status.notice

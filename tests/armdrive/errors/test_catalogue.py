@@ -6,6 +6,7 @@ import importlib
 import io
 import json
 import pkgutil
+import signal
 import sys
 
 import pytest
@@ -16,6 +17,7 @@ import firmware_protocol
 import kinematics
 from armdrive import Arm
 from armdrive.cli import main
+from armdrive.cli.runner import CommandEnded
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoSuchPort, NotReferenced, WrongState
 from armdrive.errors.printing import page
 from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
@@ -26,7 +28,7 @@ from kinematics.errors import KinematicsError
 
 NAMES = {row.name for row in ENTRIES}
 NO_ERRORS = {
-    "OSError", "KeyboardInterrupt", "ArgumentTypeError", "Ended", "Unexpected",
+    "OSError", "KeyboardInterrupt", "ArgumentTypeError", "CommandEnded", "Unexpected",
     "EMERGENCY_STOP", "RECONNECTED", "ALARM_VOUCHED",
 }  # fmt: skip
 """Rows of what is neither an error of ours nor evidence."""
@@ -98,6 +100,7 @@ def test_an_error_is_found_by_its_own_class_or_the_nearest():
     assert Stranger("no").code == WrongState("no").code == entry(WrongState("no")).code
     assert entry(FileNotFoundError("x")).name == "OSError"
     assert entry(ZeroDivisionError("x")).name == "ArmError"
+    assert entry(CommandEnded(signal.SIGTERM)).code == "E004"
 
 
 def test_a_code_is_looked_up_in_any_writing_and_a_wrong_one_refused():

@@ -183,7 +183,7 @@ def test_a_stop_between_two_acts_ends_the_program_too(arm):
     with pytest.raises(Stopped):
         run.carry_out()
     assert carried_out == [1, 2, 3]
-    assert run.at.stage.mark.line == 4
+    assert run.at.mark.line == 4
     assert script.made[-1].at == 3
 
 
@@ -246,7 +246,7 @@ def test_a_refused_act_names_its_line(arm):
     run = ProgramRun(RunPlan(script), performer(arm))
     with pytest.raises(Exception, match="reach"):
         run.carry_out()
-    assert run.at.stage.mark.line == 2
+    assert run.at.mark.line == 2
     assert arm.pose.z_mm == pytest.approx(120, abs=0.5)
 
 

@@ -37,7 +37,7 @@ WRONG = [
     ("end", 1, "this `end` ends nothing"),
     ("else", 1, "this `else` belongs to no `if`"),
     ("while on", 1, "this `while` has no `end`"),
-    ("repeat 2\ndefine f()\nend\nend", 8, "cannot be defined within a block"),
+    ("repeat 2\ndefine f()\nend\nend", 1, "cannot be defined within a block"),
     ("if on\nelse\nelse if off\nend", 1, "nothing comes after `else` but `end`"),
     # how many values, of which kind, in which bounds
     ("move", 1, "`move` needs the place: `move pick`"),

@@ -244,7 +244,7 @@ def test_old_and_untidy_text_becomes_todays():
 def test_comments_stay_with_their_lines_or_stand_behind_them():
     text = "if on # one\nelse # two\nend # three\nrepeat # four\nend\nx: # five\n"
     assert formatted(text) == (
-        "if on  # one\nelse\n  # two\nend\n# three\nrepeat  # four\nend\nx:  # five\n"
+        "if on  # one\nelse  # two\nend\n# three\nrepeat  # four\nend\nx:  # five\n"
     )
 
 

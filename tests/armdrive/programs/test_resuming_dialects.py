@@ -132,8 +132,8 @@ def test_stopped_in_every_motion_it_goes_on_and_ends_where_it_should(
     stops = []
 
     def stop_soon(step):
-        if step.moves and step.stage.mark.line not in stops:
-            stops.append(step.stage.mark.line)
+        if step.moves and step.mark.line not in stops:
+            stops.append(step.mark.line)
             device = arm.twin.device
             device.at(device.now_s + 0.3, arm.request_stop)
 

@@ -22,7 +22,6 @@ from armdrive.programs.running import RunPlan
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import (
     Connections,
-    as_it_says,
     carry_out,
     read_script,
     simulation_only,
@@ -296,17 +295,23 @@ def test_calls_within_calls_are_not_the_scripts(write):
             "from armdrive import Arm\narm = Arm.connect()\narm.enable()\narm.home()\narm.park()\n"
         )
     )
-    heard, made = [], []
-    connections = Connections(
-        script,
-        lambda _: Arm(connect_simulated(simulated_config("teachmover"))),
-        lambda arm, call: heard.append((call.name, call.line)),
-        made.append,
-        as_it_says,
-    )
+
+    class Stage:
+        def __init__(self):
+            self.heard, self.arms = [], []
+            self.made = self.arms.append
+
+        def own(self, options):
+            return Arm(connect_simulated(simulated_config("teachmover")))
+
+        def called(self, arm, call):
+            self.heard.append((call.name, call.line))
+
+    stage = Stage()
+    connections = Connections(script, stage)
     assert carry_out(script, (), connections) == 0
-    assert heard == [("enable", 3), ("home", 4), ("park", 5)]
-    assert made == connections.arms
+    assert stage.heard == [("enable", 3), ("home", 4), ("park", 5)]
+    assert stage.arms == connections.arms
     assert connections.arms[0].closed
 
 

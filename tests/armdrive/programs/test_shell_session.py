@@ -30,12 +30,7 @@ class Prompt:
         return acts
 
     def carried_out(self, entry):
-        try:
-            return self.performed(entry, entry.program.machine(BOOK))
-        except ProgramError as error:
-            raise self.session.typed.shown(error) from None
-
-    def performed(self, entry, machine):
+        machine = entry.program.machine(BOOK)
         acts, done = [], False
         try:
             while (stage := machine.next()) is not None:

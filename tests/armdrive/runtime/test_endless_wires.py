@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from amounts import every_pair
+from amounts import in_pairs
 from endless_wires import KINDS, Pace, connected, wire_to
 from faults import as_it_stands
 
@@ -87,7 +87,7 @@ def test_connecting_ends_on_time_and_quotes_what_was_received(dialect, kind):
     assert pace.now_s() <= CALL_LIMIT_S + 0.05
 
 
-@pytest.mark.parametrize(("dialect", "call", "kind"), every_pair(DIALECTS, CALLS, KINDS))
+@in_pairs("dialect, call, kind", list(DIALECTS), list(CALLS), list(KINDS))
 def test_a_call_ends_on_time_and_the_arm_comes_back(dialect, kind, call):
     before, act, longer_s = CALLS[call]
     arm, pace = ready(dialect)

@@ -9,7 +9,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import Grade
-from armdrive.setup.findings import measured_jitter, of_jitter
+from armdrive.setup.survey import measured_jitter, of_jitter
 from armdrive.status import Lateness, SchedulingJitter, status_view
 
 

@@ -5,7 +5,7 @@ import signal
 import threading
 
 import pytest
-from amounts import every_pair
+from amounts import in_pairs
 from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, stand_still_s
 
 from armdrive import Jog
@@ -36,9 +36,11 @@ def begin_jog(arm):
 
 
 @pytest.mark.parametrize("burst_s", [0.15, 0.5])
-@pytest.mark.parametrize(
-    ("error", "begin", "after_s"),
-    every_pair(ERRORS, [begin_planned, begin_line, begin_jog], [0.02, 0.11, 0.4]),
+@in_pairs(
+    "error, begin, after_s",
+    list(ERRORS),
+    [begin_planned, begin_line, begin_jog],
+    [0.02, 0.11, 0.4],
 )
 def test_a_stopped_arm_stands_within_the_stated_time_and_way(begin, error, after_s, burst_s):
     arm = ready_arm(sim_config(planned_burst_s=burst_s), speed_error=error)

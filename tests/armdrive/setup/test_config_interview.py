@@ -17,6 +17,7 @@ from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.draft import LinkFile, Surroundings
+from armdrive.setup.filing import checked
 from armdrive.setup.interview import Interview, read_links
 from armdrive.setup.templates import TEMPLATES, available
 from kinematics import Joints, preset
@@ -244,3 +245,105 @@ def test_every_question_explains_itself():
         while (question := interview.question) is not None:
             assert question.why.endswith((".", "NAME.")), question.key
             interview.answer(answers.get(question.key, ""))
+
+
+# Drives on a CAN bus: the interview asks for the adapter, and for no baud rate.
+
+BUS = "can:slcan:/dev/ttyACM0?bitrate=500000"
+BUSES = ("can:socketcan:can0", BUS)
+
+
+def at_the_port(dialect, **around):
+    """Return an interview that has come to the question for the port."""
+    interview = Interview(Surroundings(**around))
+    given = {"name": "bench", "template": "minimover5-grbl", "dialect": dialect}
+    while interview.question.key != "connection.port":
+        interview.answer(given.get(interview.question.key, ""))
+    return interview
+
+
+def test_a_bus_is_asked_for_its_adapter_and_for_no_baud_rate():
+    interview = at_the_port("mks", ports=("/dev/ttyACM0",), buses=BUSES)
+    assert "CAN adapter" in interview.question.words
+    assert interview.question.choices == tuple((bus, "") for bus in BUSES)
+    interview.answer("2")
+    assert interview.draft.get("connection.port") == BUS
+    assert interview.question.key != "connection.baud"
+
+
+def test_a_serial_line_is_asked_for_its_port_and_its_baud_rate():
+    interview = at_the_port("grbl", ports=("/dev/ttyACM0",), buses=BUSES)
+    assert interview.question.choices == (("/dev/ttyACM0", ""),)
+    interview.answer("1")
+    assert interview.question.key == "connection.baud"
+
+
+@pytest.mark.parametrize("port", ["/dev/ttyACM0", "COM3", "socket://host:1", "7", "can0"])
+def test_what_is_no_adapter_is_refused_with_an_example(port):
+    with pytest.raises(WrongAnswer, match="can:slcan:/dev/ttyACM0"):
+        at_the_port("mks").answer(port)
+
+
+def test_a_rate_that_was_given_beforehand_is_still_taken():
+    answers = {"name": "bench", "template": "minimover5-grbl", "dialect": "mks"}
+    given = interview_of({**answers, "connection.port": BUS, "connection.baud": "500000"})
+    assert given.draft.get("connection.baud") == 500_000
+
+
+def test_the_arm_file_has_the_adapter_and_no_rate():
+    text = files("minimover5-grbl", {"dialect": "mks", "connection.port": BUS}).arm
+    assert f'port = "{BUS}"' in text
+    assert "baud =" not in text
+
+
+# A Mini-mover on drives of a CAN bus is a template of the interview.
+
+
+def test_the_template_writes_a_file_that_is_an_arm_on_drives():
+    made = files("minimover5-mks", {"connection.port": BUS})
+    config = checked(made, "bench")
+    assert config.connection.dialect == "mks"
+    assert config.connection.port == BUS
+    assert len(config.device.ids) == 6
+
+
+@pytest.mark.parametrize("words", ["armdrive can setup", "id 1"])
+def test_it_says_how_new_drives_get_their_ids(words):
+    assert words in " ".join(files("minimover5-mks", {}).arm.replace("#", "").split())
+
+
+# -- CiA 402 -------------------------------------------------------------------------------------
+
+
+def test_the_template_of_canopen_drives_asks_for_their_nodes():
+    made = files("minimover5-cia402", {"connection.port": BUS, "device.ids": "11 12 13,14 15 16"})
+    assert "ids = [11, 12, 13, 14, 15, 16]" in made.arm
+    config = checked(made, "bench")
+    assert config.connection.dialect == "cia402"
+    assert config.device.ids == (11, 12, 13, 14, 15, 16)
+    assert checked(files("minimover5-cia402"), "bench").device.ids == (1, 2, 3, 4, 5, 6)
+
+
+def test_it_says_who_sets_node_numbers():
+    told = " ".join(files("minimover5-cia402").arm.replace("#", "").split())
+    assert "switches" in told
+    assert "armdrive doctor --can" in told
+
+
+@pytest.mark.parametrize("ids", ["1 2 3", "1 2 3 4 5 5", "0 1 2 3 4 5", "1 2 3 4 5 128", "a b"])
+def test_node_numbers_that_cannot_be_are_refused_by_their_key(ids):
+    with pytest.raises(BadRequest, match=r"the answer device\.ids: "):
+        files("minimover5-cia402", {"device.ids": ids})
+
+
+def test_no_other_controller_is_asked_for_nodes():
+    for template in ("minimover5-mks", "minimover5-grbl", "teachmover"):
+        assert "ids" not in files(template).arm
+
+
+def test_an_own_arm_on_such_drives_counts_increments():
+    links = {**OWN["own"], "dialect": "cia402", "connection.port": BUS}
+    config = checked(files("own", links), "bench")
+    turn = config.model.transmission.motors[0].steps_per_unit * math.tau
+    assert turn == pytest.approx(10_000 * 5)
+    assert config.device.ids == (1, 2, 3, 4, 5, 6)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from dataclasses import replace
-from itertools import product
 
 import pytest
 from cli_calls import Caller
@@ -16,16 +15,16 @@ from armdrive.cli.set_up.config_new import write
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import WrongAnswer
-from armdrive.registry.arm_files import load_arm, parse_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
-from armdrive.setup import signs as finding_signs
+from armdrive.setup import arm_checks as finding_signs
+from armdrive.setup.arm_checks import find_signs
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.dialog_runner import converse
 from armdrive.setup.directions import (
     NOTHING,
     OTHER,
-    SeenMotion,
-    check_word,
+    SawMotion,
     conclude,
     roll_joint,
     sight,
@@ -33,7 +32,6 @@ from armdrive.setup.directions import (
 )
 from armdrive.setup.draft import Surroundings
 from armdrive.setup.interview import Interview
-from armdrive.setup.signs import find_signs, lines_for
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
@@ -93,7 +91,7 @@ def looked(trial, motors, joints):
     (before, open0), (after, open1) = truth.to_joints(here), truth.to_joints(there)
     seen = sight(MODEL.arm, before, after, open1 - open0)
     way = next(way for way in seen.visible() if way in trial.ways)
-    return SeenMotion(trial, seen.word(way), seen.word("roll"))
+    return trial.seen(seen.word(way), seen.word("roll"))
 
 
 @settings(max_examples=20)
@@ -130,7 +128,7 @@ def test_only_the_wrist_turns_the_hand_and_the_other_way():
 
 def test_what_nobody_saw_stays_unclear():
     made = trials(MODEL.arm, MODEL.transmission, POSTURE)
-    found = conclude([SeenMotion(made[0], NOTHING), SeenMotion(made[1], OTHER)], "wrist_roll")
+    found = conclude([made[0].seen(NOTHING), made[1].seen(OTHER)], "wrist_roll")
     assert found.unclear == ("gripper", "base")
     assert found.motors == ()
 
@@ -139,17 +137,17 @@ def test_wrist_motors_that_contradict_each_other_are_unclear():
     made = {trial.name: trial for trial in trials(MODEL.arm, MODEL.transmission, POSTURE)}
     right, left = made["right wrist"], made["left wrist"]
     seen = [
-        SeenMotion(right, right.expected.word(right.ways[0]), right.expected.word("roll")),
-        SeenMotion(left, left.expected.word(left.ways[0]), right.expected.word("roll")),
+        right.seen(right.expected.word(right.ways[0]), right.expected.word("roll")),
+        left.seen(left.expected.word(left.ways[0]), right.expected.word("roll")),
     ]
     assert conclude(seen, "wrist_roll").unclear == ("wrist_roll",)
 
 
 def test_a_direction_that_this_motor_cannot_move_is_refused():
     base = trials(MODEL.arm, MODEL.transmission, POSTURE)[1]
-    check_word(base, "left")
+    assert base.seen("left").saw is SawMotion.AS_SHOWN
     with pytest.raises(WrongAnswer, match="left or right"):
-        check_word(base, "up")
+        base.seen("up")
 
 
 @pytest.mark.parametrize(
@@ -161,21 +159,6 @@ def test_positive_joints_are_seen_as_the_docs_say(joint, word):
     seen = sight(MODEL.arm, POSTURE, Joints(tuple(angles)))
     assert word.split()[0] in str(seen)
     assert not {"right", "down", "counter-clockwise"} & set(str(seen).split())
-
-
-@pytest.mark.parametrize(("known", "turned"), product((1, -1), repeat=2))
-def test_lines_for_the_file_turn_over_what_it_says(known, turned):
-    from armdrive.setup.directions import Signs
-
-    table = {"model": "teachmover", "motor_signs": {"elbow": known}}
-    signs = Signs(motors=("elbow",) if turned < 0 else ())
-    lines = lines_for(table, signs)
-    if turned < 0:
-        assert lines == ["[motor_signs]", f'"elbow" = {-known}']
-        table = {"model": "teachmover", "motor_signs": {"elbow": -known}}
-        assert parse_arm(table, name="a").name == "a"
-    else:
-        assert lines == ["every direction is right as it is"]
 
 
 def six_axis(folder):

@@ -19,8 +19,8 @@ from armdrive.dialects.cia402.tools.survey import (
     is_command,
 )
 from armdrive.dialog.conversation import any_problem
-from armdrive.setup import findings as can_findings
 from armdrive.setup import prober
+from armdrive.setup import survey as can_findings
 from armdrive.setup.dialog_runner import DialogClock, carry_out
 from armdrive.setup.prober import ask_bus, harmless_ids, protocols
 from armdrive.transports.can_health import BusHealth, frame_bits

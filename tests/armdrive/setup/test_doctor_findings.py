@@ -12,10 +12,10 @@ from armdrive.dialects.recognition import Identity
 from armdrive.dialog.conversation import Grade, any_problem
 from armdrive.registry import DIALECTS
 from armdrive.runtime.engine import excerpt
-from armdrive.setup import findings as after
 from armdrive.setup import ports as before
-from armdrive.setup.findings import of_settings
+from armdrive.setup import survey as after
 from armdrive.setup.prober import Examination
+from armdrive.setup.survey import of_settings
 from armdrive.tasks import DeviceSettings, Difference
 
 

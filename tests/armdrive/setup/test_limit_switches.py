@@ -16,8 +16,7 @@ from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
-from armdrive.setup.dialog_runner import converse
-from armdrive.setup.limits import (
+from armdrive.setup.arm_checks import (
     SawSwitch,
     all_work,
     check_switches,
@@ -26,6 +25,7 @@ from armdrive.setup.limits import (
     record,
     switches_of,
 )
+from armdrive.setup.dialog_runner import converse
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.device import SwitchState
 from armdrive.status import State

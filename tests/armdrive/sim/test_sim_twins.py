@@ -152,7 +152,7 @@ def test_the_command_line_lists_settings_and_faults(call):
         (["sim", "teachmover", "--udp", "x"], "HOST:PORT"),
         (["sim", "teachmover", "--tcp", "0", "--set", "sped_error=1"], "'speed_error'"),
         (["sim", "teachmover", "--tcp", "0", "--fault", "reset"], "no reset"),
-        (["sim", "teachmover", "--tcp", "0", "--fault", "drop@x"], "no number"),
+        (["sim", "teachmover", "--tcp", "0", "--fault", "drop@x"], "not a number"),
     ],
 )
 def test_a_wrong_word_of_the_command_line_is_named(call, words, said):

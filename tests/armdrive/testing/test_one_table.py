@@ -26,6 +26,18 @@ def facing():
     return table, World(stand=near), World(stand=far)
 
 
+def held(*, by_both=False):
+    """Return the table and its two arms; the near one holds the tall block, or both do."""
+    table, near, far = facing()
+    table.put(TALL)
+    around(near, 20.0)
+    grasp(near)
+    if by_both:
+        around(far, 45.0)
+        grasp(far)
+    return table, near, far
+
+
 def around(world, z_mm):
     """Bring a tip into the tall block from above, with open fingers."""
     reach(world, 250.0, 0.0, 120.0)
@@ -62,10 +74,7 @@ def test_each_arm_sees_a_block_from_its_own_base():
 
 
 def test_what_one_arm_moves_the_other_finds_moved():
-    table, near, far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
+    _, near, far = held()
     lift(near, 100.0)
     assert near.scene.held == "A"
     assert far.scene.held is None
@@ -75,12 +84,7 @@ def test_what_one_arm_moves_the_other_finds_moved():
 
 
 def test_a_block_is_handed_over_and_stays_where_it_was():
-    table, near, far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
-    around(far, 45.0)
-    grasp(far)
+    table, near, far = held(by_both=True)
     assert (near.scene.carried, far.scene.carried) == (("A",), ())
     assert far.grip_force_n > 0.0
     assert far.opening_mm == pytest.approx(30.0)
@@ -95,12 +99,7 @@ def test_a_block_is_handed_over_and_stays_where_it_was():
 
 
 def test_the_second_to_let_go_first_changes_nothing():
-    table, near, far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
-    around(far, 45.0)
-    grasp(far)
+    table, near, far = held(by_both=True)
     spread(far, 60.0)
     assert (near.scene.held, far.scene.held) == ("A", None)
     lift(near, 40.0)
@@ -108,12 +107,7 @@ def test_the_second_to_let_go_first_changes_nothing():
 
 
 def test_the_first_pulls_a_block_out_of_fingers_that_hold_still_and_says_so():
-    table, near, far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
-    around(far, 45.0)
-    grasp(far)
+    _, near, far = held(by_both=True)
     lift(near, 100.0)
     assert (near.scene.held, far.scene.held) == ("A", None)
     (incident,) = near.incidents
@@ -122,22 +116,14 @@ def test_the_first_pulls_a_block_out_of_fingers_that_hold_still_and_says_so():
 
 
 def test_the_second_goes_away_and_leaves_the_block_with_the_first():
-    table, near, far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
-    around(far, 45.0)
-    grasp(far)
+    table, near, far = held(by_both=True)
     lift(far, 100.0)
     assert (near.scene.held, far.scene.held) == ("A", None)
     assert table.blocks["A"].place == pytest.approx(TALL.place, abs=1.0)
 
 
 def test_both_let_go_and_it_falls():
-    table, near, _far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
+    table, near, _far = held()
     lift(near, 50.0)
     assert table.blocks["A"].z_mm > 40.0
     spread(near, 60.0)
@@ -162,10 +148,7 @@ def test_what_stands_on_a_block_goes_over_with_it():
 
 
 def test_a_block_in_the_fingers_of_one_is_not_pushed_by_the_other_but_that_is_told():
-    table, near, far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
+    table, near, far = held()
     lift(near, 60.0)
     place = table.blocks["A"].place
     reach(far, 250.0, 60.0, 90.0)
@@ -176,12 +159,7 @@ def test_a_block_in_the_fingers_of_one_is_not_pushed_by_the_other_but_that_is_to
 
 
 def test_a_block_that_is_taken_away_is_gone_out_of_all_fingers():
-    table, near, far = facing()
-    table.put(TALL)
-    around(near, 20.0)
-    grasp(near)
-    around(far, 45.0)
-    grasp(far)
+    table, near, far = held(by_both=True)
     assert table.take("A") == TALL.at(TALL.place)
     assert (near.scene.held, far.scene.held) == (None, None)
     assert (near.scene.contact_mm, far.scene.contact_mm) == (0.0, 0.0)

@@ -94,7 +94,7 @@ def test_a_spoilt_recording_is_read_or_refused_and_its_replay_ends(text, data):
     except RecordingError:
         return
     for entry in recording.entries:
-        Narrator(recording.header.dialect).view(entry)
+        Narrator(recording.header.dialect).line(0, entry).view()
 
 
 json_values = st.recursive(

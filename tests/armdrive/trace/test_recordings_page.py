@@ -5,7 +5,7 @@ import re
 from pages import blocks, page
 
 from armdrive.trace import entries, files
-from armdrive.trace.log import BACK, KEPT, MOST, TOPICS, Topic
+from armdrive.trace.log import BACK, KEPT, MOST, Topic
 
 PAGE = page("recordings")
 
@@ -13,7 +13,7 @@ PAGE = page("recordings")
 def test_the_page_lists_every_kind_under_its_topic():
     rows = dict(re.findall(r"^\| `(\w+)` \| ([a-z, ]+) \|$", PAGE, re.MULTILINE))
     for topic in Topic:
-        kinds = {kind.value for kind, its in TOPICS.items() if its is topic}
+        kinds = {kind.value for kind in entries.EntryKind if kind.topic is topic}
         assert set(rows[topic.value].split(", ")) == kinds
 
 

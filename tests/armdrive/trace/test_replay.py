@@ -20,12 +20,12 @@ SMALL = ("teachmover", "armdroid", "grbl")
 def work(arm):
     referenced(arm)
     arm.move_j(shoulder_deg=30)
-    arm.jog_j(base=1.0, duration_s=0.5)
+    arm.jog_j(base=1.0, duration_s=0.3)
     handle = arm.move_j(elbow_deg=-60, speed=0.3, wait=False)
-    arm.sleep(0.6)
+    arm.sleep(0.4)
     arm.stop()
     assert handle.done
-    arm.sleep(2.0)
+    arm.sleep(0.5)
 
 
 @pytest.fixture(scope="module")
@@ -38,10 +38,6 @@ def days(tmp_path_factory):
         found[dialect] = saved(arm, tmp_path_factory.mktemp(dialect)), arm.twin.world.motors
         arm.close()
     return found
-
-
-def test_every_dialect_can_be_replayed():
-    assert set(DIALECTS) == set(DIALECTS)
 
 
 @pytest.fixture(scope="module")
@@ -167,18 +163,19 @@ def test_a_lost_wire_is_no_difference(tmp_path):
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dialect, tmp_path):
-    arm = recorded_arm(dialect, ring=EntryRing(longest_s=6.0))
-    referenced(arm)
-    arm.move_j(shoulder_deg=30)
-    arm.sleep(3.0)
-    arm.move_j(base_deg=10, speed=0.7)
+    kept_s = 1.5
+    arm = recorded_arm(dialect, ring=EntryRing(longest_s=kept_s))
+    placed(arm)
+    arm.move_j(shoulder_deg=50)
+    arm.sleep(1.0)
+    arm.move_j(base_deg=3, speed=0.7)
     recording = saved(arm, tmp_path)
     arm.close()
     replayed = replay(recording)
     assert replayed.divergence is None
     assert any("comparison starts again" in note for note in replayed.notes)
     assert replayed.compared > 3
-    assert recording.entries[-1].time_s - 6.0 > 0.0
+    assert recording.entries[-1].time_s > kept_s
 
 
 def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):

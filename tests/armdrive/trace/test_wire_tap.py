@@ -6,8 +6,15 @@ import contextlib
 from types import SimpleNamespace
 
 from armdrive.connect.control_socket import REQUESTS, WIRE
-from armdrive.trace.entries import EntryKind, EntryRing, TraceEntry
-from armdrive.trace.wire_tap import BACK, MESSAGE_BYTES, MOST, tap_messages
+from armdrive.trace.entries import (
+    MESSAGE_BYTES,
+    TAP_BACK,
+    TAP_MOST,
+    EntryKind,
+    EntryRing,
+    TraceEntry,
+    tap_messages,
+)
 
 
 def held():
@@ -50,7 +57,7 @@ def test_bytes_are_told_in_their_order_and_nothing_else_is():
 
 def test_messages_are_bounded_and_nothing_is_lost_between_them():
     ring, arm = held()
-    sizes = [1, 5000, 300, 1024, 1025, *[40] * (3 * MOST)]
+    sizes = [1, 5000, 300, 1024, 1025, *[40] * (3 * TAP_MOST)]
     messages = told(
         arm, ring, [TraceEntry(3.0, EntryKind.RECEIVED, bytes([7]) * size) for size in sizes]
     )
@@ -64,9 +71,9 @@ def test_messages_are_bounded_and_nothing_is_lost_between_them():
 def test_who_reads_too_slowly_is_told_how_much_was_passed_over():
     ring, arm = held()
     more = 10
-    messages = told(arm, ring, [TraceEntry(3.0, EntryKind.SENT, b"x")] * (BACK + more))
+    messages = told(arm, ring, [TraceEntry(3.0, EntryKind.SENT, b"x")] * (TAP_BACK + more))
     assert sum(message["missed"] for message in messages) == more
-    assert sum(len(message["wire"]) for message in messages) == BACK
+    assert sum(len(message["wire"]) for message in messages) == TAP_BACK
 
 
 def test_it_is_a_request_that_others_know_of():

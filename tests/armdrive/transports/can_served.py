@@ -1,36 +1,63 @@
-"""A process with a serial CAN adapter on a pseudo-terminal, behind which a drive echoes."""
+"""A serial CAN adapter with an echoing drive, in a thread of the test or in its own process."""
 
 from __future__ import annotations
 
-import select
 import sys
+import threading
 import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from can_bench import EchoDrive
+from can_bench import LONG_S, EchoDrive
 
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.serving.servers import SlcanServer
+from armdrive.transports.link import Bell
 
 
-def serve(path: str) -> None:
-    """Echo until the standard input ends."""
-    server = SlcanServer(Path(path))
-    line = BusLine(EchoDrive())
-    sys.stdout.write("ready\n")
-    sys.stdout.flush()
-    while True:
-        pause_s = min(max(line.next_s() - time.monotonic(), 0.0), 0.2)
-        ready, _, _ = select.select([*server.filenos(), sys.stdin], [], [], pause_s)
-        if sys.stdin in ready:
-            break
-        now_s = time.monotonic()
-        line.send(server.read(), now_s)
-        server.write(line.receive(now_s))
-    server.close()
+class Served:
+    """An adapter on a pseudo-terminal, with an echoing drive on its bus."""
+
+    def __init__(self, path: Path) -> None:
+        self.server = SlcanServer(path)
+        self.drive = EchoDrive()
+        self._line = BusLine(self.drive)
+        self._bell = Bell()
+        self._ended = False
+        self._lock = threading.Lock()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ended:
+            with self._lock:
+                now_s = time.monotonic()
+                self._line.send(self.server.read(), now_s)
+                self.server.write(self._line.receive(now_s))
+                pause_s = max(self._line.next_s() - time.monotonic(), 0.0)
+                files = self.server.filenos()
+            self._bell.wait(min(pause_s, 0.02), *files)
+
+    def unplug(self) -> None:
+        with self._lock:
+            self.server.close()
+
+    def replug(self, path: Path) -> None:
+        with self._lock:
+            self.server.open(str(path))
+
+    def end(self) -> None:
+        self._ended = True
+        self._bell.ring()
+        self._thread.join(LONG_S)
+        self.server.close()
+        self._bell.close()
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1])
+    served = Served(Path(sys.argv[1]))
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    sys.stdin.read()
+    served.end()

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
 from armdrive.transports import open_errors as can_refusals
-from armdrive.transports.address import is_can, scheme
-from armdrive.transports.can_address import CanAddress
+from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.can_link import _filters
 from armdrive.transports.open_errors import can_refusal, is_down
 from armdrive.transports.opening import open_link

@@ -1,4 +1,4 @@
-"""What is said on a CAN bus: that nothing hangs, what an adapter refuses, and trouble in words."""
+"""The writer of a CAN bus: no hang, no stale frame, and the adapter's refusals in words."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from waiting import returns, soon, until
 from armdrive.transports import can_threads
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
 from armdrive.transports.can_link import CanLink
+from armdrive.transports.can_threads import MOST_AWAKE_S, PATIENCE_S
 from firmware_protocol.frames import Frame, pack
 
 pytestmark = pytest.mark.usefixtures("short_patience")
@@ -75,27 +76,6 @@ class TestWriter:
         link.write(pack(Frame(1)) * (2 * can_threads.MOST_FRAMES), 0.0)
         assert "frames wait to be sent" in until_lost(link)
 
-    def test_a_frame_in_hand_while_the_program_was_suspended_is_forgotten(self, monkeypatch):
-        bus, now_s = FailingBus(), [0.0]
-        watch = can_threads.Watch(lambda: now_s[0], lambda: None)
-        message = can_threads.message_of
-
-        def suspended(frame):
-            now_s[0] += 0.5 if frame.can_id == 1 else 0.0
-            return message(frame)
-
-        monkeypatch.setattr(can_threads, "message_of", suspended)
-        writer = can_threads.CanWriter(bus, watch, lambda: now_s[0])
-        writer.put([Frame(1)])
-        writer.drain(LONG_S)
-        writer.put([Frame(2)])
-        writer.drain(LONG_S)
-        watch.ended.set()
-        writer.join(LONG_S)
-        bus.shutdown()
-        assert [each.arbitration_id for each in bus.sent] == [2]
-        assert watch.health.forgotten == 1
-
     def test_nothing_is_sent_periodically_by_anybody_else(self, failing, monkeypatch):
         def periodic(*args, **kwargs):
             pytest.fail("a driver was asked to go on by itself")
@@ -105,6 +85,102 @@ class TestWriter:
         link.write(pack(Frame(1)), 0.0)
         until(lambda: bus.sent)
         link.close()
+
+
+class Suspended:
+    """A writer on a failing bus, on a clock that the test sets; `end` closes both."""
+
+    def __init__(self, bus: FailingBus | None = None) -> None:
+        self.now_s = 0.0
+        self.bus = bus or FailingBus()
+        self.watch = can_threads.Watch(lambda: self.now_s, lambda: None)
+        self.writer = can_threads.CanWriter(self.bus, self.watch, lambda: self.now_s)
+
+    def stick(self) -> None:
+        """Have the adapter hang in the middle of frame 1."""
+        self.bus.stuck.clear()
+        self.writer.put([Frame(1)])
+        until(lambda: self.writer._began_s is not None)
+
+    def end(self) -> list[int]:
+        """End the writer; return the ids that were sent."""
+        self.bus.stuck.set()
+        self.writer.drain(LONG_S)
+        self.watch.ended.set()
+        self.writer.join(LONG_S)
+        self.bus.shutdown()
+        return [each.arbitration_id for each in self.bus.sent]
+
+
+class TestSuspension:
+    """What was to be sent before this program was suspended is not sent after it."""
+
+    @pytest.fixture(autouse=True)
+    def usual_patience(self, short_patience, monkeypatch):
+        monkeypatch.setattr(can_threads, "PATIENCE_S", PATIENCE_S)
+
+    def test_frames_that_waited_in_the_queue_are_forgotten(self):
+        bench = Suspended()
+        bench.stick()
+        bench.writer.put([Frame(2), Frame(3)])
+        bench.now_s = PATIENCE_S + 0.1
+        bench.bus.stuck.set()
+        bench.writer.drain(LONG_S)
+        bench.writer.put([Frame(4)])
+        assert bench.end() == [1, 4]
+        assert bench.watch.health.forgotten == 2
+
+    def test_a_frame_in_hand_is_forgotten(self, monkeypatch):
+        bench, message = Suspended(), can_threads.message_of
+
+        def suspended(frame):
+            bench.now_s += 0.5 if frame.can_id == 1 else 0.0
+            return message(frame)
+
+        monkeypatch.setattr(can_threads, "message_of", suspended)
+        bench.writer.put([Frame(1)])
+        bench.writer.drain(LONG_S)
+        bench.writer.put([Frame(2)])
+        assert bench.end() == [2]
+        assert bench.watch.health.forgotten == 1
+
+    def test_a_frame_whose_time_ran_out_is_forgotten_and_the_bus_is_not_lost(self, monkeypatch):
+        bench, send = Suspended(), FailingBus.send
+
+        def suspended(bus, msg, timeout=None):
+            if bench.now_s == 0.0:
+                bench.now_s = 20.0
+                raise can.CanTimeoutError("the adapter takes nothing more")
+            send(bus, msg, timeout)
+
+        monkeypatch.setattr(FailingBus, "send", suspended)
+        bench.writer.put([Frame(1)])
+        until(lambda: bench.watch.health.forgotten == 1)
+        bench.writer.put([Frame(2)])
+        assert bench.end() == [2]
+        assert bench.watch.lost == ""
+
+    def test_a_suspension_in_mid_frame_is_no_lost_bus(self):
+        bench = Suspended()
+        bench.stick()
+        bench.writer.look()
+        bench.now_s = 20.0
+        bench.writer.look()
+        assert bench.watch.lost == ""
+        assert bench.end() == [1]
+
+    def test_an_adapter_that_is_stuck_while_the_program_is_awake_is_lost(self):
+        bench = Suspended()
+        bench.stick()
+        bench.writer.look()
+        for _ in range(100):
+            bench.now_s += MOST_AWAKE_S / 2.0
+            bench.writer.look()
+            if bench.watch.lost:
+                break
+        assert bench.now_s <= PATIENCE_S + MOST_AWAKE_S
+        assert "took no frame" in bench.watch.lost
+        bench.end()
 
 
 class TellingBus(FailingBus):

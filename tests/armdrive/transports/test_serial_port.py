@@ -1,18 +1,25 @@
-"""The real port's link, against a pseudo-terminal: bytes, waking, loss, and who may open it."""
+"""The link to a serial port: bytes, waking, loss, who may open it, and what closing leaves."""
 
+import errno
 import os
 import pty
 import sys
+import termios
 import tty
 
 import pytest
+import serial
 from waiting import FOREVER_S, LONG_S, returns, soon
 
-from armdrive.errors import LinkLost, PortUnavailable
+from armdrive.errors import LinkLost, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
+from armdrive.transports import open_errors as refusals
 from armdrive.transports.link import Bell
-from armdrive.transports.serial_port import SerialLink
+from armdrive.transports.open_errors import PortHolder, holder, holders, refusal
+from armdrive.transports.opening import open_link
+from armdrive.transports.serial_port import SerialLink, clear_hupcl
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="tried on Linux alone")
 
 
 @pytest.fixture
@@ -66,11 +73,6 @@ def test_a_port_that_goes_away_is_told_in_words(ends, link):
         link.write(b"@READ\r", 0.0)
 
 
-def test_a_port_is_opened_by_one_program_alone(ends, link):
-    with pytest.raises(PortUnavailable, match="in use by another program"):
-        SerialLink(ends[1], 9600)
-
-
 def test_a_port_that_is_not_there_is_said_so():
     with pytest.raises(PortUnavailable, match="there is no port"):
         SerialLink("/dev/no-such-port", 9600)
@@ -101,3 +103,159 @@ def test_a_bell_ends_the_present_sleep_and_the_next_one():
     returns(lambda: bell.wait(FOREVER_S))
     bell.close()
     ringing.join()
+
+
+@on_linux
+def test_a_spy_writes_down_what_goes_both_ways(ends, tmp_path):
+    master, name, _ = ends
+    log = tmp_path / "traffic.txt"
+    link = open_link(f"spy://{name}?file={log}", 9600)
+    link.write(b"@READ\r", 0.0)
+    assert os.read(master, 100) == b"@READ\r"
+    os.write(master, b"0,0\r")
+    link.wait(5.0)  # ends with the bytes
+    assert link.read(0.0) == b"0,0\r"
+    link.close()
+    written = log.read_text()
+    assert "@READ" in written
+    assert "0,0" in written
+    link.close()
+
+
+def test_a_spy_without_a_place_to_write_is_refused_in_words(ends, tmp_path):
+    with pytest.raises(PortUnavailable, match="check the address and its options"):
+        SerialLink(f"spy://{ends[1]}?file={tmp_path}/no/such/folder", 9600)
+    with pytest.raises(PortUnavailable, match="check the address and its options"):
+        SerialLink(f"spy://{ends[1]}?colour", 9600)
+
+
+@on_linux
+def test_a_spied_port_is_opened_by_one_program_alone(ends, tmp_path):
+    link = SerialLink(ends[1], 9600)
+    with pytest.raises(PortInUse, match=f"^{ends[1]} is in use"):
+        SerialLink(f"spy://{ends[1]}?file={tmp_path / 'log'}", 9600)
+    link.close()
+
+
+@on_linux
+def test_a_port_in_use_names_who_has_it(ends, monkeypatch):
+    link = SerialLink(ends[1], 9600)
+    with pytest.raises(PortInUse, match=rf"this one \(pid {os.getpid()}\): close the connection"):
+        SerialLink(ends[1], 9600)
+    monkeypatch.setattr(refusals, "holder", lambda device: PortHolder(4711, "miniterm"))
+    with pytest.raises(PortInUse, match=r"miniterm \(pid 4711\): end that program first"):
+        SerialLink(ends[1], 9600)
+    link.close()
+
+
+def test_what_is_no_serial_port_is_refused_in_words(tmp_path):
+    file = tmp_path / "file"
+    file.touch()
+    with pytest.raises(NoSuchPort, match="is not a serial port"):
+        SerialLink(str(file), 9600)
+
+
+def test_an_unknown_scheme_is_met_with_the_known_ones():
+    with pytest.raises(PortUnavailable, match="socket://, rfc2217://, udp:// or spy://"):
+        SerialLink("telnet://host:23", 9600)
+
+
+def pyserial_error(number: int) -> serial.SerialException:
+    text = os.strerror(number)
+    return serial.SerialException(number, f"could not open port: [Errno {number}] {text}")
+
+
+@pytest.mark.parametrize(
+    ("group", "advice"),
+    [
+        ("dialout", "`sudo usermod -aG dialout $USER`, then log in again"),
+        ("uucp", "`sudo usermod -aG uucp $USER`"),
+        ("root", "udev rule"),
+        (None, "udev rule"),
+    ],
+)
+def test_a_forbidden_port_names_the_group_to_join(monkeypatch, group, advice):
+    monkeypatch.setattr(refusals, "owning_group", lambda device: group)
+    error = refusal("/dev/ttyUSB0", pyserial_error(errno.EACCES), list)
+    assert isinstance(error, PortForbidden)
+    assert "no permission to open /dev/ttyUSB0" in str(error)
+    assert advice in str(error)
+
+
+@pytest.mark.parametrize(
+    ("error", "kind"),
+    [
+        (pyserial_error(errno.ENOENT), NoSuchPort),
+        (pyserial_error(errno.ENXIO), NoSuchPort),
+        (pyserial_error(errno.EBUSY), PortInUse),
+        (pyserial_error(errno.EAGAIN), PortInUse),
+        (pyserial_error(errno.EPERM), PortForbidden),
+        # as Windows words them
+        (serial.SerialException("PermissionError(13, 'Access is denied.', None, 5)"), PortInUse),
+        (serial.SerialException("FileNotFoundError(2, 'not found', None, 2)"), NoSuchPort),
+        (serial.SerialException("Could not configure port: (5, 'I/O error')"), NoSuchPort),
+        (ValueError("Failed to set custom baud rate (7)"), PortUnavailable),
+    ],
+)
+def test_each_failure_has_its_kind_and_says_what_to_do(error, kind):
+    made = refusal("/dev/ttyUSB77", error, list)
+    assert type(made) is kind
+    assert "/dev/ttyUSB77" in str(made)
+    assert ": " in str(made) or ". " in str(made)
+
+
+def hangs_up(name: str) -> bool:
+    fileno = os.open(name, os.O_RDWR | os.O_NOCTTY)
+    try:
+        return bool(termios.tcgetattr(fileno)[2] & termios.HUPCL)
+    finally:
+        os.close(fileno)
+
+
+@on_linux
+def test_a_port_can_be_told_to_keep_dtr_when_it_is_closed(ends):
+    master, name, _ = ends
+    settings = termios.tcgetattr(master)
+    settings[2] |= termios.HUPCL
+    termios.tcsetattr(master, termios.TCSANOW, settings)
+    SerialLink(name, 9600).close()
+    assert hangs_up(name)  # nobody asked
+    link = SerialLink(name, 9600, raise_dtr=True, keep_dtr_on_close=True)
+    link.close()
+    assert not hangs_up(name)
+    SerialLink(name, 9600).close()
+    assert not hangs_up(name)  # it lasts
+    assert not link.keep_dtr_on_close()  # closed: nothing to tell it to
+
+
+def test_what_is_no_terminal_has_no_dtr(tmp_path):
+    with (tmp_path / "file").open("w") as file:
+        assert not clear_hupcl(file.fileno())
+
+
+@on_linux
+def test_the_holder_of_an_open_device_is_found_by_its_links(ends, tmp_path):
+    _, name, _ = ends
+    link = tmp_path / "arm"
+    link.symlink_to(name)
+    assert holder(name) is None
+    fileno = os.open(name, os.O_RDWR | os.O_NOCTTY)
+    try:
+        found = holders([name, str(link), "/dev/no-such-port"])
+    finally:
+        os.close(fileno)
+    assert set(found) == {name, str(link)}
+    assert found[name].pid == os.getpid()
+    assert found[name].program
+
+
+def test_processes_that_cannot_be_looked_at_are_passed_over(tmp_path):
+    for pid, target in (("12", "/dev/other"), ("7", "/dev/arm"), ("9", "/dev/arm")):
+        (tmp_path / pid / "fd").mkdir(parents=True)
+        (tmp_path / pid / "fd" / "3").symlink_to(target)
+    (tmp_path / "7" / "comm").write_text("miniterm\n")
+    (tmp_path / "5").mkdir()  # no fd: somebody else's
+    (tmp_path / "self").mkdir()
+    assert holders(["/dev/arm"], tmp_path) == {"/dev/arm": PortHolder(7, "miniterm")}
+    assert holders(["/dev/other"], tmp_path) == {"/dev/other": PortHolder(12, "unknown")}
+    assert holders(["/dev/arm"], tmp_path / "nowhere") == {}

@@ -1,15 +1,11 @@
-"""Host and device wired to each other, and a flood of damaged bytes at both ends."""
-
-import random
+"""Host and device wired to each other."""
 
 from armdroid_strategies import COMMANDS, PLAIN, answer_to, events, some_answer
 from chunks import chunked
-from fuzzing_armdroid import MOST_HELD
 from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.armdroid import (
-    ROOM_BYTES,
     Clear,
     Completed,
     Device,
@@ -18,8 +14,6 @@ from firmware_protocol.armdroid import (
     DriveOne,
     DropArguments,
     Host,
-    Unreadable,
-    Version,
 )
 
 
@@ -70,28 +64,3 @@ def test_dropped_arguments_make_a_stray_letter_harmless(script):
         host.next_event()
     device.receive_data(b"@READ\r")
     assert DriveAll((0,) * 6) in events(device)
-
-
-def test_floods_that_nobody_fetches_stay_bounded():
-    rng = random.Random(7)
-    host, device = Host(), Device()
-    device.receive_data(b"v")
-    assert device.next_event() == Version()
-    for _ in range(200):
-        noise = rng.randbytes(1024)
-        host.receive_data(noise)
-        device.receive_data(noise)
-        assert host.buffered <= MOST_HELD
-        assert device.buffered <= ROOM_BYTES
-    assert {type(event) for event in events(host)} == {Unreadable}
-    device.send(some_answer(device))
-    assert len(events(device)) <= ROOM_BYTES + 1
-
-
-def test_a_host_that_only_sends_keeps_a_bounded_past():
-    host = Host()
-    for _ in range(20):
-        host.receive_data(b"junk\r" * 100)
-        host.send(Version())
-        host.give_up()
-    assert 0 < len(events(host)) <= 256

@@ -2,7 +2,6 @@
 
 import pytest
 from armdroid_strategies import events, some_answer
-from chunks import chunked
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -189,17 +188,6 @@ def test_a_loss_of_power_forgets_everything():
     assert device.next_event() == DriveOne(1, 5)
     assert device.forget() == DriveOne(1, 5)
     assert (device.unanswered, device.buffered, device.arguments) == (None, 0, ZEROS)
-
-
-@given(st.binary(max_size=200), st.data())
-def test_any_portions_give_the_same_events(data, drawn):
-    whole, cut = Device(), Device()
-    whole.receive_data(data)
-    found = []
-    for chunk in drawn.draw(chunked(data)):
-        cut.receive_data(chunk)
-        found += events(cut)
-    assert found == events(whole)
 
 
 @given(st.binary(max_size=60), st.text("0123456789,-", max_size=40))

@@ -2,7 +2,6 @@
 
 import pytest
 from armdroid_strategies import ANSWERS, events
-from chunks import chunked
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -32,7 +31,7 @@ from firmware_protocol.armdroid import (
     Welcome,
     ZeroOffsets,
 )
-from firmware_protocol.armdroid.wire import decode_answer, encode_answer
+from firmware_protocol.armdroid.messages import decode_answer, encode_answer
 from firmware_protocol.errors import LocalProtocolError
 
 OFFSETS = OffsetsReported((1, -2, 3, -4, 5, -6))
@@ -196,18 +195,6 @@ def test_every_answer_reads_back_as_itself_in_one_short_line(answer):
     assert line.endswith(b"\r\n")
     assert len(line) <= LINE_BYTES
     assert decode_answer(line[:-2]) == answer
-
-
-@given(st.lists(ANSWERS, max_size=4), st.binary(max_size=100), st.data())
-def test_any_portions_give_the_same_events(answers, noise, drawn):
-    data = noise + b"".join(encode_answer(answer) for answer in answers)
-    whole, cut = Host(), Host()
-    whole.receive_data(data)
-    found = []
-    for chunk in drawn.draw(chunked(data)):
-        cut.receive_data(chunk)
-        found += events(cut)
-    assert found == events(whole)
 
 
 @given(st.binary(max_size=400))

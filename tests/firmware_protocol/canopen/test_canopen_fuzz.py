@@ -16,8 +16,8 @@ from firmware_protocol.canopen import (
     WriteAsked,
 )
 from firmware_protocol.canopen.sdo import EVENTS_MAX, SIZE_MAX
+from firmware_protocol.events import Overrun
 from firmware_protocol.frames import Frame
-from firmware_protocol.waiting import Overrun
 
 COMMANDS = (0x00, 0x10, 0x20, 0x21, 0x23, 0x2F, 0x30, 0x40, 0x41, 0x4B, 0x60, 0x70, 0x80, 0xA0)
 PLACE = Place(0x1008)

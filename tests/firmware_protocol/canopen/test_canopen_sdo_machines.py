@@ -83,7 +83,7 @@ def test_a_client_leaves_aside_what_is_repeated_late_or_foreign():
     ]
     assert told(client, "585#20", "585#2000000000000000") == ["", "605#1B65210000000000"]
     (garbled,) = events(client)
-    assert garbled == canopen.GarbledResponse(
+    assert garbled == canopen.UnreadableFrame(
         Frame.parse("585#20"), "1 bytes where an SDO frame has 8"
     )
 
@@ -195,6 +195,6 @@ def test_what_is_no_request_is_told_to_the_owner():
     server = canopen.SdoServer(NODE)
     assert told(server, "605#40", "606#4008100000000000", "605#R") == ["", "", ""]
     (ignored,) = events(server)
-    assert ignored == canopen.IgnoredRequest(
+    assert ignored == canopen.UnreadableFrame(
         Frame.parse("605#40"), "1 bytes where an SDO frame has 8"
     )

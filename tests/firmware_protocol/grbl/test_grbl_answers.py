@@ -27,7 +27,7 @@ from firmware_protocol.grbl import (
     Version,
     encode_answer,
 )
-from firmware_protocol.grbl.reports import WordedAlarm, WordedError, decode_answer
+from firmware_protocol.grbl.answers import WordedAlarm, WordedError, decode_answer
 
 PLACE = (0.0, -10.0, 5.125)
 LINES = [

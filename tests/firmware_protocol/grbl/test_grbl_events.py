@@ -10,15 +10,14 @@ from firmware_protocol.grbl import (
     GRBLHAL,
     MEGA_5X,
     AlarmRaised,
-    Dwell,
     Host,
-    Move,
+    Line,
     StatusReported,
     Unreadable,
     Variant,
 )
 
-X1, X2, X3 = (Move({"X": n}, 100) for n in (1, 2, 3))
+X1, X2, X3 = (Line(f"G90G1X{n}F100") for n in (1, 2, 3))
 BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
 
 
@@ -86,7 +85,11 @@ def test_the_firmware_is_found_out():
 
 
 def test_refusals_and_alarms_in_words_are_not_lost():
-    host = sent(Dwell(1))
+    host = sent(Line("G4P1"))
     (refused, alarm) = heard(host, b"error:Bad number format\r\nALARM: Hard limit\r\n")
-    assert (refused.command, refused.code, refused.meaning) == (Dwell(1), None, "Bad number format")
+    assert (refused.command, refused.code, refused.meaning) == (
+        Line("G4P1"),
+        None,
+        "Bad number format",
+    )
     assert (alarm.code, alarm.meaning, alarm.position_kept) == (None, "Hard limit", False)

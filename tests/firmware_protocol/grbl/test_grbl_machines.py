@@ -4,7 +4,7 @@ import random
 
 import pytest
 from chunks import carried, events
-from grbl_strategies import ANSWERS, COMMANDS
+from grbl_strategies import COMMANDS
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,8 +20,8 @@ from firmware_protocol.grbl import (
     Error,
     Feedback,
     Host,
+    Line,
     LineReceived,
-    Move,
     Ok,
     Realtime,
     RealtimeReceived,
@@ -30,12 +30,11 @@ from firmware_protocol.grbl import (
     Unexpected,
     Unlock,
     Unreadable,
-    encode_answer,
     parse_line,
     split_realtime,
 )
 
-X1 = Move({"X": 1}, 100)
+X1 = Line("G90G1X1F100")
 TEXT = X1.text
 NOISE = st.binary(min_size=1, max_size=300)
 
@@ -149,14 +148,6 @@ def test_lines_that_are_streamed_never_overfill_the_ring_and_keep_their_order(sc
         elif waiting:
             assert host.room_for(waiting[0])
     assert [event.command for event in answered] == script
-
-
-@given(st.lists(st.one_of(ANSWERS, NOISE), max_size=6), st.data())
-def test_the_chunks_make_no_difference_to_a_host(parts, data):
-    stream = b"".join(p if isinstance(p, bytes) else encode_answer(p) for p in parts)
-    whole, cut = Host(MEGA_5X), Host(MEGA_5X)
-    whole.receive_data(stream)
-    assert carried(data.draw, stream, cut) == events(whole)
 
 
 @given(st.lists(st.one_of(COMMANDS, NOISE), max_size=6), st.data())

@@ -170,4 +170,4 @@ def test_a_well_checked_frame_of_anything_is_heard_by_whom_it_is_for(can_id, dat
     assert isinstance(event, mks.Foreign) == (can_id not in NODES)
     found = events(mks.Device(1), record)
     assert len(found) == (can_id in (0, 1))
-    assert all(isinstance(event, mks.Asked | mks.Ignored) for event in found)
+    assert all(isinstance(event, mks.Asked | mks.UnreadableFrame) for event in found)

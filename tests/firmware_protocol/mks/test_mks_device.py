@@ -49,8 +49,8 @@ def test_what_it_cannot_read_is_ignored_with_a_reason():
     device = mks.Device(1)
     bad, odd = Frame(1, b"\x31\x33"), Frame(1, b"\x77\x78")
     assert events(device, pack(bad) + pack(odd)) == [
-        mks.Ignored(bad, "the check byte should be 32"),
-        mks.Ignored(odd, "no code has the number 77"),
+        mks.UnreadableFrame(bad, "the check byte should be 32"),
+        mks.UnreadableFrame(odd, "no code has the number 77"),
     ]
 
 

@@ -172,7 +172,7 @@ def test_a_bad_check_byte_is_garbled_and_answers_nothing():
     good = mks.encode(1, HERE)
     bad = Frame(1, good.data[:-1] + b"\0")
     assert events(host, pack(bad) + pack(good)) == [
-        mks.Garbled(bad, "the check byte should be ad"),
+        mks.UnreadableFrame(bad, "the check byte should be ad"),
         mks.Answered(1, mks.ReadEncoder(), HERE),
     ]
 

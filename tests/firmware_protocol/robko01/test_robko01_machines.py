@@ -12,9 +12,7 @@ from firmware_protocol.robko01 import (
     Answered,
     Axes,
     Device,
-    Garbled,
     Host,
-    Ignored,
     MoveRelative,
     Op,
     Ping,
@@ -25,6 +23,7 @@ from firmware_protocol.robko01 import (
     Status,
     Stop,
     Stray,
+    Unreadable,
 )
 from firmware_protocol.robko01.frames import FRAME_MAX
 from firmware_protocol.robko01.messages import encode_answer, encode_request
@@ -117,8 +116,8 @@ def test_bytes_that_are_no_answer_are_told_and_change_nothing():
     echo = encode_request(Stop())
     found = events(host, b"noise" + spoilt + echo + STOPPED)
     assert found == [
-        Garbled(b"noise" + spoilt, "the check bytes should be a9 00"),
-        Garbled(echo, "a request, where answers belong"),
+        Unreadable(b"noise" + spoilt, "the check bytes should be a9 00"),
+        Unreadable(echo, "a request, where answers belong"),
         Answered(Stop(), Acknowledged(Op.STOP)),
     ]
 
@@ -128,7 +127,7 @@ def test_an_answer_behind_a_spoilt_length_is_heard_after_a_silence():
     assert events(host, SWALLOWING + STOPPED) == []
     host.silence()
     assert events(host) == [
-        Garbled(SWALLOWING, "the frame was not finished"),
+        Unreadable(SWALLOWING, "the frame was not finished"),
         Answered(Stop(), Acknowledged(Op.STOP)),
     ]
     host.silence()
@@ -138,17 +137,7 @@ def test_an_answer_behind_a_spoilt_length_is_heard_after_a_silence():
 def test_an_answer_behind_a_spoilt_length_is_heard_when_enough_has_followed():
     host = asked(Stop())
     assert events(host, SWALLOWING + STOPPED + bytes(22)) == []
-    assert [type(event) for event in events(host, b"\0")] == [Garbled, Answered]
-
-
-def test_each_datagram_stands_for_itself():
-    host, device = asked(Stop()), Device()
-    host.receive_datagram(STOPPED[:5])
-    host.receive_datagram(STOPPED)
-    assert [type(event) for event in events(host)] == [Garbled, Answered]
-    device.receive_datagram(encode_request(Position())[:-1])
-    device.receive_datagram(encode_request(Stop()))
-    assert [type(event) for event in events(device)] == [Ignored, Stop]
+    assert [type(event) for event in events(host, b"\0")] == [Unreadable, Answered]
 
 
 def test_requests_come_one_at_a_time_and_the_next_waits_for_the_answer():
@@ -177,9 +166,9 @@ def test_what_is_no_request_gets_no_answer():
     data = encode_request(MoveRelative(Axes((1,) * 6)))
     spoilt = data[:10] + b"\x55" + data[11:]
     found = events(device, spoilt + STOPPED + encode_request(Stop()))
-    assert [type(event) for event in found] == [Ignored, Ignored, Stop]
+    assert [type(event) for event in found] == [Unreadable, Unreadable, Stop]
     assert found[0].data == spoilt
-    assert found[1] == Ignored(STOPPED, "an answer, where requests belong")
+    assert found[1] == Unreadable(STOPPED, "an answer, where requests belong")
 
 
 def test_after_a_loss_of_power_a_device_has_heard_nothing():
@@ -196,7 +185,7 @@ def test_padding_frees_a_device_from_a_frame_that_was_cut_off(cut):
     device.receive_data(encode_request(MoveRelative(Axes((1,) * 6)))[:cut])
     found = events(device, FLUSH + encode_request(Stop()))
     assert found[-1] == Stop()
-    assert all(isinstance(event, Ignored) for event in found[:-1])
+    assert all(isinstance(event, Unreadable) for event in found[:-1])
 
 
 def test_both_ends_can_count_the_check_bytes_into_the_length():

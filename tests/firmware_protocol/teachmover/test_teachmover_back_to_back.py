@@ -10,15 +10,14 @@ from firmware_protocol.teachmover import (
     Command,
     Completed,
     Device,
-    Garbled,
     Host,
-    Malformed,
     ProgramRow,
     QDump,
     QWrite,
     Read,
     Reply,
     Status,
+    Unreadable,
 )
 
 NOISE_BYTES = st.binary(min_size=1, max_size=400).filter(lambda b: b"\r" not in b)
@@ -76,7 +75,7 @@ def test_the_attention_character_can_change_again_and_again(signs, data):
 def test_after_noise_both_ends_agree_again_at_the_next_carriage_return(noise, exchange, data):
     host, device = Host(), Device()
     for event in carried(data.draw, noise + b"\r", device):
-        if isinstance(event, Malformed):
+        if isinstance(event, Unreadable):
             device.send(Status.FAILED)
         elif device.unanswered is not None or event == QDump():
             device.forget()  # the noise happened to be a command
@@ -102,7 +101,7 @@ def test_garbage_lines_before_an_answer_do_not_change_it(exchange, garbage, data
     if isinstance(command, QDump) and replies[0] is Status.DONE:
         host.end_dump()
         found += events(host)
-    assert [type(event) for event in found] == [Garbled, Completed]
+    assert [type(event) for event in found] == [Unreadable, Completed]
     assert found[1] == expected(command, replies)
 
 

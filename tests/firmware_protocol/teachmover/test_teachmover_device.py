@@ -8,7 +8,6 @@ from firmware_protocol.teachmover import (
     Close,
     Device,
     Ignored,
-    Malformed,
     ProgramRow,
     QDump,
     Read,
@@ -16,6 +15,7 @@ from firmware_protocol.teachmover import (
     Run,
     Status,
     Step,
+    Unreadable,
 )
 
 ROW = ProgramRow(1, 240, (100, -200, 300, -400, 500, -600))
@@ -104,7 +104,7 @@ def test_the_attention_character_stays_when_the_answer_is_not_done(status):
 def test_a_malformed_line_says_why_and_is_answered():
     device = given(b"@STEP 240,1", b"@RUN")
     event = device.next_event()
-    assert event == Malformed(b"@STEP 240,1", "2 numbers follow the name where 7 or 8 belong")
+    assert event == Unreadable(b"@STEP 240,1", "2 numbers follow the name where 7 or 8 belong")
     assert device.unanswered == event
     assert device.send(Status.FAILED) == b"0\r"
     assert device.next_event() == Run()
@@ -120,7 +120,7 @@ def test_a_line_without_the_attention_character_gets_no_answer():
 
 def test_a_device_may_answer_strangers():
     device = given(b"READ", answers_strangers=True)
-    assert device.next_event() == Malformed(b"READ", "the line does not begin with @")
+    assert device.next_event() == Unreadable(b"READ", "the line does not begin with @")
     assert device.send(Status.FAILED) == b"0\r"
 
 
@@ -138,7 +138,7 @@ def test_a_device_can_start_with_another_attention_character():
         Device("-")
 
 
-@pytest.mark.parametrize(("start", "kind"), [(b"@STEP ", Malformed), (b"noise", Ignored)])
+@pytest.mark.parametrize(("start", "kind"), [(b"@STEP ", Unreadable), (b"noise", Ignored)])
 def test_an_endless_line_is_told_once_and_takes_no_memory(start, kind):
     device = Device()
     device.receive_data(start)
@@ -147,7 +147,7 @@ def test_an_endless_line_is_told_once_and_takes_no_memory(start, kind):
         assert device.buffered <= 256 + 64
     event = device.next_event()
     assert isinstance(event, kind)
-    assert event.line.startswith(start)
+    assert event.data.startswith(start)
     device.forget()
     device.receive_data(b"\r@RUN\r")
     assert device.next_event() == Run()
@@ -155,7 +155,7 @@ def test_an_endless_line_is_told_once_and_takes_no_memory(start, kind):
 
 def test_the_beginning_of_an_over_long_line_is_no_command():
     device = given(b"@RUN" + b" " * 300)
-    assert isinstance(device.next_event(), Malformed)
+    assert isinstance(device.next_event(), Unreadable)
 
 
 def test_after_a_loss_of_power_nothing_is_owed():

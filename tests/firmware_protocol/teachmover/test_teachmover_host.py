@@ -10,7 +10,6 @@ from firmware_protocol.teachmover import (
     Close,
     Completed,
     Delay,
-    Garbled,
     Host,
     ProgramRow,
     QDump,
@@ -23,8 +22,9 @@ from firmware_protocol.teachmover import (
     Status,
     Step,
     Stray,
+    Unreadable,
 )
-from firmware_protocol.teachmover.wire import encode_reply
+from firmware_protocol.teachmover.messages import encode_reply
 
 STEP = Step(240, (1, 2, 3, 4, 5, 6))
 REGISTERS = Registers((1, -2, 3, -4, 5, -6), 7, 65)
@@ -75,14 +75,14 @@ def test_a_register_line_after_a_read_that_is_not_done_is_stray(status):
 def test_a_register_line_without_a_status_is_no_answer():
     host = asked(Read())
     (event,) = events(host, REGISTER_LINE)
-    assert event == Garbled(REGISTER_LINE[:-1], "a status line was awaited after READ")
+    assert event == Unreadable(REGISTER_LINE[:-1], "a status line was awaited after READ")
     assert host.outstanding == Read()
 
 
 def test_two_status_lines_after_a_read_give_a_late_answer_away():
     host = asked(Read())
     mixed_up, completed = events(host, b"1\r1\r" + REGISTER_LINE)
-    assert mixed_up == Garbled(b"1", "a register line was awaited after READ")
+    assert mixed_up == Unreadable(b"1", "a register line was awaited after READ")
     assert completed == Completed(Read(), Status.DONE, REGISTERS)
 
 
@@ -125,14 +125,14 @@ def test_a_dump_that_breaks_off_in_a_row_says_so():
     assert events(host, b"1\r" + ROW_LINE + b"2,3841,1") == []
     host.end_dump()
     cut_off, completed = events(host)
-    assert cut_off == Garbled(b"2,3841,1", "the dump ended in the middle of a line")
+    assert cut_off == Unreadable(b"2,3841,1", "the dump ended in the middle of a line")
     assert completed == Completed(QDump(), Status.DONE, rows=(ROW,))
 
 
 def test_unreadable_rows_are_told_and_the_dump_goes_on():
     host = asked(QDump())
     garbled = events(host, b"1\r" + ROW_LINE + b"2,38!\r" + REGISTER_LINE + b"0\r" + ROW_LINE)
-    assert [type(event) for event in garbled] == [Garbled] * 3
+    assert [type(event) for event in garbled] == [Unreadable] * 3
     host.end_dump()
     assert events(host) == [Completed(QDump(), Status.DONE, rows=(ROW, ROW))]
 
@@ -140,7 +140,7 @@ def test_unreadable_rows_are_told_and_the_dump_goes_on():
 def test_rows_beyond_any_memory_are_not_kept():
     host = asked(QDump())
     (event,) = events(host, b"1\r" + ROW_LINE * (MAX_ROWS + 1))
-    assert isinstance(event, Garbled)
+    assert isinstance(event, Unreadable)
     host.end_dump()
     (completed,) = events(host)
     assert len(completed.rows) == MAX_ROWS
@@ -176,7 +176,7 @@ def test_lines_that_nobody_asked_for_are_stray_when_readable():
     host = Host()
     found = events(host, b"1\r" + REGISTER_LINE + ROW_LINE + b"hello\r")
     assert found[:3] == [Stray(b"1"), Stray(REGISTER_LINE[:-1]), Stray(ROW_LINE[:-1])]
-    assert isinstance(found[3], Garbled)
+    assert isinstance(found[3], Unreadable)
 
 
 def test_a_late_answer_to_a_given_up_command_is_stray():
@@ -198,7 +198,7 @@ def test_a_line_begun_before_a_command_is_never_its_answer():
     host = Host()
     host.receive_data(b"1")
     host.send(STEP)
-    assert events(host, b"\r") == [Garbled(b"1", "the line began before the command was sent")]
+    assert events(host, b"\r") == [Unreadable(b"1", "the line began before the command was sent")]
     assert events(host, b"1\r") == [Completed(STEP, Status.DONE)]
 
 
@@ -224,7 +224,7 @@ def test_discarded_bytes_and_events_are_gone():
 def test_garbage_is_told_and_reading_goes_on_at_the_next_carriage_return():
     host = asked(STEP)
     garbled, completed = events(host, b"\xff\x80garbage\r1\r")
-    assert isinstance(garbled, Garbled)
+    assert isinstance(garbled, Unreadable)
     assert garbled.data == b"\xff\x80garbage"
     assert completed == Completed(STEP, Status.DONE)
 
@@ -235,5 +235,5 @@ def test_an_endless_line_is_told_once_and_takes_no_memory():
     for _ in range(500):
         found += events(host, b"1" * 100)
         assert host.buffered <= 256
-    assert [type(event) for event in found] == [Garbled]
+    assert [type(event) for event in found] == [Unreadable]
     assert events(host, b"\r1\r") == [Completed(STEP, Status.DONE)]

@@ -24,7 +24,7 @@ from firmware_protocol.teachmover import (
     Status,
     Step,
 )
-from firmware_protocol.teachmover.wire import (
+from firmware_protocol.teachmover.messages import (
     decode_command,
     decode_reply,
     encode_command,

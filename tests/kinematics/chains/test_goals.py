@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
 
-from kinematics import BadNumber, KinematicsError, NotARotation, Pose, RollFrame
-from kinematics.chains.goals import ALL_PARTS, Goal, Part, frame_goal, pose_goal
+from kinematics import KinematicsError, Pose, RollFrame
+from kinematics.chains.goals import ALL_PARTS, Part, frame_goal, pose_goal
 from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames.rotations import columns, multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import transform
@@ -110,11 +110,6 @@ def test_a_vertical_hand_takes_its_plane_from_the_place():
     assert frame_goal(transform(rot_x(math.pi), (0.0, 0.0, 9.0))).outwards == X_AXIS
 
 
-def test_what_is_no_goal_is_refused():
+def test_a_goal_of_nothing_is_refused():
     with pytest.raises(KinematicsError, match="asks at least one of position, heading"):
         frame_goal(transform(rot_x(0.0), (0.0, 0.0, 0.0)), frozenset())
-    with pytest.raises(NotARotation):
-        frame_goal(transform(((2.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)), (0.0, 0.0, 0.0)))
-    with pytest.raises(BadNumber):
-        frame_goal(transform(rot_x(0.0), (math.nan, 0.0, 0.0)))
-    assert isinstance(frame_goal(transform(rot_x(0.0), (1.0, 0.0, 0.0))), Goal)

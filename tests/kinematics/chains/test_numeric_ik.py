@@ -47,22 +47,15 @@ def holds(chain, solution, frame):
     assert not chain.violations(solution.joints)
 
 
-@settings(max_examples=25)
-@given(postures(PUMA))
-def test_a_six_axis_arm_reaches_what_it_has_reached(values):
-    solution = solve_frame_ik(PUMA, PUMA.fk(values))
+@pytest.mark.parametrize("chain", [PUMA, MINI_MOVER], ids=lambda chain: chain.name)
+@given(st.data())
+def test_an_arm_reaches_what_it_has_reached_within_its_limits(chain, data):
+    values = data.draw(postures(chain))
+    solution = solve_frame_ik(chain, chain.fk(values))
     assert solution.ok
     assert solution.reason is Reason.NONE
     assert solution.met == ALL_PARTS
-    holds(PUMA, solution, PUMA.fk(values))
-
-
-@settings(max_examples=25)
-@given(postures(MINI_MOVER))
-def test_a_five_axis_arm_reaches_what_it_has_reached_within_its_limits(values):
-    solution = solve_frame_ik(MINI_MOVER, MINI_MOVER.fk(values))
-    assert solution.ok
-    holds(MINI_MOVER, solution, MINI_MOVER.fk(values))
+    holds(chain, solution, chain.fk(values))
 
 
 @settings(max_examples=25)

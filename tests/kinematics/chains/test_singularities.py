@@ -20,6 +20,8 @@ from kinematics.chains.jacobians import (
 )
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.rates import FiveAxisSingularity, five_axis_singularities, task_jacobian
+from kinematics.textbook.study import study, subject_of_system
+from kinematics.textbook.systems import SYSTEMS
 
 TWO_LINK = Chain((DHLink(a_mm=200.0), DHLink(a_mm=100.0)))
 
@@ -39,10 +41,26 @@ def test_a_stretched_two_link_arm_cannot_move_outwards():
     assert [abs(part) for part in found.hardest] == pytest.approx([0.0, 1.0], abs=1e-12)
 
 
-def test_a_posture_that_moves_well_is_not_called_singular():
-    found = condition(TWO_LINK, (0.2, 1.5))
-    assert not found.is_singular
-    assert "almost at rest" in found.sentence
+@pytest.mark.parametrize(
+    ("elbow", "words"),
+    [
+        (1.5, ("smallest singular value", "is slowest to move", "moves it least")),
+        (0.01, ("smallest singular value", "can hardly move", "leaves the tip almost at rest")),
+        (0.0, ("singular: ", "cannot move", "leaves the tip at rest")),
+    ],
+)
+def test_only_a_posture_near_a_singular_one_is_said_to_move_hardly(elbow, words):
+    found = condition(TWO_LINK, (0.2, elbow), rows=(0, 1))
+    assert found.is_singular == (elbow == 0.0)
+    for word in words:
+        assert word in found.sentence
+
+
+@pytest.mark.parametrize("name", ["two-link-5", "cartesian"])
+def test_an_arm_of_slides_at_right_angles_has_no_hardest_direction(name):
+    system = SYSTEMS[name]
+    found = study(subject_of_system(system), (50.0,) * len(system.joint_names)).condition
+    assert found.sentence == "the tip moves as easily in every direction: all singular values are 1"
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5))

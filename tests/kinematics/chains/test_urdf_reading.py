@@ -154,18 +154,6 @@ def test_yourdfpy_reads_the_same_arm(tmp_path):
     assert found == pytest.approx(np.array(position_of(arm.chain.fk(VALUES))), abs=0.01)
 
 
-def test_pinocchio_reads_the_same_arm():
-    pinocchio = pytest.importorskip("pinocchio", reason="pinocchio (pip install pin) is not here")
-    model = pinocchio.buildModelFromXML(
-        text_of(SIX).replace("/></joint>", ' effort="1" velocity="1"/></joint>')
-    )
-    data = model.createData()
-    arm = read_urdf(text_of(SIX))
-    pinocchio.framesForwardKinematics(model, data, np.array(VALUES))
-    found = data.oMf[model.getFrameId(arm.tip)].translation * 1000.0
-    assert found == pytest.approx(np.array(position_of(arm.chain.fk(VALUES))), abs=0.01)
-
-
 def test_rounded_quarter_turns_make_a_plain_link_table():
     rows = read_urdf(text_of(SIX)).chain.links
     quarter = math.pi / 2

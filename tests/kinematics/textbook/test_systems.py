@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import Wrapped, gap, postures, same_goal, same_joints
 
@@ -28,15 +28,16 @@ EACH = pytest.mark.parametrize("one", SYSTEMS.values(), ids=SYSTEMS)
 
 @EACH
 @given(data=st.data())
-def test_the_closed_form_is_the_product_of_the_link_table(one, data):
+def test_closed_forms_are_the_link_table_s_and_undo_each_other(one, data):
     joints = data.draw(postures(one))
-    assert gap(one.fk(joints), one.chain().fk(joints)) < 1e-9
+    tip = one.fk(joints)
+    assert gap(tip, one.chain().fk(joints)) < 1e-9
+    assert_every_branch_meets_the_goal(one, tip)
+    assert_the_posture_is_among_the_branches(one, tip, joints)
+    assert_numbers_that_cannot_be_compared_give_the_same(one, tip, joints)
 
 
-@EACH
-@given(data=st.data())
-def test_every_branch_meets_the_goal(one, data):
-    tip = one.fk(data.draw(postures(one)))
+def assert_every_branch_meets_the_goal(one, tip):
     goal = one.goal_of(tip)
     for branch in one.ik(goal):
         # An elbow that rounding bends beyond its limit is put on it, at no more than 1e-4 mm.
@@ -49,11 +50,8 @@ def test_every_branch_meets_the_goal(one, data):
             assert same_joints(one, one.solution(goal, branch.name).joints, branch.joints)
 
 
-@EACH
-@given(data=st.data())
-def test_the_branches_hold_the_posture_that_made_the_goal(one, data):
-    joints = data.draw(postures(one))
-    found = one.ik_frame(one.fk(joints), joints)
+def assert_the_posture_is_among_the_branches(one, tip, joints):
+    found = one.ik_frame(tip, joints)
     met = [branch for branch, miss in found if miss.mm < 1e-4 and miss.rad < 1e-6]
     kept = [branch for branch in met if branch.within_limits]
     assert kept
@@ -64,15 +62,10 @@ def test_the_branches_hold_the_posture_that_made_the_goal(one, data):
     assert lost or any(same_joints(one, branch.joints, joints) for branch in kept)
 
 
-@EACH
-@settings(max_examples=20)
-@given(data=st.data())
-def test_forward_and_inverse_run_on_numbers_that_cannot_be_compared(one, data):
-    joints = data.draw(postures(one))
-    frame = one.fk(joints)
+def assert_numbers_that_cannot_be_compared_give_the_same(one, tip, joints):
     seen = one.fk([Wrapped(value) for value in joints])
-    assert gap([tuple(map(Wrapped.of, row)) for row in seen], list(frame)) < 1e-9
-    goal = one.goal_of(frame)
+    assert gap([tuple(map(Wrapped.of, row)) for row in seen], list(tip)) < 1e-9
+    goal = one.goal_of(tip)
     for name in one.signs:
         plain = one.solution(goal, name)
         other = one.solution([Wrapped(value) for value in goal], name)
@@ -171,11 +164,12 @@ def test_the_zero_position_and_a_figure_with_the_lengths(one):
 
 @EACH
 def test_the_derivation_tells_forward_and_inverse(one):
-    assert len(one.derivation) >= 2
-    assert all(step.title and step.formula for step in one.derivation)
-    text = " ".join(step.formula for step in one.derivation)
+    derivation = one.notes.derivation
+    assert len(derivation) >= 2
+    assert all(step.title and step.formula for step in derivation)
+    text = " ".join(step.formula for step in derivation)
     assert any(name in text for name in (one.joint_names[0], "theta1", "d1"))
-    assert one.source
+    assert one.notes.source
     assert one.name in SYSTEMS
 
 

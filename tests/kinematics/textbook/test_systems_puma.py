@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
 from kinematics.chains.closed_form import closed_form
-from kinematics.errors import NotARotation, OutOfReach
+from kinematics.errors import OutOfReach
 from kinematics.frames.transforms import position_of, rotation_of, transform
 from kinematics.textbook.systems import PUMA
 
@@ -166,10 +166,3 @@ def test_nearer_to_the_base_axis_than_the_shoulder_stands_beside_it():
     with pytest.raises(OutOfReach, match="distance from the base axis") as caught:
         SIMPLE.ik((100.0, 0.0, 300.0, 0.0, 0.0, 0.0))
     assert caught.value.bound == 149.09
-
-
-def test_a_frame_that_is_no_frame_is_refused():
-    with pytest.raises(NotARotation):
-        SIMPLE.ik_frame(
-            transform(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)), (400.0, 0.0, 0.0))
-        )

@@ -22,7 +22,7 @@ from armdrive.dialects.bus.tools import (
     numbers,
     of_lost,
 )
-from armdrive.dialects.cia402.tools.objects import (
+from armdrive.dialects.cia402.objects import (
     DRIVES,
     device_words,
     entry_of,
@@ -37,7 +37,6 @@ from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
-from firmware_protocol.canopen.cob import NODE_MAX, Service, cob_id, is_for, service_of
 from firmware_protocol.canopen.drives import (
     DriveState,
     OperationMode,
@@ -45,8 +44,6 @@ from firmware_protocol.canopen.drives import (
     mode_of,
     supported_modes,
 )
-from firmware_protocol.canopen.emcy import error_words
-from firmware_protocol.canopen.nmt import Heartbeat, NodeState
 from firmware_protocol.canopen.objects import (
     DEVICE_NAME,
     DEVICE_TYPE,
@@ -63,8 +60,19 @@ from firmware_protocol.canopen.objects import (
     Place,
     Value,
 )
-from firmware_protocol.canopen.sdo_client import Aborted, GarbledResponse, SdoClient, Uploaded
+from firmware_protocol.canopen.sdo import Aborted, SdoClient, Uploaded
+from firmware_protocol.canopen.services import (
+    NODE_MAX,
+    Heartbeat,
+    NodeState,
+    Service,
+    cob_id,
+    error_words,
+    is_for,
+    service_of,
+)
 from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.events import UnreadableFrame
 from firmware_protocol.frames import Frame, pack
 
 ASK_S = 0.02
@@ -226,7 +234,7 @@ def _upload(
         while (event := client.next_event()) is not None:
             if isinstance(event, Uploaded | Aborted):
                 return event  # no further frame is sent: see the first lines of this file
-            counts.garbled += isinstance(event, GarbledResponse)
+            counts.garbled += isinstance(event, UnreadableFrame)
     return None
 
 

@@ -19,7 +19,7 @@ from armdrive.dialects.bus.words import (
     shown,
 )
 from armdrive.dialects.bus.words import words as frame_words
-from armdrive.dialects.cia402.tools.objects import (
+from armdrive.dialects.cia402.objects import (
     control_words,
     held_words,
     object_words,
@@ -28,10 +28,7 @@ from armdrive.dialects.cia402.tools.objects import (
     value_words,
 )
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, wording
-from firmware_protocol.canopen.cob import Service, opened, service_of
 from firmware_protocol.canopen.drives import mode_of
-from firmware_protocol.canopen.emcy import MAKERS_BYTES, Emergency
-from firmware_protocol.canopen.nmt import Heartbeat, Nmt, NmtCommand, NodeState, Sync
 from firmware_protocol.canopen.objects import (
     CONTROLWORD,
     MODE,
@@ -57,6 +54,18 @@ from firmware_protocol.canopen.sdo import (
     Upload,
     decode_request,
     decode_response,
+)
+from firmware_protocol.canopen.services import (
+    MAKERS_BYTES,
+    Emergency,
+    Heartbeat,
+    Nmt,
+    NmtCommand,
+    NodeState,
+    Service,
+    Sync,
+    opened,
+    service_of,
 )
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack

@@ -6,24 +6,24 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
-from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.lines import Dropped, LineSplitter
+from firmware_protocol.errors import BadField, RemoteProtocolError
+from firmware_protocol.events import Unreadable
+from firmware_protocol.fields import checks, row_of, whole_from
+from firmware_protocol.lines import LineSplitter
 
 MOTORS = 6
 RATE_MAX_HZ = 2000
 _COUNT_MAX = (1 << 31) - 1
+STEPS = row_of(whole_from(-_COUNT_MAX, _COUNT_MAX), MOTORS, f"{MOTORS} whole numbers")
 
 
 @dataclass(frozen=True, slots=True)
+@checks(rate_hz=whole_from(1, RATE_MAX_HZ), steps=STEPS)
 class Move:
     """Turn all motors by `steps`, the busiest one at `rate_hz` steps a second."""
 
     rate_hz: int
     steps: tuple[int, ...]
-
-    def __post_init__(self) -> None:
-        whole("rate_hz", self.rate_hz, 1, RATE_MAX_HZ)
-        _check(self.steps)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,32 +42,15 @@ class Failed:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(steps=STEPS)
 class Positions:
     """The positions of all motors, counted from power-on."""
 
     steps: tuple[int, ...]
 
-    def __post_init__(self) -> None:
-        _check(self.steps)
-
-
-@dataclass(frozen=True, slots=True)
-class Unreadable:
-    """A line that is none of this dialect, and why."""
-
-    line: bytes
-    reason: str
-
 
 Command: TypeAlias = Move | Where
 Answer: TypeAlias = Ok | Failed | Positions
-
-
-def _check(steps: tuple[int, ...]) -> None:
-    if len(steps) != MOTORS:
-        raise BadField("steps", steps, f"{MOTORS} whole numbers")
-    for count in steps:
-        whole("steps", count, -_COUNT_MAX, _COUNT_MAX)
 
 
 def encode(message: Command | Answer) -> bytes:
@@ -137,12 +120,10 @@ class _End(Generic[M]):
         self._lines.feed(data)
 
     def next_event(self) -> M | Unreadable | None:
-        """Return the next message, None when more bytes are needed."""
+        """Return the next message, or None."""
         line = self._lines.next_line()
-        if line is None:
-            return None
-        if isinstance(line, Dropped):
-            return Unreadable(line.start, line.reason)
+        if line is None or isinstance(line, Unreadable):
+            return line
         try:
             return self._decode(line)
         except RemoteProtocolError as error:

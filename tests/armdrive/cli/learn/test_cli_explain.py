@@ -14,7 +14,7 @@ def test_the_list_names_every_system_with_its_source(call):
     said = call("explain", "--list", code=0).out
     for name, each in SYSTEMS.items():
         assert name in said
-        assert each.source in said
+        assert each.notes.source in said
     assert call("explain", code=0).out == said
     listed = call("explain", "--list", "--json", code=0).json["systems"]
     assert [each["name"] for each in listed] == list(SYSTEMS)

@@ -174,9 +174,9 @@ def test_an_arm_file_takes_the_same_joint_values_for_a_preset(key):
 @pytest.mark.parametrize("name", ["alpha2", "alpha2-lecture", "minimover5", "robko01"])
 def test_how_the_angles_count_is_stated_where_they_could_be_mistaken(call, name):
     said = call("explain", name, code=0).out.splitlines()
-    assert said[2] == f"angles: {system(name).angles}"
+    assert said[2] == f"angles: {system(name).notes.angles}"
     assert ("up is positive" in said[2]) == (name != "alpha2-lecture")
-    assert call("explain", name, "--json", code=0).json["angles"] == system(name).angles
+    assert call("explain", name, "--json", code=0).json["angles"] == system(name).notes.angles
 
 
 def test_only_alpha2_is_measured_in_two_ways():

@@ -9,8 +9,8 @@ from cli_calls import write_bench
 from running_bench import Keys
 
 from armdrive.cli.chosen_arm import world_file
-from armdrive.cli.program import run_common
 from armdrive.cli.program.arguments import ARGUMENTS
+from armdrive.cli.program.run_output import RunOutput
 from armdrive.errors import BadRequest
 from armdrive.programs.journal import journal_file
 from armdrive.programs.rehearsal import Rehearsal
@@ -289,7 +289,7 @@ def test_a_run_refused_by_the_holder_gives_the_reason(homed, write, monkeypatch)
 
 
 def test_the_place_of_a_mistake_is_shown_once(capsys):
-    run_common.show_place(None, ["ready"], ValueError())
+    RunOutput(as_json=False).place(None, {}, ValueError())
     assert capsys.readouterr().err == ""
 
 
@@ -401,7 +401,7 @@ def test_an_invalid_block_is_refused_with_the_right_form(words):
 
 def test_the_command_says_what_is_wrong_with_a_block(call, write):
     refused = call("run", write("home\n"), "--put", "A,one,2", code=2)
-    assert "'one' is no number" in refused.err
+    assert "'one' is not a number" in refused.err
     assert "NAME,X,Y[,WIDTH[,HEIGHT]]" in refused.err
 
 

@@ -11,19 +11,18 @@ from running_bench import table_arm
 from armdrive.cli.program.run_common import PromptLines, RunTerminal
 from armdrive.cli.program.run_output import CLEAR_LINE, Display, RunOutput
 from armdrive.connect.control_socket import _lasting, _shown
-from armdrive.programs.acts import RunStage
-from armdrive.programs.problems import SourceMark
+from armdrive.programs.acts import RunStep
+from armdrive.programs.problems import SourceMark, numbered_lines
 from armdrive.programs.progress import RunProgress, Took
 from armdrive.programs.run_view import duration, line_words
-from armdrive.programs.running import RunStep
 from kinematics import Pose
 
 GO = go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
-LINES = ["# a program", "  move pick  ", "move put"]
+LINES = numbered_lines(["# a program", "  move pick  ", "move put"], "t.arm")
 
 
-def step(line, number=1, loop=1):
-    return RunStep(RunStage(GO, SourceMark(line, 3, "t.arm")), number, loop)
+def step(arm, line, number=1):
+    return RunStep(arm, SourceMark(line, 3, "t.arm"), "Go", number, moves=True, act=GO)
 
 
 @pytest.fixture
@@ -39,12 +38,12 @@ def rehearsed():
 
 def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_output.REDRAW_S", 1e3)
-    with Display(LINES, RunOutput(as_json=False, rewrites=True)) as display:
-        display.use(arm)
-        display.follow(rehearsed())
-        display.begins(step(2), None)
+    with Display(RunOutput(as_json=False, rewrites=True), LINES) as display:
+        display.run.use(arm)
+        display.run.follow(rehearsed())
+        display.begins(step(arm, 2))
         display.say("hello")
-        display.begins(step(3, 2), None)
+        display.begins(step(arm, 3, 2))
     shown = capsys.readouterr().out
     assert shown == (
         f"{CLEAR_LINE}  0%  line 2: move pick  1 min 40 s left"
@@ -54,26 +53,26 @@ def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
 
 
 def test_no_line_is_drawn_over_a_question(arm, capsys):
-    with Display(LINES, RunOutput(as_json=False, rewrites=True)) as display:
-        display.use(arm)
-        display.at(None, SourceMark(3), "Home")
+    with Display(RunOutput(as_json=False, rewrites=True), LINES) as display:
+        display.run.use(arm)
+        display.begins(RunStep(arm, SourceMark(3, 1, "t.arm"), "Home", moves=True))
         display._look_once()
     assert capsys.readouterr().out == "      line 3: move put\n"
 
 
 def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
-    with Display(LINES, RunOutput(as_json=False, rewrites=True)) as display:
-        display.use(arm)
-        display.follow(rehearsed())
-        display.begins(step(2), None)
+    with Display(RunOutput(as_json=False, rewrites=True), LINES) as display:
+        display.run.use(arm)
+        display.run.follow(rehearsed())
+        display.begins(step(arm, 2))
         arm.pause()
         arm.speed_override = 0.5
         display._look_once()
     shown = capsys.readouterr().out
     assert "paused\n" in shown
     assert "3 min 20 s left  slowed  PAUSED" in shown
-    assert arm.program() == display.view()
-    assert display.view()["left_s"] == 200
+    assert arm.program() == display.run.view()
+    assert display.run.view()["left_s"] == 200
 
 
 def test_the_status_thread_ends_quietly_when_its_reader_has_gone(arm, monkeypatch):
@@ -84,20 +83,20 @@ def test_the_status_thread_ends_quietly_when_its_reader_has_gone(arm, monkeypatc
             if event["event"] == "paused":
                 raise OSError(5, "the terminal is gone")
 
-    with Display(LINES, Gone(as_json=True)) as display:
-        display.use(arm)
-        display.begins(step(2), None)
+    with Display(Gone(as_json=True), LINES) as display:
+        display.run.use(arm)
+        display.begins(step(arm, 2))
         arm.pause()
         display._thread.join(timeout=10)
         assert not display._thread.is_alive()
 
 
 def test_no_progress_is_shown_before_the_run_began(arm, capsys):
-    with Display(LINES, RunOutput(as_json=False, rewrites=False)) as display:
-        display.use(arm)
+    with Display(RunOutput(as_json=False, rewrites=False), LINES) as display:
+        display.run.use(arm)
         display._look_once()
         assert arm.program() == {}
-        assert display.source(0) == display.source(4) == ""
+        assert display.run.line_at(SourceMark(4, 1, "t.arm")) == ""
     assert capsys.readouterr().out == ""
 
 

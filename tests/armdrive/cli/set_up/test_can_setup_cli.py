@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from types import SimpleNamespace
 
 import pytest
 from can_setup_bench import NAMES, arm
@@ -47,15 +48,16 @@ def drives(monkeypatch):
     person = SimulatedPerson(twin, print)
     person.unplug_all(len(plan_of(config).drives))
     answer = person.answer
+    seen = SimpleNamespace(link=link, mounted={1, 2})
 
     def told(asked):
-        if asked.about is About.MOUNTED and asked.motor not in (1, 2):
+        if asked.about is About.MOUNTED and asked.motor not in seen.mounted:
             return asked.question.read("no")  # as if the rest of the arm were not there yet
         return answer(asked)
 
     person.answer = told
     monkeypatch.setattr(can_setup, "TerminalPerson", lambda name: person)
-    return twin
+    return seen
 
 
 def type_in(monkeypatch, *lines):
@@ -145,6 +147,7 @@ def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatc
     there = [CanPort(PORT, "CANable"), CanPort("can:socketcan:can0", "the kernel's")]
     monkeypatch.setattr("armdrive.transports.ports.list_can_ports", lambda ports: there)
     monkeypatch.setattr("serial.tools.list_ports.comports", list)
+    drives.mounted = set()
     type_in(monkeypatch, "/dev/ttyACM7", "1", "yes")
     called = call("can", "setup", "bench", code=1)
     lines = called.out.splitlines()

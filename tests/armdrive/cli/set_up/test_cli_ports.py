@@ -74,7 +74,7 @@ def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
     with adapter.open(), connect_remembered(config, pace="real"):
         (seen,) = call("ports", "--json", code=0).json["ports"]
         assert seen["holder"]["arm"] == "bench"
-        assert "which drives bench" in call("ports", code=0).out
+        assert "an armdrive program drives bench on it" in call("ports", code=0).out
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
@@ -121,7 +121,7 @@ def test_a_port_with_the_name_and_another_number_is_not_the_arms(call, adapter):
     (absent,) = seen["absent"]
     assert (absent["arm"], absent["usb_serial"]) == ("bench", "OTHER")
     said = call("ports", code=0).out
-    assert "not the adapter of the arm file bench, which names this port" in said
+    assert "wants the adapter with the USB serial number OTHER, which this is not" in said
     assert "the arm file bench: no port has the USB serial number OTHER" in said
     assert "plug the adapter in" in said
 

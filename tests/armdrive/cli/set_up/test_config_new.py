@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import re
 import tomllib
+from dataclasses import replace
 
 import pytest
-from cli_calls import write_arm_file
+from cli_calls import Caller, write_arm_file
+from pages import page
 
+from armdrive import Arm
+from armdrive.cli.set_up import config_new
+from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
+from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.arm_files import load_arm
+from armdrive.registry.simulate import simulate
+from armdrive.setup.questions import ROWS
+from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
 from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 
@@ -150,8 +161,6 @@ def test_directions_are_found_on_a_twin_whose_motors_are_reversed(call, typing, 
     of_preset = twins.ArmBody.of_preset
 
     def body(model):
-        from dataclasses import replace
-
         return replace(of_preset(model), transmission=truth)
 
     monkeypatch.setattr(twins.ArmBody, "of_preset", body)
@@ -166,9 +175,68 @@ def test_directions_are_found_on_a_twin_whose_motors_are_reversed(call, typing, 
     }
 
 
+def test_a_reversed_motor_is_shown_as_a_change_and_written_only_for_a_real_arm(
+    call, typing, monkeypatch
+):
+    path, find = write_arm_file("bench", PLAIN), config_new._found_signs
+
+    @contextlib.contextmanager
+    def connected(config, **_):
+        truth = config.model.transmission.with_signs((1, 1, -1, 1, 1, 1))
+        twin = simulate(replace(config, model=replace(config.model, transmission=truth)))
+        with Arm(connect_simulated(config, twin=twin)) as arm:
+            yield arm
+
+    def found_on_a_real_arm(arm, *, alone):
+        signs = find(arm, alone=alone)
+        arm.simulated = False
+        return signs
+
+    monkeypatch.setattr(config_new, "_connected", connected)
+    found = call("config", "signs", "bench", "--sim", "--json", code=0).json
+    assert found["reversed_motors"] == ["elbow"]
+    assert any(line.startswith("+elbow = -1") for line in found["lines"])
+    assert path.read_text(encoding="utf-8") == PLAIN
+    monkeypatch.setattr(config_new, "_found_signs", found_on_a_real_arm)
+    motors = ["", ""] * 4 + ["", "", ""] * 2
+    typing("yes", *motors, "yes")
+    assert f"written: {path}" in call("config", "signs", "bench", code=0).out
+    assert tomllib.loads(path.read_text(encoding="utf-8"))["motor_signs"] == {"elbow": -1}
+
+
 def test_the_directions_of_a_file_are_looked_at_later(call):
     write_arm_file("bench", PLAIN)
     assert "every direction" in call("config", "signs", "bench", "--sim", "--yes", code=0).out
     found = call("config", "signs", "bench", "--sim", "--json", code=0).json
     assert found["reversed_motors"] == found["unclear"] == []
     assert "you have to watch" in call.refused("config", "signs", "bench", "--yes", code=3)
+
+
+# The page about arm files names every action, template and answer.
+
+PAGE = page("describing-the-arm")
+
+
+def test_every_action_template_and_length_is_on_the_page():
+    for action in CONFIG_ACTIONS:
+        assert f"armdrive config {action}" in PAGE
+    for template in TEMPLATES:
+        assert f"| `{template}` |" in PAGE
+    for length in PRINTED_SIX.lengths:
+        assert f"| `{length.key}` |" in PAGE
+
+
+def test_every_answer_is_on_the_page():
+    for row in ROWS:
+        stem = row.key.replace(".{one}", ".")
+        assert re.search(rf"(?m)(^|`|\[){re.escape(stem.rstrip('.'))}", PAGE), row.key
+
+
+def test_the_answers_of_the_page_make_an_arm(capsys, tmp_path):
+    shown = next(b for b in re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL) if "lab3" in b)
+    answers = tmp_path / "answers.toml"
+    answers.write_text(shown, encoding="utf-8")
+    Caller(capsys)("config", "new", "--answers", str(answers), code=0)
+    path = places.arm_files() / "lab3.toml"
+    assert load_arm(path).park.x_mm == 200
+    assert tomllib.loads(path.read_text())["motor_signs"] == {"elbow": -1}

@@ -18,7 +18,7 @@ from armdrive.dialects.mks import survey as mks
 from armdrive.dialects.mks.survey import Survey
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import BadRequest
-from armdrive.setup import findings as can_findings
+from armdrive.setup import survey as can_findings
 from armdrive.setup.bus_survey import ids_of
 from armdrive.transports.can_health import BusHealth, BusState
 from armdrive.transports.opening import open_link

@@ -49,6 +49,19 @@ class Rig(DriverBench):
         """Ask for a stop."""
         self.controller.stop(hard=hard)
 
+    def suspended(self, time_s: float) -> Motors:
+        """Suspend the program for a while; return where the shafts are as it wakes."""
+        self.dead = True
+        self.run(time_s)
+        self.dead = False
+        return self.positions
+
+    def stands(self, time_s: float = 0.5) -> None:
+        """Check that nothing turns for a while."""
+        stood = self.positions
+        self.run(time_s)
+        assert self.positions == stood
+
     def alerts(self) -> list[Alert]:
         """Return what has alarmed so far."""
         self.reply()
@@ -111,3 +124,13 @@ class Rig(DriverBench):
 def steps(*counts: int) -> Motors:
     """Return steps of six motors; those that are not named stand."""
     return Motors((*counts, *[0] * (6 - len(counts))))
+
+
+def moving(way: Motors, after_s: float = 0.5, settings: dict | None = None, **options) -> Rig:
+    """Return drives that have been on a long way for a while, at 20,000 increments a second."""
+    rig = Rig(settings, **options).ready()
+    burst = bool(settings) and settings.get("strategy") == "profile"
+    move = MoveBy(way, 20_000.0)
+    rig.begin(move if burst else MoveAlong(iter([move]), 10.0))
+    rig.run(after_s)
+    return rig

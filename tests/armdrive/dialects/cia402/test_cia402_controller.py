@@ -6,8 +6,14 @@ import itertools
 import re
 
 import pytest
-from cia402_rig import Rig, steps
+from amounts import amount
+from cia402_rig import Rig, moving, steps
 
+from armdrive import Arm
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
+from armdrive.registry.simulate import simulate
+from armdrive.status import Current, State
 from armdrive.tasks import (
     AlertKind,
     ClearFault,
@@ -25,6 +31,7 @@ from armdrive.tasks import (
 from firmware_protocol import canopen
 from firmware_protocol.frames import pack
 
+FAR = steps(60_000, -30_000)
 MOVE = MoveBy(steps(8000, -4000), 20_000.0)
 
 
@@ -69,8 +76,11 @@ def test_a_drive_that_comes_later_is_found_by_the_same_controller():
     ("options", "words"),
     [
         ({"profile": 401}, "profile 401, not a drive of CiA 402"),
-        ({"missing": "60C2"}, r'object 60C2:01 \(interpolation time period value\).*"profile"'),
-        ({"missing": "605A"}, r"object 605A:00 \(quick stop option code\)"),
+        ({"missing": "60C2"}, r'object 60C2:01 Interpolation time period value \(10\).*"profile"'),
+        (
+            {"missing": "605A"},
+            r"object 605A:00 Quick stop option code \(6, by the quick-stop ramp, then it holds\)",
+        ),
         ({"missing": "6007"}, "object 6007:00.*no such object"),
     ],
 )
@@ -98,7 +108,7 @@ def test_another_master_on_the_bus_refuses_contact():
     assert "another program" in reply.reason
 
 
-@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, 2)])
+@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(4, 2))])
 @pytest.mark.parametrize("for_s", [1.5, 30.0])
 def test_a_program_that_is_suspended_while_it_looks_for_the_drives_finds_them(when_s, for_s):
     rig = Rig()
@@ -124,9 +134,7 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
 @pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009])
 def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(delay_s):
     rig = Rig().ready()
-    rig.dead = True
-    rig.run(0.5)
-    rig.dead = False
+    rig.suspended(0.5)
     rig.begin(SwitchOn())
     rig.run(delay_s)
     rig.device.jog(steps(25))
@@ -173,9 +181,7 @@ def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
 
 
 def test_an_end_in_mid_motion_leaves_the_drives_to_their_watch():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000), 20_000.0)]), 10.0))
-    rig.run(0.3)
+    rig = moving(steps(60_000), 0.3)
     assert rig.controller.farewell() == b""
 
 
@@ -208,12 +214,8 @@ def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_
 
 
 def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_when_it_wakes():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
-    rig.dead = True
-    rig.run(1.0)
-    there, rig.dead = rig.positions, False
+    rig = moving(steps(60_000))
+    there = rig.suspended(1.0)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert there[0] < 20_000 * (0.5 + 0.3)
     rig.stop()  # what the engine says to a program that wakes
@@ -224,33 +226,22 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
 
 
 def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
-    rig.dead = True
-    rig.run(0.4)
-    rig.dead = False
+    rig = moving(steps(60_000))
+    rig.suspended(0.4)
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
     assert rig.do(ClearFault()) == Done()
-    there = rig.positions
-    rig.run(0.3)
-    assert rig.positions == there
+    rig.stands(0.3)
 
 
 @pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
 @pytest.mark.parametrize("late_s", [0.32, 0.5, 0.9])
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
 def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, quirk):
-    rig = Rig({"strategy": strategy}, hold_after_loss=quirk).ready()
-    way = MoveBy(steps(60_000, -30_000), 20_000.0)
-    rig.begin(way if strategy == "profile" else MoveAlong(iter([way]), 10.0))
-    rig.run(0.5)
-    rig.dead = True
-    rig.run(late_s)
-    there, rig.dead = rig.positions, False
+    rig = moving(FAR, settings={"strategy": strategy}, hold_after_loss=quirk)
+    there = rig.suspended(late_s)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     reply = rig.finish()
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
@@ -268,9 +259,7 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
     with monkeypatch.context() as held_up:
         held_up.setattr(rig.link, "write", lambda data, _: late.append(data))
         rig.run(0.011)
-    rig.dead = True
-    rig.run(0.5)
-    there, rig.dead = rig.positions, False
+    there = rig.suspended(0.5)
     rig.link.write(b"".join(late), rig.now_s)
     assert "stopped by itself, and holds" in rig.finish().reason
     rig.run(0.5)
@@ -284,10 +273,7 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
     monkeypatch, strategy, quirk
 ):
     """Suspended between the two: the next SYNC would have drives act on what waits for it."""
-    rig = Rig({"strategy": strategy}, hold_after_loss=quirk).ready()
-    way = MoveBy(steps(60_000, -30_000), 20_000.0)
-    rig.begin(way if strategy == "profile" else MoveAlong(iter([way]), 10.0))
-    rig.run(0.5)
+    rig = moving(FAR, settings={"strategy": strategy}, hold_after_loss=quirk)
     write, sync = rig.link.write, pack(canopen.Sync().frame)
     with monkeypatch.context() as cut_short:
         said: list[bytes] = []
@@ -298,9 +284,7 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
         )
         while not any(sync in data for data in said):
             rig.run(0.001)
-    rig.dead = True
-    rig.run(0.5)
-    there, rig.dead = rig.positions, False
+    there = rig.suspended(0.5)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert "stopped by itself, and holds" in rig.finish().reason
     rig.run(0.5)
@@ -309,15 +293,11 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
 
 def test_targets_that_were_worked_out_and_not_said_are_dropped_by_a_stop():
     """Suspended as it hears: what is thought out with that was not said, and is not on waking."""
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, -30_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
+    rig = moving(FAR)
     due_s = rig.controller.next_s()
     rig.controller.receive(pack(canopen.Heartbeat(1, canopen.NodeState.OPERATIONAL).frame), due_s)
     assert rig.controller.next_s() == due_s  # there is something to be said
-    rig.dead = True
-    rig.run(1.2)
-    there, rig.dead = rig.positions, False
+    there = rig.suspended(1.2)
     rig.stop()
     assert rig.finish() == Halted()
     rig.run(0.5)
@@ -361,9 +341,7 @@ def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed
 
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig = Rig({"heartbeat_ms": 2000}).ready()
-    rig.dead = True
-    rig.run(1.5)
-    rig.dead = False
+    rig.suspended(1.5)
     rig.run(1.0)
     assert not rig.alerts()
     assert rig.states() == {canopen.DriveState.ENABLED}
@@ -408,9 +386,7 @@ def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
 
 
 def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
+    rig = moving(steps(60_000, 30_000))
     rig.device.board.errors().ail(0, 0x2310)
     there = rig.positions
     reply = rig.finish()
@@ -433,9 +409,7 @@ def test_a_drive_that_boots_in_mid_use_is_a_restart_and_contact_is_made_anew():
 
 
 def test_a_drive_that_boots_in_motion_stops_the_others():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
+    rig = moving(steps(60_000, 30_000))
     rig.device.board.drives.reset(1)
     there = rig.positions[0]
     reply = rig.finish()
@@ -445,9 +419,7 @@ def test_a_drive_that_boots_in_motion_stops_the_others():
 
 
 def test_a_drive_that_falls_mute_in_motion_stops_the_others():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
+    rig = moving(steps(60_000, 30_000))
     rig.device.board.drives.mute(1, True)
     there = rig.positions[0]
     reply = rig.finish()
@@ -458,12 +430,53 @@ def test_a_drive_that_falls_mute_in_motion_stops_the_others():
 
 
 def test_a_mode_that_somebody_else_sets_ends_the_motion():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
-    rig.run(0.5)
+    rig = moving(steps(60_000, 30_000))
     rig.device.board.drives.set_mode(1, 1)
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "mode" in reply.reason
     assert rig.do(ClearFault()) == Done()
     assert rig.along(MOVE) == Done()
+
+
+# -- the current, as it is told -------------------------------------------------------------------
+
+
+def connected() -> Arm:
+    config = simulated_config("cia402")
+    return Arm(connect_simulated(config, twin=simulate(config)))
+
+
+def test_drives_that_are_found_switched_off_are_told_as_off():
+    arm = connected()
+    assert arm.status.state is State.DISABLED
+    assert arm.status.current is Current.OFF
+
+
+def test_drives_that_hold_are_told_as_held_whoever_switched_them_on():
+    rig = Rig()
+    assert rig.do(ReadPosition()).held is False
+    assert rig.ready().do(ReadPosition()).held is True
+
+
+def test_drives_that_hold_but_have_to_be_enabled_first_are_not_told_as_held():
+    rig = Rig().ready()
+    rig.controller.group.on = False  # as behind a wire that was lost
+    assert rig.do(ReadPosition()).held is None
+
+
+def test_the_current_follows_what_is_asked_for():
+    arm = connected()
+    arm.enable()
+    assert arm.status.current is Current.HELD
+    arm.disable()
+    assert arm.status.current is Current.OFF
+
+
+def test_of_drives_that_differ_it_is_not_said_that_they_hold():
+    arm = connected()
+    arm.enable()
+    arm.twin.faults.add("drive-fault", "2", "4310")
+    arm.sleep(1.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.current is not Current.HELD

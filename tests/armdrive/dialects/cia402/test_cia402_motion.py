@@ -9,6 +9,8 @@ import pytest
 from cia402_rig import Rig, steps
 
 from armdrive.dialects.bus.paths import PlannedPath
+from armdrive.dialects.cia402.settings import Cia402Settings, period_ms
+from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
     DeviceSettings,
@@ -184,8 +186,7 @@ def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
     assert 0x0002 in rig.words(1)
     assert rig.states() == {DriveState.ENABLED}
     held = rig.positions
-    rig.run(1.0)
-    assert rig.positions == held
+    rig.stands(1.0)
     assert rig.along(*LINE) == Done()
     assert rig.positions == held + steps(12_000, -6000)
 
@@ -279,9 +280,7 @@ def test_a_burst_is_stopped_by_a_quick_stop_and_does_not_go_on():
     there = rig.positions[0]
     assert rig.finish() == Halted()
     assert rig.positions[0] - there <= 20_000 * 0.2
-    held = rig.positions
-    rig.run(1.0)
-    assert rig.positions == held
+    rig.stands(1.0)
 
 
 # -- a drive that is held -------------------------------------------------------------------------
@@ -338,8 +337,6 @@ def test_settings_that_differ_are_told_with_the_line_that_mends_them():
     "line", ["nonsense", "1: 6040:00 u16 15", "1: 1016:01 u32 0", "9: 607E:00 u8 0"]
 )
 def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
-    from armdrive.errors import Refused
-
     rig = Rig()
     rig.do(ReadPosition())
     with pytest.raises(Refused):
@@ -350,8 +347,6 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
 
 
 def test_a_bus_that_is_slow_has_a_longer_period():
-    from armdrive.dialects.cia402.settings import Cia402Settings, period_ms
-
     assert period_ms(Cia402Settings(), 6, 500_000) == 10
     assert period_ms(Cia402Settings(), 6, 125_000) > 14
 

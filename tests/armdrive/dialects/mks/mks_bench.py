@@ -22,7 +22,7 @@ from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from armdrive.tasks import MoveAlong, MoveBy
+from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors, preset
@@ -176,9 +176,8 @@ SWITCH = 3000
 HOMES_RPM = 60
 
 
-def bench_drives(ids, firmware, starts) -> list[BenchDrive]:
+def bench_drives(shafts, ids, firmware, starts) -> list[BenchDrive]:
     """Return drives that are set up for an arm, hold nothing yet, and count from their starts."""
-    shafts = FreeShafts(len(ids))
     quirks = Options(KIND.options, {"enabled_on": False})
     drives = []
     for index, (node, start) in enumerate(zip(ids, starts, strict=False)):
@@ -204,7 +203,8 @@ class MksBench(DriverBench):
         config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
-        self.nodes = bench_drives(device.ids, firmware, starts)
+        self.shafts = FreeShafts(len(device.ids))
+        self.nodes = bench_drives(self.shafts, device.ids, firmware, starts)
         super().__init__(MksController(DIALECTS["mks"].abilities, config))
         self.to: list[tuple[float, bytes]] = []
         self.back: list[tuple[float, bytes]] = []
@@ -219,20 +219,22 @@ class MksBench(DriverBench):
 
     def _step(self, end_s: float) -> None:
         on_the_way = [at_s for at_s, _ in (*self.to, *self.back)]
-        self._pass_to(end_s, [*on_the_way, *(node.due_s() for node in self.nodes)])
-        for data in _due(self.to, self.now_s):
-            for frame in Unpacker().feed(data):
+        dues_s = [node.sim.due_s() for node in self.nodes]
+        self._pass_to(end_s, [*on_the_way, *dues_s, self.shafts.look_s])
+        if heard := _due(self.to, self.now_s):
+            for frame in Unpacker().feed(b"".join(heard)):
                 for node in self.nodes:
                     self._answer(node.hear(frame, self.now_s))
-        for node in self.nodes:
-            self._answer(node.live(self.now_s))
+        if heard or self.now_s >= min(self.shafts.look_s, *dues_s):
+            for node in self.nodes:
+                self._answer(node.live(self.now_s))
         for data in _due(self.back, self.now_s):
             if not self.dead:
                 self.controller.receive(data, self.now_s)
         self._speak()
 
     def _answer(self, said: list[bytes]) -> None:
-        for frame in Unpacker().feed(b"".join(said)):
+        for frame in Unpacker().feed(b"".join(said)) if said else ():
             if not self.loses(frame, False):
                 self.back.append((self.now_s + WIRE_S, pack(frame)))
 
@@ -302,6 +304,44 @@ def _place(corners: Sequence[tuple[float, Motors]], time_s: float) -> list[float
             share = max(time_s - from_s, 0.0) / (to_s - from_s)
             return [a + share * (b - a) for a, b in zip(start, end, strict=True)]
     return list(corners[-1][1])
+
+
+# -- what a motion comes to ------------------------------------------------------------------------
+
+
+def ends_well(bench: MksBench) -> None:
+    """Check that the motion is carried out, and that no drive is blamed."""
+    reply = bench.finish()
+    assert isinstance(reply, Done), str(reply)
+    assert not bench.alerts()
+
+
+def is_halted(bench: MksBench, *, hard: bool = False) -> None:
+    """Stop the motion; check that it is halted, and that no drive is blamed."""
+    bench.controller.stop(hard=hard)
+    assert isinstance(bench.finish(), Halted)
+    assert not bench.alerts()
+
+
+def blamed(
+    bench: MksBench,
+    who: str = "drive 1 (base)",
+    kind: AlertKind | None = None,
+    reply: object = None,
+) -> Alert:
+    """Check that one drive, and no other, is blamed for the end of the motion."""
+    assert isinstance(reply or bench.finish(), RequestRejected)
+    (alert,) = bench.alerts()
+    assert who in alert.text
+    assert kind in (None, alert.kind)
+    return alert
+
+
+def stands(bench: MksBench, for_s: float = 2.0) -> None:
+    """Check that nothing turns for a while."""
+    stood = bench.positions
+    bench.run(for_s)
+    assert bench.positions == stood
 
 
 # -- faults ----------------------------------------------------------------------------------------

@@ -12,9 +12,11 @@ from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import DeviceFault, Refused, Stopped
+from armdrive.errors import ArmError, DeviceFault, Refused, Stopped
+from armdrive.motion.context import _evidence, _refused_words
 from armdrive.registry.simulate import simulate
 from armdrive.status import Current, Evidence, State, Trust
+from armdrive.tasks import RequestRejected
 from kinematics import Joints, Pose
 
 START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
@@ -179,16 +181,49 @@ def test_a_gripper_that_no_drive_moves_is_refused():
         mks_arm(gripper="servo")
 
 
-def test_nothing_moves_while_a_drive_is_in_another_mode():
+def connected_in_another_mode() -> Arm:
+    """Connect to an arm of which one drive is in another mode."""
     config = simulated_config("mks")
     twin = simulate(config)
     twin.faults.add("drive-mode", "3", "2")
-    stood = twin.world.motors
-    arm = Arm(connect_simulated(config, twin=twin))
+    return Arm(connect_simulated(config, twin=twin))
+
+
+def test_nothing_moves_while_a_drive_is_in_another_mode():
+    arm = connected_in_another_mode()
+    stood = arm.twin.world.motors
     assert "drive 3 (elbow)" in arm.status.notice
-    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\) is in mode"):
+    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\) is in mode 2"):
         arm.enable()
-    assert twin.world.motors == stood
+    assert arm.twin.world.motors == stood
+
+
+def other_mode() -> Arm:
+    """An arm of which one drive was in another mode while it was connected, and the fault."""
+    arm = connected_in_another_mode()
+    with pytest.raises(DeviceFault, match="in mode 2"):
+        arm.enable()
+    return arm
+
+
+def test_a_mode_that_was_set_right_is_found_by_the_reset():
+    arm = other_mode()
+    arm.twin.faults.end()
+    arm.reset()
+    arm.enable()
+    assert arm.status.state is State.STANDBY
+    before = arm.twin.world.motors
+    arm.jog_j(base_deg=1.0)
+    assert arm.twin.world.motors[0] > before[0] + 2000
+
+
+def test_a_mode_that_is_wrong_still_keeps_the_arm_from_moving():
+    arm = other_mode()
+    arm.reset()
+    with pytest.raises(DeviceFault, match="in mode 2"):
+        arm.enable()
+    with pytest.raises(ArmError):
+        arm.jog_j(base_deg=1.0)
 
 
 @pytest.mark.parametrize("fault", ["drive-reset", "drive-mute"])
@@ -209,4 +244,31 @@ def test_one_drive_that_fails_in_motion_stops_all_and_is_named(fault):
     world = arm.twin.world
     arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     arm.move_j(base_deg=10)
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize(
+    ("reply", "evidence", "words"),
+    [
+        (RequestRejected(), Evidence.MOTION_REFUSED, "a byte may have been corrupted"),
+        (RequestRejected("the door is open"), Evidence.BROKEN_OFF, "aborted: the door is open"),
+        (
+            RequestRejected("drive 2 is mute", silent=True),
+            Evidence.SILENT,
+            "aborted: drive 2 is mute",
+        ),
+    ],
+)
+def test_what_ended_a_motion_is_said(reply, evidence, words):
+    assert _evidence(reply) is evidence
+    assert words in _refused_words(reply)
+
+
+def test_a_mode_that_changes_while_a_burst_is_stored_is_the_reason_that_is_kept():
+    arm = ready(segment_s=0.0)
+    arm.twin.device.at(arm.pace.now_s() + 0.3, lambda: arm.twin.faults.add("drive-mode", "3", "2"))
+    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:
+        arm.move_j(base_deg=40, shoulder_deg=60, elbow_deg=-50)
+    assert "garbled" not in str(failed.value)
+    assert "refused a valid motion" not in arm.status.trust_reason
     assert arm.twin.world.motors == arm.status.acknowledged

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, homing_at
+from mks_bench import MksBench, homing_at, stands
 
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.dialects.mks.settings import MksSettings
@@ -221,6 +221,4 @@ def test_a_search_goes_no_farther_than_the_joints():
     node.sim.flash.put(homing_at(3000))
     words = denied(bench.do(HomeDevice(((4,),))))
     assert "within its joints' limits" in words
-    stood = bench.positions
-    bench.run(1.0)
-    assert bench.positions == stood
+    stands(bench, 1.0)

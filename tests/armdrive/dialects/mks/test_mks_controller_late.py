@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import BURSTS, MksBench, along, straight, suspend
+from mks_bench import BURSTS, MksBench, along, begun, blamed, ends_well, straight, suspend
 
-from armdrive.tasks import Done, MoveBy, ReadPosition, Registers, RequestRejected, SwitchOn
+from armdrive.tasks import Done, MoveBy, ReadPosition, Registers, SwitchOn
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import (
     Code,
@@ -14,7 +14,7 @@ from firmware_protocol.mks import (
     ReadEncoder,
     Status,
 )
-from firmware_protocol.mks.wire import encode
+from firmware_protocol.mks.answers import encode
 from kinematics import Motors
 
 STARTS = (0, 100, -200, 4000, 5, 16384)
@@ -53,8 +53,7 @@ def test_a_program_that_stood_still_blames_no_drive_in_motion():
     bench.begin(along(straight(30)))
     bench.run(0.3)
     suspend(bench, 0.6)
-    assert isinstance(bench.finish(), Done)
-    assert not bench.alerts()
+    ends_well(bench)
 
 
 def send_late(bench, for_s):
@@ -70,24 +69,17 @@ def send_late(bench, for_s):
 @pytest.mark.parametrize("after_s", [0.0, 0.01, 0.3, 0.31, 0.42])
 def test_a_thread_that_stands_still_as_it_writes_blames_no_drive(after_s, for_s):
     way = (6000, -3000, 1500, 0, 700, 20)
-    bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.begin(along(straight(20, way)))
-    bench.run(after_s)
+    bench = begun(straight(20, way), after_s)
     send_late(bench, for_s)
-    assert isinstance(bench.finish(), Done)
-    assert not bench.alerts()
+    ends_well(bench)
     assert (bench.positions - Motors(50_000 + 20 * each for each in way)).largest <= 8
 
 
 def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
-    bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.begin(along(straight(20)))
-    bench.run(0.3)
+    bench = begun(straight(20), 0.3)
     bench.node(3).block(bench.now_s)
     send_late(bench, 0.3)
-    assert isinstance(bench.finish(), RequestRejected)
-    (alert,) = bench.alerts()
-    assert "drive 3 (elbow)" in alert.text
+    blamed(bench, "drive 3 (elbow)")
     assert bench.now_s < 2.0
 
 
@@ -100,8 +92,7 @@ def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, 
     bench.begin(move if settings else along([move]))
     bench.run(0.2)
     suspend(bench, 6.0)
-    assert isinstance(bench.finish(), Done)
-    assert not bench.alerts()
+    ends_well(bench)
 
 
 def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from mks_bench import BURSTS, MksBench, along, requests, straight
+from mks_bench import BURSTS, MksBench, along, begun, requests, straight
 
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
@@ -38,9 +38,7 @@ def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s)
 
 
 def test_half_a_wrist_that_says_nothing_goes_on_with_the_other_half_until_it_is_found_to():
-    bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.begin(along(straight(20, way=TOGETHER)))
-    bench.run(0.3)
+    bench = begun(straight(20, way=TOGETHER), 0.3)
     bench.node(5).sim.port.mute = True
     farthest = 0
     while bench.reply() is None:

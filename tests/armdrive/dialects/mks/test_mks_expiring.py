@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
+from amounts import in_pairs
 from mks_bench import AHEAD_S, MksBench, along, segments
 
 from firmware_protocol.mks import Code
@@ -39,9 +39,12 @@ def orders(from_s, to_s):
     return lambda at_s, code: code == Code.ABSOLUTE_AXIS and from_s <= at_s < to_s
 
 
-@pytest.mark.parametrize("later_s", [0.02, 0.06, 0.1, 0.15, 0.25])
-@pytest.mark.parametrize("lost", [(0.2, 0.65), (0.3, 0.7), (0.45, 0.62), (0.5, 0.75)])
-@pytest.mark.parametrize("tail", [0, 1, 4])
+@in_pairs(
+    "later_s, lost, tail",
+    [0.02, 0.06, 0.1, 0.15, 0.25],
+    [(0.2, 0.65), (0.3, 0.7), (0.45, 0.62), (0.5, 0.75)],
+    [0, 1, 4],
+)
 def test_orders_that_were_lost_do_not_have_a_drive_go_on_for_longer(tail, lost, later_s):
     moves = segments(*([FAST] * 5 + [SLOW] * tail))
     took_s, announced_s = stands_after_s(moves, orders(*lost), lost[1] + later_s)
@@ -54,11 +57,15 @@ def test_a_slow_way_that_was_fast_before_is_no_longer_either():
     assert took_s <= announced_s + LOOK_S
 
 
-@pytest.mark.parametrize("count", [9000, 3000, 1500])
-@pytest.mark.parametrize(("lost_s", "later_s"), [(0.35, 0.045), (0.39, 0.045), (0.45, 0.02)])
-@pytest.mark.parametrize("read_s", [0.2, 0.3, 0.4])
-def test_nor_do_those_of_a_drive_whose_readings_are_lost_as_well(count, lost_s, later_s, read_s):
+@in_pairs(
+    "count, dies, read_s",
+    [9000, 3000, 1500],
+    [(0.35, 0.045), (0.39, 0.045), (0.45, 0.02)],
+    [0.2, 0.3, 0.4],
+)
+def test_nor_do_those_of_a_drive_whose_readings_are_lost_as_well(count, dies, read_s):
     """One reading shows that it stands, but not whether it has begun since."""
+    lost_s, later_s = dies
 
     def loses(at_s, code):
         unread = code == Code.ENCODER and 0.05 < at_s < lost_s and abs(at_s - read_s) > LOOKED_S

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from amounts import in_pairs
 from mks_bench import (
     AHEAD_S,
     ANSWERS,
@@ -14,39 +15,40 @@ from mks_bench import (
     MksBench,
     along,
     begun,
+    blamed,
+    ends_well,
     hold_up,
+    is_halted,
     off_path,
     segments,
+    stands,
     straight,
     suspend,
 )
+from test_mks_arm import ready
 
+from armdrive.status import State, Trust
 from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected, Timeout
 from kinematics import Motors
 
-AT = pytest.mark.parametrize("after_s", [0.0, 0.01, 0.31, 0.42, 1.9])
-SIDES = pytest.mark.parametrize("sides", [BOTH, ORDERS, ANSWERS])
+AFTER_S = [0.0, 0.01, 0.31, 0.42, 1.9]
+ALL_SIDES = [BOTH, ORDERS, ANSWERS]
+SIDES = pytest.mark.parametrize("sides", ALL_SIDES)
 
 
 def moving(after_s, moves=None):
     return begun(moves or straight(20), after_s)
 
 
-@SIDES
-@AT
-@pytest.mark.parametrize("for_s", [0.12, 0.14, 0.2, 0.45, 0.9])
+@in_pairs("for_s, after_s, sides", [0.12, 0.14, 0.2, 0.45, 0.9], AFTER_S, ALL_SIDES)
 def test_a_bus_that_stood_still_for_a_moment_blames_no_drive(for_s, after_s, sides):
     bench = moving(after_s)
     hold_up(bench, for_s, sides)
-    reply = bench.finish()
-    assert isinstance(reply, Done), str(reply)
-    assert not bench.alerts()
+    ends_well(bench)
     assert (bench.positions - Motors(50_000 + 20 * each for each in WAY)).largest <= 8
 
 
-@SIDES
-@AT
-@pytest.mark.parametrize("for_s", [1.4, 2.5])
+@in_pairs("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
 def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
     bench = moving(after_s)
     hold_up(bench, for_s, sides)
@@ -54,9 +56,7 @@ def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_
     assert isinstance(reply, Timeout) or (reply.silent and "no drive answered" in reply.reason)
     assert not bench.alerts()
     bench.run(for_s)
-    stood = bench.positions
-    bench.run(2.0)
-    assert bench.positions == stood
+    stands(bench)
 
 
 def test_while_nobody_is_heard_nobody_is_sent_on():
@@ -72,9 +72,7 @@ def test_while_nobody_is_heard_nobody_is_sent_on():
 CORNER = segments(*([(6000, 3000, 0, 0, 0, 0)] * 8 + [(-6000, 3000, 0, 0, 0, 0)] * 8))
 
 
-@SIDES
-@pytest.mark.parametrize("after_s", [0.55, 0.7])
-@pytest.mark.parametrize("for_s", [0.2, 0.7])
+@in_pairs("after_s, for_s, sides", [0.55, 0.7], [0.2, 0.7], ALL_SIDES)
 def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
     bench = moving(after_s, CORNER)
     corners, at = [(0.0, Motors(FAR_FROM_ZERO))], Motors(FAR_FROM_ZERO)
@@ -96,24 +94,18 @@ def test_a_stop_in_the_middle_of_it_ends_the_motion():
     bench = moving(0.5)
     hold_up(bench, 0.5)
     bench.run(0.3)
-    bench.controller.stop(hard=False)
-    assert isinstance(bench.finish(), Halted)
-    assert not bench.alerts()
+    is_halted(bench)
 
 
 def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
     bench = moving(0.3)
     hold_up(bench, 0.4)
     bench.node(3).block(bench.now_s)
-    assert isinstance(bench.finish(), RequestRejected)
-    (alert,) = bench.alerts()
-    assert "drive 3 (elbow)" in alert.text
+    blamed(bench, "drive 3 (elbow)")
     assert bench.now_s < 2.5
 
 
-@pytest.mark.parametrize("start", [50_000, -2000, 900, 0])
-@pytest.mark.parametrize("dead_s", [0.15, 0.3, 0.7])
-@pytest.mark.parametrize("after_s", [0.1, 0.3, 0.55])
+@in_pairs("start, dead_s, after_s", [50_000, -2000, 900, 0], [0.15, 0.3, 0.7], [0.1, 0.3, 0.55])
 def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
     after_s, dead_s, start
 ):
@@ -136,8 +128,7 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
 def test_a_program_that_stood_still_goes_on_where_the_drives_are(for_s):
     bench = moving(0.5, CORNER)
     suspend(bench, for_s)
-    assert isinstance(bench.finish(), Done)
-    assert not bench.alerts()
+    ends_well(bench)
     assert bench.positions == Motors((50_000, 98_000, *FAR_FROM_ZERO[2:]))
 
 
@@ -148,8 +139,7 @@ def test_a_burst_is_waited_for(for_s, sides):
     bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
     bench.run(0.2)
     hold_up(bench, for_s, sides)
-    assert isinstance(bench.finish(), Done)
-    assert not bench.alerts()
+    ends_well(bench)
 
 
 def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
@@ -170,13 +160,10 @@ def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
 @pytest.mark.parametrize("after_s", [0.15, 0.3, 0.45])
 def test_who_pauses_meanwhile_has_the_arm_stand_and_go_on_when_it_is_resumed(sides, after_s):
     bench, paused = paused_in_a_hold_up(sides, after_s=after_s)
-    stood = bench.positions
-    bench.run(3.0)
-    assert bench.positions == stood
+    stands(bench, 3.0)
     assert bench.controller.busy
     paused[0] = False
-    assert isinstance(bench.finish(), Done)
-    assert not bench.alerts()
+    ends_well(bench)
     assert (bench.positions - Motors(50_000 + 20 * each for each in WAY)).largest <= 8
 
 
@@ -189,9 +176,7 @@ def test_nothing_moves_from_the_pause_on_where_answers_alone_were_late():
 def test_one_that_is_turned_in_such_a_pause_ends_the_motion():
     bench, _ = paused_in_a_hold_up(ANSWERS)
     bench.node(2).hang(300)
-    assert isinstance(bench.finish(), RequestRejected)
-    (alert,) = bench.alerts()
-    assert "drive 2 (shoulder)" in alert.text
+    blamed(bench, "drive 2 (shoulder)")
 
 
 def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
@@ -207,3 +192,42 @@ def test_a_bus_that_falls_silent_in_such_a_pause_is_told():
     bench, _ = paused_in_a_hold_up(ANSWERS)
     bench.loses = lambda *_: True
     assert isinstance(bench.finish(), Timeout)
+
+
+# -- a whole arm ----------------------------------------------------------------------------------
+
+PAUSED_S = 60.0
+
+
+def arm_paused_in_a_hold_up(for_s):
+    """Return an arm whose next motion meets late answers after 0.4 s, and a pause after 0.7 s."""
+    arm = ready()
+    device, began_s = arm.twin.device, arm.pace.now_s()
+    device.at(began_s + 0.4, lambda: arm.twin.faults.add("delay", 1.0, "next", side="device"))
+    device.at(began_s + 0.7, arm.pause)
+    device.at(began_s + 0.7 + for_s, arm.resume)
+    return arm
+
+
+def test_the_call_waits_for_as_long_as_the_arm_is_paused():
+    arm = arm_paused_in_a_hold_up(PAUSED_S)
+    arm.move_j(base_deg=30)
+    assert arm.pace.now_s() > PAUSED_S
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("after_s", [1.5, 3.0])
+def test_the_arm_says_that_it_is_paused_and_stands(after_s):
+    arm = arm_paused_in_a_hold_up(PAUSED_S)
+    motion = arm.move_j(base_deg=30, wait=False)
+    arm.sleep(after_s)
+    stood = arm.twin.world.motors
+    assert arm.status.paused
+    assert arm.status.state is State.MOVING
+    arm.sleep(5.0)
+    assert arm.twin.world.motors == stood
+    arm.stop()
+    assert motion.done
+    assert arm.twin.world.motors == stood
+    assert arm.status.trust is Trust.REFERENCED

@@ -10,7 +10,7 @@ from armdrive.dialects.bus.ledger import LATE_REPLY_MAX_S, LateReplies
 from armdrive.tasks import Done, MoveBy, ProtocolWarning, ReadPosition
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import Code, EncoderRead, Outcome
-from firmware_protocol.mks.wire import encode
+from firmware_protocol.mks.answers import encode
 from kinematics import Motors
 
 WAY = (3000, -1500, 700, 0, 300, 20)

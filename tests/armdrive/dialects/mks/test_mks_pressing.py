@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, along, straight
+from mks_bench import MksBench, along, begun, straight
 from test_mks_arm import ready
 
 from armdrive.errors import ArmError
@@ -149,9 +149,7 @@ def test_a_drive_that_pushes_whatever_it_is_told_is_told_once_and_not_followed_a
 
 
 def test_a_drive_that_pushes_and_takes_no_order_is_said_to_push_still():
-    bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.begin(along(straight(20)))
-    bench.run(0.3)
+    bench = begun(straight(20), 0.3)
     bench.node(1).block(bench.now_s)
     bench.run(0.02)
     bench.node(1).set_mode(Mode.PULSE_FOC, bench.now_s)

@@ -1,62 +1,224 @@
-"""A drive that begins anew for a moment counts near where it counted: what shows it anyway."""
+"""A drive that restarts counts from zero again: what shows it, and what must not be taken for it.
+
+A count that no shaft can have reached shows it at once. Near zero nothing does except the answers
+that never come.
+"""
 
 from __future__ import annotations
 
 import random
+from itertools import product
 
 import pytest
-from mks_bench import BURSTS, MksBench, along, hold_up, segments, straight, suspend
+from amounts import in_pairs
+from mks_bench import (
+    BOTH,
+    BURSTS,
+    ORDERS,
+    MksBench,
+    along,
+    begun,
+    blamed,
+    ends_well,
+    hold_up,
+    is_halted,
+    restart,
+    segments,
+    straight,
+    suspend,
+)
 
-from armdrive.tasks import AlertKind, Done, Halted, MoveBy, RequestRejected
+from armdrive.dialects.mks.wire import GIVE
+from armdrive.tasks import AlertKind, Halted, MoveBy, RequestRejected
 from firmware_protocol.mks import Code
 from kinematics import Motors
 
+TOLD_S = 0.15
+"""A look every 0.1 s, another one at once, and their answers."""
+RUN_ON_S = 0.3
+"""What is sent ahead, and a ramp."""
 DEAD_S = 0.1
+SLOWLY = (2500, 400, 0, 0, 0, 0)
+ALONE = (300, 0, 0, 0, 0, 0)
+BURST = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
+
+
+# -- far from zero: its count has leapt ------------------------------------------------------------
+
+
+def moving(start, speed, after_s, turns=False):
+    way = (speed, -speed // 2, 700, 0, 0, 0)
+    back = tuple(-each for each in way)
+    moves = segments(*([way] * 12 + [back] * 12 * turns))
+    return begun(moves, after_s, starts=(start, 50_000, 50_000, 0, 0, 0))
+
+
+@in_pairs(
+    "start_speed, after_s, dead_s",
+    [(9000, 9000), (-3000, 9000), (0, 3000), (20_000, 3000), (20_000, -3000), (60_000, 300)],
+    [0.21, 0.47, 0.6],
+    [0.0, 0.02, 0.05],
+)
+def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_sent(
+    start_speed, after_s, dead_s
+):
+    start, speed = start_speed
+    bench = moving(start, speed, after_s)
+    began_s, stood = bench.now_s, bench.node(1).at(bench.now_s)
+    shaft = restart(bench, 1, dead_s=dead_s)
+    assert "reset" in blamed(bench).text
+    bench.run(1.0)
+    most = abs(speed) * 10 * (dead_s + TOLD_S + RUN_ON_S)
+    assert abs(shaft() - stood) <= most
+    assert bench.now_s - 1.0 < began_s + dead_s + 2.0
+
+
+def test_one_that_keeps_its_angle_is_found_by_the_turns_that_are_missing():
+    bench = moving(40_000, 3000, 0.47)
+    restart(bench, 1, keeps_angle=True)
+    blamed(bench)
+
+
+def test_one_that_does_not_move_is_found_as_well():
+    bench = begun(straight(12, (3000, 0, 0, 0, 0, 0)), 0.3, starts=(0, 0, 30_000, 0, 0, 0))
+    restart(bench, 3)
+    blamed(bench, "drive 3 (elbow)")
+
+
+@pytest.mark.parametrize("after_s", [0.02, 0.2, 0.5])
+@pytest.mark.parametrize("start", [9000, -20_000, 2 * GIVE])
+def test_in_a_burst_it_is_found_as_well(start, after_s):
+    bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
+    bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
+    bench.run(after_s)
+    restart(bench, 1)
+    assert blamed(bench).kind in (AlertKind.RESTARTED, AlertKind.ASTRAY)
+
+
+@pytest.mark.parametrize("after_s", [0.0, 0.02, 0.06])
+def test_one_that_begins_anew_while_it_brakes_is_found_as_well(after_s):
+    bench = moving(9000, 9000, 0.5)
+    bench.controller.stop(hard=False)
+    bench._speak()
+    bench.run(after_s)
+    restart(bench, 1)
+    assert isinstance(bench.finish(), Halted)
+    assert "drive 1 (base)" in bench.alerts()[0].text
+
+
+def test_a_drive_that_is_reset_while_it_stops_is_not_taken_for_being_where_it_counts():
+    bench = begun(straight(30), 0.6, starts=(-13, 0, 0, 0, 0, 0))
+    bench.controller.stop(hard=False)
+    bench._speak()
+    bench.node(1).reset(bench.now_s)
+    bench.finish()
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base) was reset or lost its power" in alert.text
+
+
+@pytest.mark.parametrize("hard", [False, True])
+@pytest.mark.parametrize("after_s", [0.05, 0.3, 0.9, 1.9])
+def test_drives_that_stop_as_they_should_alarm_nobody(hard, after_s):
+    is_halted(begun(straight(20), after_s, starts=(-13, 0, 0, 0, 0, 0)), hard=hard)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("sides", [BOTH, ORDERS])
+def test_a_bus_and_a_program_that_are_late_make_no_count_leap(sides, seed):
+    dice = random.Random(seed)
+    bench = moving(50_000, 9000, 0.1, turns=True)
+    while bench.controller.busy and bench.now_s < 30.0:
+        bench.run(dice.uniform(0.0, 0.4))
+        late = dice.choice((hold_up, suspend))
+        late(bench, dice.uniform(0.0, 0.3), *([sides] if late is hold_up else []))
+    ends_well(bench)
+
+
+@pytest.mark.parametrize("late_s", [0.05, 0.3])
+def test_one_answer_that_was_late_is_no_leap(late_s):
+    bench = moving(50_000, 9000, 0.5)
+    node = bench.node(1)
+    hear, kept = node.hear, []
+
+    def late(frame, now_s):
+        said = hear(frame, now_s)
+        if said and not kept and frame.data[0] == Code.ENCODER:
+            kept.append(said)
+            bench.at_s[now_s + late_s] = lambda: bench._answer(said)
+            return []
+        return said
+
+    node.hear = late
+    ends_well(bench)
+    assert kept
+
+
+# -- near zero: it counts near where it counted ----------------------------------------------------
+
+
+def near_zero(start, **more) -> MksBench:
+    """Return drives of which the first stands near its zero."""
+    return MksBench(starts=(start, 0, 0, 0, 0, 0), **more).ready()
 
 
 def begins_anew(bench, number, after_s, dead_s=DEAD_S):
     """Have a drive lose its supply for a moment: mute and deaf, then holding, with a count of 0."""
     node = bench.node(number)
-
     bench.at_s[bench.now_s + after_s] = lambda: node.lose_power(bench.now_s)
     bench.at_s[bench.now_s + after_s + dead_s] = lambda: node.find_power(bench.now_s)
+
+
+def begin_anew(bench, drives, after_s, dead_s):
+    """Have the supply of the first drives fail for a moment."""
+    for number in range(1, drives + 1):
+        begins_anew(bench, number, after_s + number * 1e-6, dead_s)
 
 
 @pytest.mark.parametrize("start", [0, -2000, 900])
 @pytest.mark.parametrize("after_s", [0.09, 0.12, 0.15, 0.17])
 def test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion(start, after_s):
-    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    bench = near_zero(start)
     begins_anew(bench, 1, after_s)
-    assert isinstance(bench.do(along(straight(20, (2500, 400, 0, 0, 0, 0)))), RequestRejected)
-    (alert,) = bench.alerts()
-    assert alert.kind is AlertKind.RESTARTED
-    assert "drive 1 (base)" in alert.text
+    bench.begin(along(straight(20, SLOWLY)))
+    blamed(bench, kind=AlertKind.RESTARTED)
 
 
-@pytest.mark.parametrize("after_s", [0.1, 0.2, 0.4, 0.6])
-@pytest.mark.parametrize("start", [-3000, 60_000])
-def test_a_drive_that_began_anew_in_a_burst_is_not_sent_the_whole_way_again(start, after_s):
-    bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
-    begins_anew(bench, 1, after_s, 0.15)
-    burst = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
-    assert isinstance(bench.do(burst), RequestRejected)
-    assert bench.alerts()[0].kind is AlertKind.RESTARTED
+ONE = [(1, after_s, 0.15, start) for after_s in (0.1, 0.2, 0.4, 0.6) for start in (-3000, 60_000)]
+ALL = [(6, *row) for row in product((0.1, 0.3, 0.5), (0.15, 0.5), (0, -3000))]
+
+
+@pytest.mark.parametrize(("drives", "after_s", "dead_s", "start"), [*ONE, *ALL])
+def test_drives_that_began_anew_in_a_burst_are_not_sent_the_whole_way_again(
+    drives, after_s, dead_s, start
+):
+    bench = near_zero(start, settings=BURSTS)
+    begin_anew(bench, drives, after_s, dead_s)
+    assert isinstance(bench.do(BURST), RequestRejected)
+    if drives == 1:
+        assert bench.alerts()[0].kind is AlertKind.RESTARTED
     sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
     assert len(sent) == 1
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_lost_frames_are_no_drive_that_began_anew(seed):
-    bench = MksBench(starts=(-9000, 60_000, 20_000, 0, 0, 0)).ready()
-    dice = random.Random(seed)
-    bench.loses = lambda _frame, _host: dice.random() < 0.05
-    assert isinstance(bench.do(along(straight(10, (3000, 1500, -700, 0, 0, 0)))), Done)
-    assert not bench.alerts()
+@pytest.mark.parametrize("stopped", [False, True])
+def test_lost_frames_are_no_drive_that_began_anew(seed, stopped):
+    dice, starts = random.Random(seed), (-300, 0, 0, 0, 0, 0)
+    bench = MksBench(starts=starts if stopped else (-9000, 60_000, 20_000, 0, 0, 0)).ready()
+    bench.loses = lambda _frame, _host: dice.random() < (0.1 if stopped else 0.05)
+    if stopped:
+        bench.begin(along(straight(20, ALONE)))
+        bench.run(0.11)
+        is_halted(bench)
+    else:
+        bench.begin(along(straight(10, (3000, 1500, -700, 0, 0, 0))))
+        ends_well(bench)
 
 
 @pytest.mark.parametrize("start", [0, -2000, 900])
 def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
-    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    bench = near_zero(start)
     began_s = bench.now_s
 
     def lost(frame, _host):
@@ -64,70 +226,45 @@ def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
         return gone and frame.can_id == 1 and frame.data[0] != Code.STATE
 
     bench.loses = lost
-    assert isinstance(bench.do(along(straight(10, (2500, 400, 0, 0, 0, 0)))), Done)
-    assert not bench.alerts()
+    bench.begin(along(straight(10, SLOWLY)))
+    ends_well(bench)
 
 
 @pytest.mark.parametrize("for_s", [0.1, 0.15, 0.3])
 def test_a_program_that_wakes_late_near_zero_blames_no_drive(for_s):
-    bench = MksBench(starts=(-2000, 0, 0, 0, 0, 0)).ready()
-    bench.begin(along(straight(20, (2500, 400, 0, 0, 0, 0))))
-    bench.run(0.12)
+    bench = begun(straight(20, SLOWLY), 0.12, starts=(-2000, 0, 0, 0, 0, 0))
     suspend(bench, for_s)
-    assert isinstance(bench.finish(), Done)
-    assert not bench.alerts()
+    ends_well(bench)
 
 
 def test_a_drive_that_slips_a_little_beside_zero_has_not_begun_anew():
-    bench = MksBench(settings=BURSTS, starts=(17, 0, 0, 0, 0, 0)).ready()
-    bench.at_s[bench.now_s + 0.004] = lambda: setattr(bench.node(1), "slipped", -12)
-    bench.at_s[bench.now_s + 0.05] = lambda: setattr(bench.node(1), "slipped", 0)
-    assert isinstance(bench.do(MoveBy(Motors((2, 0, 3000, 0, 0, 0)), 9_000.0)), Done)
-    assert not bench.alerts()
+    bench = near_zero(17, settings=BURSTS)
+    bench.at_s[bench.now_s + 0.004] = lambda: bench.node(1).hang(-12)
+    bench.at_s[bench.now_s + 0.05] = lambda: bench.node(1).hang(0)
+    bench.begin(MoveBy(Motors((2, 0, 3000, 0, 0, 0)), 9_000.0))
+    ends_well(bench)
 
 
-@pytest.mark.parametrize("after_s", [0.1, 0.3, 0.5])
-@pytest.mark.parametrize("dead_s", [0.15, 0.5])
-@pytest.mark.parametrize("start", [0, -3000])
-def test_drives_that_all_began_anew_in_a_burst_are_not_sent_the_whole_way_again(
-    start, dead_s, after_s
-):
-    bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
-    for number in range(1, 7):
-        begins_anew(bench, number, after_s + number * 1e-6, dead_s)
-    burst = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
-    assert isinstance(bench.do(burst), RequestRejected)
-    sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
-    assert len(sent) == 1
-
-
-@pytest.mark.parametrize("after_s", [0.16, 0.19, 0.22, 0.25])
-@pytest.mark.parametrize("slow", [60, 150])
-@pytest.mark.parametrize("start", [0, -900])
+@in_pairs("start, slow, after_s", [0, -900], [60, 150], [0.16, 0.19, 0.22, 0.25])
 def test_one_that_began_anew_while_it_was_fast_is_found_though_it_is_slow_since(
     start, slow, after_s
 ):
-    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    bench = near_zero(start)
     fast, later = (700, 300, 0, 0, 0, 0), (slow, slow, 0, 0, 0, 0)
     begins_anew(bench, 1, after_s)
     began_s = bench.now_s
     bench.loses = lambda frame, host: (  # it is not looked at until it is slow
         not host and frame.data[0] == Code.ENCODER and 0.3 < bench.now_s - began_s < 0.68
     )
-    assert isinstance(bench.do(along(segments(*([fast] * 5 + [later] * 8)))), RequestRejected)
-    (alert,) = bench.alerts()
-    assert alert.kind is AlertKind.RESTARTED
-    assert "drive 1 (base)" in alert.text
+    bench.begin(along(segments(*([fast] * 5 + [later] * 8))))
+    blamed(bench, kind=AlertKind.RESTARTED)
 
 
-@pytest.mark.parametrize("dead_s", [0.1, 0.5])
-@pytest.mark.parametrize("stop_s", [0.0, 0.02])
-@pytest.mark.parametrize("start", [4, -450])
-@pytest.mark.parametrize("hard", [False, True])
+@in_pairs("hard, start, stop_s, dead_s", [False, True], [4, -450], [0.0, 0.02], [0.1, 0.5])
 def test_one_that_moves_alone_and_begins_anew_around_a_stop_is_found(hard, start, stop_s, dead_s):
-    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    bench = near_zero(start)
     begins_anew(bench, 1, 0.11, dead_s)
-    bench.begin(along(straight(20, (300, 0, 0, 0, 0, 0))))
+    bench.begin(along(straight(20, ALONE)))
     bench.run(0.11 + stop_s)
     bench.controller.stop(hard=hard)
     assert isinstance(bench.finish(), Halted)
@@ -136,11 +273,23 @@ def test_one_that_moves_alone_and_begins_anew_around_a_stop_is_found(hard, start
     assert "drive 1 (base)" in alert.text
 
 
+@pytest.mark.parametrize("dead_s", [0.3, 0.5, 0.6])
+@pytest.mark.parametrize("speed", [100, 1000])
+def test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out(speed, dead_s):
+    bench = begun(straight(30, (speed, 3000, 0, 0, 0, 0)), 0.5, starts=(0, 50_000, 0, 0, 0, 0))
+    restart(bench, 1, dead_s=dead_s)
+    bench.run(0.2)
+    bench.controller.stop(hard=False)
+    bench.finish()
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base)" in alert.text
+
+
 @pytest.mark.parametrize("stop_s", [0.0, 0.02])
 def test_drives_that_all_began_anew_as_they_were_stopped_are_found(stop_s):
     bench = MksBench(starts=(4, -450, 0, 0, 0, 0)).ready()
-    for number in range(1, 7):
-        begins_anew(bench, number, 0.2 + number * 1e-6, 0.3)
+    begin_anew(bench, 6, 0.2, 0.3)
     bench.begin(along(straight(20, (300, 300, 0, 0, 0, 0))))
     bench.run(0.2 + stop_s)
     bench.controller.stop(hard=False)
@@ -149,22 +298,10 @@ def test_drives_that_all_began_anew_as_they_were_stopped_are_found(stop_s):
     assert len(bench.alerts()) == 2
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_lost_frames_behind_a_stop_are_no_drive_that_began_anew(seed):
-    bench = MksBench(starts=(-300, 0, 0, 0, 0, 0)).ready()
-    dice = random.Random(seed)
-    bench.loses = lambda _frame, _host: dice.random() < 0.1
-    bench.begin(along(straight(20, (300, 0, 0, 0, 0, 0))))
-    bench.run(0.11)
-    bench.controller.stop(hard=False)
-    assert isinstance(bench.finish(), Halted)
-    assert not bench.alerts()
-
-
 @pytest.mark.parametrize("for_s", [0.05, 0.1, 0.3])
 def test_a_bus_that_stands_still_behind_a_stop_near_zero_blames_no_drive(for_s):
-    bench = MksBench(starts=(-300, 0, 0, 0, 0, 0)).ready()
-    bench.begin(along(straight(20, (300, 0, 0, 0, 0, 0))))
+    bench = near_zero(-300)
+    bench.begin(along(straight(20, ALONE)))
     bench.run(0.11)
     bench.controller.stop(hard=False)
     hold_up(bench, for_s)

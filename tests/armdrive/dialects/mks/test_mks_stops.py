@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, along, restart, straight
+from mks_bench import MksBench, along, begun, is_halted, restart, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.tasks import AlertKind, Halted
@@ -25,9 +25,7 @@ def stops_of(bench, number):
 
 def stopping(*, hard, loses):
     """Have a wrist in motion be told to stop, and some frames be lost."""
-    bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.begin(along(straight(30, WAY)))
-    bench.run(0.8)
+    bench = begun(straight(30, WAY), 0.8)
     bench.loses = loses
     bench.controller.stop(hard=hard)
     assert isinstance(bench.finish(), Halted)
@@ -64,9 +62,7 @@ def test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same(hard
         lost.extend([frame] if strikes else [])
         return strikes or not host
 
-    bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.begin(along(straight(30, WAY)))
-    bench.run(0.8)
+    bench = begun(straight(30, WAY), 0.8)
     bench.loses = loses
     bench.controller.stop(hard=hard)
     assert isinstance(bench.finish(), Halted)
@@ -102,9 +98,7 @@ def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
     bench.run(0.5)
     hold_up_one(bench, 1, silent_s)
     bench.run(0.02)
-    bench.controller.stop(hard=False)
-    assert isinstance(bench.finish(), Halted)
-    assert not bench.alerts()
+    is_halted(bench)
 
 
 def hold_up_one(bench, number, for_s):

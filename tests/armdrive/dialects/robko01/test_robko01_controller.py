@@ -525,3 +525,12 @@ class TestWatchdog:
 def test_the_fixture_stands_over_the_table():
     arm = ready_robko()
     assert arm.joints.deg == pytest.approx(OVER_THE_TABLE.deg, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("reported", "near", "position"),
+    [(-32768, 32767, 32768), (32767, -32768, -32769), (5, 65536, 65541), (0, 0, 0)],
+)
+def test_positions_are_unwrapped_across_the_seam(reported, near, position):
+    controller = Script().controller
+    assert controller.unwrap(Motors([reported] * 6), Motors([near] * 6)) == Motors([position] * 6)

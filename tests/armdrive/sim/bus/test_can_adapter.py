@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from test_can_wire import frames
 
 from armdrive.sim.serving.servers import Adapter
-from firmware_protocol.frames import Frame
-from firmware_protocol.slcan import LONGEST, SlcanLines, frame_of, line_of
+from firmware_protocol.frames import LONGEST, Frame, SlcanLines, frame_of, line_of
 
 LINES = [
     (Frame(0x7FF, bytes.fromhex("01F601403A")), b"t7FF501F601403A\r"),

@@ -8,7 +8,7 @@ import math
 import pytest
 from grbl_bench import MACHINE, SLOPE, Bench, config_of, stream
 
-from firmware_protocol.grbl import Move, State
+from firmware_protocol.grbl import Line, State
 
 HOLD, RESUME, RESET = "!", "~", "\x18"
 BRAKING = 25.0**2 / (2 * SLOPE)
@@ -109,8 +109,8 @@ def test_segments_that_are_shorter_than_the_planning_starve_the_motion():
     def lasts(units):
         bench = Bench(firmware="grbl")
         began_s = bench.now_s
-        axes = ({"X": units * (n + 1)} for n in range(round(20 / units)))
-        stream(bench, [Move(each, 3000.0) for each in axes])
+        ends = (units * (n + 1) for n in range(round(20 / units)))
+        stream(bench, [Line(f"G90G1X{end:.3g}F3000") for end in ends])
         bench.finish()
         assert bench.x == pytest.approx(20.0)
         return bench.now_s - began_s

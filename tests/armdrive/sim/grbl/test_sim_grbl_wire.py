@@ -9,7 +9,7 @@ from grbl_bench import BYTE_S, MACHINE, Bench, stream
 
 from armdrive.errors import BadRequest
 from armdrive.sim.grbl.firmware import FIRMWARES
-from firmware_protocol.grbl import Host, Move, State, Variant
+from firmware_protocol.grbl import Host, Line, State, Variant
 
 SOFT_RESET, JOG_CANCEL = "\x18", "\x85"
 
@@ -42,7 +42,7 @@ def test_an_empty_line_is_answered_within_two_milliseconds():
     bench.say("")
     assert bench.heard[-1] == "ok"
     assert stream(bench, []) == 0.0
-    one = stream(bench, [Move({"X": 0.0})])  # no way at all
+    one = stream(bench, [Line("G90G0X0")])  # no way at all
     assert one < 10e-3
 
 
@@ -95,7 +95,7 @@ def test_real_time_bytes_are_picked_out_of_the_middle_of_a_line():
 
 def test_the_rate_of_short_segments_is_the_measured_one():
     """317 a second by counting characters on a 328p, at 500 units/s^2: it waits for the motion."""
-    names = [Move({"X": 0.1 * (n + 1)}, 6000.0) for n in range(300)]
+    names = [Line(f"G90G1X{0.1 * (n + 1):.3g}F6000") for n in range(300)]
     counting = len(names) / stream(Bench(firmware="grbl"), names)
     one_by_one = Host(replace(Bench(firmware="grbl").board.codec.dialect, ring_bytes=None))
     single = len(names) / stream(Bench(firmware="grbl"), names, one_by_one)
@@ -105,7 +105,7 @@ def test_the_rate_of_short_segments_is_the_measured_one():
 
 def test_in_check_mode_the_wire_is_the_limit():
     """485 to 534 lines a second, against 235 to 250 one at a time (and a slower host)."""
-    lines = [Move({"X": 10.123, "Y": -4.5}, 1500.0) for _ in range(300)]
+    lines = [Line("G90G1X10.123Y-4.5F1500") for _ in range(300)]
     bench = Bench()
     bench.say("$C")
     rate = len(lines) / stream(bench, lines)

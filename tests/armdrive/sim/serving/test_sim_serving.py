@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -14,11 +15,11 @@ from pathlib import Path
 
 import pytest
 import serial
+from served import ServedDevice
 from waiting import LONG_S, until
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults.request import parse_option
 from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
 from armdrive.sim.teachmover.device import TeachMoverBoard
@@ -31,53 +32,31 @@ needs_signals = pytest.mark.skipif(
 )
 
 
-class Running:
-    """A device served by a thread, steered by a pipe."""
-
-    def __init__(self, server, faults=()):
-        self.server = server
-        self.device = SimDevice(TeachMoverBoard())
-        self.out = io.StringIO()
-        ear, self._mouth = os.pipe()
-        self._thread = threading.Thread(
-            target=run_device,
-            args=(self.device, server, ear, self.out),
-            kwargs={"faults": [parse_option(each) for each in faults]},
-            daemon=True,
-        )
-        self._thread.start()
-
-    def command(self, line):
-        os.write(self._mouth, line.encode() + b"\n")
-
-    def answer(self, line):
-        """Give a command and wait for the line that answers it."""
-        count = self.out.getvalue().count("\n")
-        self.command(line)
-        self.until(lambda: self.out.getvalue().count("\n") > count)
-        return self.out.getvalue().splitlines()[-1]
-
-    def until(self, true):
-        until(true)
-
-    def end(self):
-        self.command("quit")
-        self._thread.join(LONG_S)
-        assert not self._thread.is_alive()
-        os.close(self._mouth)
-
-
 @pytest.fixture
 def serve():
     running = []
 
     def start(server, *faults):
-        running.append(Running(server, faults))
+        running.append(ServedDevice(server, SimDevice(TeachMoverBoard()), *faults))
         return running[-1]
 
     yield start
     for each in running:
         each.end()
+
+
+NOTHING = b"@STEP 0,0,0,0,0,0,0\r"
+
+
+def dial(server):
+    """Connect to a TCP server."""
+    return socket.create_connection(("127.0.0.1", server.port), LONG_S)
+
+
+def said(client, request):
+    """Send a request and return its first answer."""
+    client.sendall(request)
+    return read_line(client)
 
 
 def read_line(client):
@@ -99,31 +78,26 @@ def _end_once(seen, number=signal.SIGTERM):
 class TestTcp:
     def test_a_motion_is_made_and_answered(self, serve):
         running = serve(TcpServer())
-        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
-            began_s = json.loads(running.answer("state --json"))["time_s"]
-            client.sendall(b"@STEP 240, 40,0,0,0,0,0\r")
-            assert read_line(client) == b"1\r"
-            ended_s = json.loads(running.answer("state --json"))["time_s"]
+        with dial(running.server) as client:
+            began_s = json.loads(running.tell("state --json"))["time_s"]
+            assert said(client, b"@STEP 240, 40,0,0,0,0,0\r") == b"1\r"
+            ended_s = json.loads(running.tell("state --json"))["time_s"]
             assert ended_s - began_s >= 40 / 470 + 26 * 10 / 9600
         assert running.device.registers == (40, 0, 0, 0, 0, 0)
 
     def test_one_client_at_a_time_and_then_the_next(self, serve):
-        running = serve(TcpServer())
-        where = ("127.0.0.1", running.server.port)
-        with socket.create_connection(where, LONG_S) as first:
-            first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
-            assert read_line(first) == b"1\r"
-            with socket.create_connection(where, LONG_S) as second:
+        server = serve(TcpServer()).server
+        with dial(server) as first:
+            assert said(first, NOTHING) == b"1\r"
+            with dial(server) as second:
                 assert second.recv(10) == b""
-            first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
-            assert read_line(first) == b"1\r"
-        with socket.create_connection(where, LONG_S) as third:
-            third.sendall(b"@STEP 0,0,0,0,0,0,0\r")
-            assert read_line(third) == b"1\r"
+            assert said(first, NOTHING) == b"1\r"
+        with dial(server) as third:
+            assert said(third, NOTHING) == b"1\r"
 
     def test_a_client_that_floods_the_line_has_to_wait_for_it(self, serve):
         running = serve(TcpServer())
-        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
+        with dial(running.server) as client:
             client.setblocking(False)
             most = 0
             for _ in range(200):
@@ -133,29 +107,26 @@ class TestTcp:
                     break
             else:
                 pytest.fail("everything was taken at once")
-            assert running.answer("state").startswith("power on")
+            assert running.tell("state").startswith("power on")
         assert most > 4096
 
     def test_unplugged_and_plugged_in_again(self, serve):
         running = serve(TcpServer())
-        where = ("127.0.0.1", running.server.port)
-        with socket.create_connection(where, LONG_S) as client:
-            client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
-            read_line(client)
-            assert running.answer("unplug") == "unplugged"
+        address = f"127.0.0.1:{running.server.port}"
+        with dial(running.server) as client:
+            assert said(client, NOTHING) == b"1\r"
+            assert running.tell("unplug") == "unplugged"
             assert client.recv(10) == b""
-        assert f"127.0.0.1:{where[1]}" in running.answer("replug")
-        with socket.create_connection(where, LONG_S) as client:
-            client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
-            assert read_line(client) == b"1\r"
+        assert address in running.tell("replug")
+        with dial(running.server) as client:
+            assert said(client, NOTHING) == b"1\r"
 
-    def test_a_port_that_is_taken_is_said_so(self):
-        server = TcpServer()
-        try:
-            with pytest.raises(PortUnavailable, match="choose another port"):
-                TcpServer(port=server.port)
-        finally:
-            server.close()
+    @pytest.mark.parametrize("kind", ["tcp", "udp"])
+    def test_a_port_that_is_taken_is_refused_in_words(self, kind):
+        taken = make_server(**{kind: "0"})
+        with pytest.raises(PortUnavailable, match="choose another port"):
+            make_server(**{kind: f":{taken.port}"})
+        taken.close()
 
     @pytest.mark.parametrize("address", ["", "host", "1.2.3.4:", "localhost:x", ":-1"])
     def test_an_address_without_a_port_is_refused(self, address):
@@ -163,11 +134,8 @@ class TestTcp:
             make_server(tcp=address)
 
     def test_it_listens_on_this_computer_alone_unless_told_otherwise(self):
-        server = make_server(tcp="0")
-        try:
+        with contextlib.closing(make_server(tcp="0")) as server:
             assert server.address.startswith("127.0.0.1:")
-        finally:
-            server.close()
 
 
 class TestUdp:
@@ -195,57 +163,47 @@ class TestUdp:
 
     def test_it_is_withdrawn_and_offered_again(self, serve):
         running = serve(UdpServer())
-        running.answer("unplug")
+        running.tell("unplug")
         assert running.server.filenos() == ()
-        assert "127.0.0.1:" in running.answer("replug")
-
-    def test_a_port_that_is_taken_is_said_so(self):
-        server = UdpServer()
-        try:
-            with pytest.raises(PortUnavailable, match="choose another port"):
-                make_server(udp=f":{server.port}")
-        finally:
-            server.close()
+        assert "127.0.0.1:" in running.tell("replug")
 
 
 class TestFaults:
     def test_a_fault_of_the_command_line_befalls_a_served_arm(self, serve):
         running = serve(TcpServer(), "drop:#3,from=host", "stall:1")
-        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
-            client.sendall(b"@READ\r")
-            assert read_line(client) == b"0\r"
+        with dial(running.server) as client:
+            assert said(client, b"@READ\r") == b"0\r"
             before = running.device.world.motors
-            client.sendall(b"@STEP 240,40,0,0,0,0,0\r")
-            assert read_line(client) == b"1\r"
+            assert said(client, b"@STEP 240,40,0,0,0,0,0\r") == b"1\r"
         assert running.device.world.motors == before
 
     def test_the_cable_is_pulled_by_itself_after_a_while(self, serve):
         running = serve(TcpServer(), "unplug@0.05")
-        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
+        with dial(running.server) as client:
             assert client.recv(10) == b""
-        assert running.answer("fault") == "unplug @0.05"
+        assert running.tell("fault") == "unplug @0.05"
 
     @needs_pty
     def test_the_cable_comes_back_as_another_port(self, serve, tmp_path):
         running = serve(PtyServer(tmp_path / "arm"), f"replug:{tmp_path / 'arm2'}@0.05")
-        running.answer("unplug")
-        running.until((tmp_path / "arm2").is_symlink)
+        running.tell("unplug")
+        until((tmp_path / "arm2").is_symlink)
         assert not (tmp_path / "arm").is_symlink()
 
     @needs_pty
     def test_what_cannot_be_done_later_is_said(self, serve, tmp_path):
         (tmp_path / "arm2").write_text("mine")
         running = serve(PtyServer(tmp_path / "arm"), f"replug:{tmp_path / 'arm2'}@0.05")
-        running.answer("unplug")
-        running.until(lambda: "choose another path" in running.out.getvalue())
+        running.tell("unplug")
+        until(lambda: "choose another path" in running.out.getvalue())
 
 
 class TestConsole:
     def test_commands_are_answered_while_bytes_flow(self, serve):
         running = serve(TcpServer())
-        told = json.loads(running.answer("state --json"))
+        told = json.loads(running.tell("state --json"))
         assert told["moving"] is False
-        assert running.answer("put A 200 0") == "block A stands at x 200.0, y 0.0, z 0.0 mm"
+        assert running.tell("put A 200 0") == "block A stands at x 200.0, y 0.0, z 0.0 mm"
         assert "A" in running.device.world.scene.blocks
 
     @needs_signals
@@ -309,13 +267,13 @@ class TestPty:
         running = serve(PtyServer(link))
         client = os.open(link, os.O_RDWR | os.O_NOCTTY)
         try:
-            running.answer("unplug")
+            running.tell("unplug")
             assert not link.is_symlink()
             with pytest.raises(OSError, match="Input/output"):
                 os.read(client, 1) or os.write(client, b"x")
         finally:
             os.close(client)
-        running.answer("replug")
+        running.tell("replug")
         assert str(link.readlink()).startswith("/dev/")
 
     def test_it_replaces_what_an_ended_simulation_left_behind(self, tmp_path):

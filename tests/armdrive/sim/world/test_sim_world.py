@@ -25,6 +25,16 @@ def kinds(world):
     return [incident.kind for incident in world.incidents]
 
 
+def holding(*others, x_mm=250, y_mm=40, z_mm=15, lifted_mm=0):
+    """Return a world whose fingers came down around the block, closed, and perhaps lifted it."""
+    world = World(blocks=[BLOCK, *others])
+    descend(world, x_mm, y_mm, z_mm, opening=50)
+    grasp(world)
+    if lifted_mm:
+        lift(world, lifted_mm)
+    return world
+
+
 def block(world, name="A"):
     return world.scene.blocks[name]
 
@@ -84,13 +94,9 @@ class TestSag:
         assert height - world.tip[2] > 10
         assert world.joints["base"] == pytest.approx(before["base"])
         assert world.joints["wrist_roll"] == pytest.approx(before["wrist_roll"], abs=0.005)
-
-    def test_it_sags_once(self):
-        world = World()
-        world.cut_current()
         rest = world.motors
         world.cut_current()
-        assert world.motors == rest
+        assert world.motors == rest  # it sags once
 
     def test_the_table_ends_the_fall(self):
         world = World()
@@ -113,10 +119,7 @@ class TestSag:
         assert world.joints.deg["shoulder"] > 131
 
     def test_what_was_held_is_dropped(self):
-        world = World(blocks=[BLOCK])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
-        lift(world, 60)
+        world = holding(lifted_mm=60)
         assert world.scene.held == "A"
         world.cut_current()
         assert world.scene.held is None
@@ -154,9 +157,7 @@ class TestFingers:
         assert world.incidents == []
 
     def test_every_32_half_steps_add_a_pound(self):
-        world = World(blocks=[BLOCK])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
+        world = holding()
         before = world.grip_force_n
         world.drive((0, 0, 0, 0, 0, -32))
         assert world.grip_force_n - before == pytest.approx(4.448)
@@ -175,29 +176,21 @@ class TestFingers:
         assert kinds(world) == [IncidentKind.STOP]
 
     def test_fingers_that_close_beside_a_block_find_nothing(self):
-        world = World(blocks=[BLOCK])
-        descend(world, 250, -40, 15, opening=50)
-        grasp(world)
+        world = holding(y_mm=-40)
         assert world.opening_mm == 0.0
         assert world.scene.held is None
 
 
 class TestBlocks:
     def test_a_held_block_goes_where_the_tip_goes(self):
-        world = World(blocks=[BLOCK])
-        descend(world, 251, 39, 15, opening=50)
-        grasp(world)
-        lift(world, 80)
+        world = holding(lifted_mm=80, x_mm=251, y_mm=39)
         reach(world, 200, -120, 95)
         x, y, z = world.tip
         there = block(world)
         assert there.place == pytest.approx((x - 1, y + 1, z - 15), abs=0.7)
 
     def test_it_stays_where_it_is_put(self):
-        world = World(blocks=[BLOCK])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
-        lift(world, 80)
+        world = holding(lifted_mm=80)
         reach(world, 200, -120, 95)
         for z in (75, 55, 35, 15):
             reach(world, 200, -120, z)
@@ -208,19 +201,13 @@ class TestBlocks:
         assert world.incidents == []
 
     def test_let_go_in_the_air_it_falls_on_what_is_below(self):
-        world = World(blocks=[BLOCK, TableBlock("B", 200, -100, 0, 40, 25)])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
-        lift(world, 100)
+        world = holding(TableBlock("B", 200, -100, 0, 40, 25), lifted_mm=100)
         reach(world, 205, -95, 115)
         spread(world, 50)
         assert block(world).z_mm == 25.0
 
     def test_blocks_can_be_stacked_and_stand(self):
-        world = World(blocks=[BLOCK, TableBlock("B", 200, -100, 0, 40, 25)])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
-        lift(world, 100)
+        world = holding(TableBlock("B", 200, -100, 0, 40, 25), lifted_mm=100)
         descend(world, 200, -100, 25 + 15)
         spread(world, 50)
         lift(world, 100)
@@ -229,10 +216,7 @@ class TestBlocks:
         assert world.incidents == []
 
     def test_what_stands_on_a_carried_block_comes_along(self):
-        world = World(blocks=[BLOCK, TableBlock("B", 250, 40, 30, 20, 20)])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
-        lift(world, 60)
+        world = holding(TableBlock("B", 250, 40, 30, 20, 20), lifted_mm=60)
         assert block(world, "B").z_mm == pytest.approx(block(world).top_mm)
         spread(world, 50)
         assert block(world, "B").z_mm == 30.0
@@ -265,10 +249,7 @@ class TestBlocks:
         assert world.scene.held is None
 
     def test_a_carried_block_knocks_what_it_runs_into(self):
-        world = World(blocks=[BLOCK, TableBlock("B", 250, -60, 0, 30, 60)])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
-        lift(world, 20)
+        world = holding(TableBlock("B", 250, -60, 0, 30, 60), lifted_mm=20)
         for y in range(30, -60, -10):
             reach(world, 250, y, 35)
         assert kinds(world) == [IncidentKind.KNOCK]
@@ -276,18 +257,14 @@ class TestBlocks:
         assert block(world, "B").y_mm < -70
 
     def test_a_held_block_pressed_into_the_table_is_an_incident(self):
-        world = World(blocks=[BLOCK])
-        descend(world, 250, 40, 25, opening=50)
-        grasp(world)
+        world = holding(z_mm=25)
         reach(world, 250, 40, 20)
         assert kinds(world) == [IncidentKind.TABLE]
         spread(world, 50)
         assert block(world).z_mm == 0.0
 
     def test_a_block_in_the_fingers_can_be_taken_away(self):
-        world = World(blocks=[BLOCK])
-        descend(world, 250, 40, 15, opening=50)
-        grasp(world)
+        world = holding()
         assert world.take("A") is not None
         assert world.scene.held is None
         assert world.take("A") is None

@@ -28,6 +28,7 @@ from armdrive.tasks import (
     SwitchOn,
 )
 from armdrive.text.toml import within
+from firmware_protocol.events import Unreadable
 from firmware_protocol.tutor import (
     RATE_MAX_HZ,
     Answer,
@@ -37,7 +38,6 @@ from firmware_protocol.tutor import (
     Move,
     Ok,
     Positions,
-    Unreadable,
     Where,
 )
 from kinematics.spaces import Motors

@@ -1,9 +1,9 @@
-"""Reading a speed: a fraction or a percentage of the arm's limits, and nothing else."""
+"""Typed numbers: plain and whole ones, and speeds as a fraction or a percentage of the limits."""
 
 import pytest
 
 from armdrive.errors import BadRequest
-from armdrive.text.speed import parse_speed
+from armdrive.text.numbers import number, parse_speed, whole
 
 
 @pytest.mark.parametrize(
@@ -38,3 +38,34 @@ def test_any_other_text_is_refused_with_both_spellings(text: str, words: str) ->
     with pytest.raises(BadRequest) as caught:
         parse_speed(text)
     assert str(caught.value) == words
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("5", 5), ("-0.25", -0.25), ("1e3", 1000), (" 7 ", 7), ("+2", 2)]
+)
+def test_a_plain_number_is_read(text: str, value: float) -> None:
+    assert number(text) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x", "'x' is not a number"),
+        ("", "'' is not a number"),
+        ("1_5", "'1_5' is not a number"),
+        ("٥", "'٥' is not a number"),
+        ("nan", "'nan' is not a finite number"),
+        ("1e999", "'1e999' is not a finite number"),
+    ],
+)
+def test_what_is_no_plain_number_is_refused(text: str, words: str) -> None:
+    with pytest.raises(BadRequest) as caught:
+        number(text)
+    assert str(caught.value) == words
+
+
+def test_a_whole_number_has_digits_alone() -> None:
+    assert [whole(text) for text in ("0", "12", "-3", "+4")] == [0, 12, -3, 4]
+    for text in ("1.0", "1e3", "", "x", "1_5", "٥", "9" * 6000):
+        with pytest.raises(BadRequest, match="is not a"):
+            whole(text)

@@ -16,8 +16,6 @@ from firmware_protocol.canopen.drives import (
     mode_of,
     supported_modes,
 )
-from firmware_protocol.canopen.emcy import ErrorRegister, error_words
-from firmware_protocol.canopen.nmt import HeartbeatWatch
 from firmware_protocol.canopen.objects import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
@@ -41,6 +39,7 @@ from firmware_protocol.canopen.objects import (
     Value,
 )
 from firmware_protocol.canopen.pdo import NO_REMOTE, NOT_VALID
+from firmware_protocol.canopen.services import ErrorRegister, HeartbeatWatch, error_words
 from firmware_protocol.errors import RemoteProtocolError
 
 # Values of the drive profile CiA 402 in words.

@@ -1,12 +1,31 @@
-"""A bounded event queue that keeps the newest events."""
+"""Events that several codecs share: unreadable input, and a bounded queue of events."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from firmware_protocol.frames import Frame
+
 _Event = TypeVar("_Event")
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """Bytes that are no message, or not one that belongs here, and the reason."""
+
+    data: bytes
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class UnreadableFrame:
+    """A CAN frame that is no message, or not one that belongs here, and the reason."""
+
+    frame: Frame
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,16 +35,19 @@ class Overrun:
     count: int
 
 
-class Waiting(Generic[_Event]):
-    """A queue of at most `most` events that reports how many it has dropped."""
+class EventQueue(Generic[_Event]):
+    """A queue of at most `most` events that reports how many it has dropped.
+
+    It keeps the newest events: they say where the device is now.
+    """
 
     def __init__(self, most: int) -> None:
         self._events: deque[_Event] = deque()
         self._most = most
         self._lost = 0
 
-    def __len__(self) -> int:
-        return len(self._events)
+    def __iter__(self) -> Iterator[_Event]:
+        return iter(self._events)
 
     def put(self, event: _Event) -> None:
         """Add an event; drop the oldest if the queue is full."""

@@ -1,10 +1,36 @@
-"""Reading a speed: a fraction of the arm's limits, written as `0.5` or `50%`."""
+"""Numbers that a person types: plain ones, whole ones, and speeds."""
 
 from __future__ import annotations
 
+import math
 import re
 
 from armdrive.errors import BadRequest
+
+
+def number(word: str) -> float:
+    """Return a finite number; digits are 0 to 9, with nothing between. Raises `BadRequest`."""
+    try:
+        value = float(word)
+    except ValueError:
+        raise BadRequest(f"{word!r} is not a number") from None
+    if not word.isascii() or "_" in word:  # Python would take both: `1_5` for 15
+        raise BadRequest(f"{word!r} is not a number")
+    if not math.isfinite(value):
+        raise BadRequest(f"{word!r} is not a finite number")
+    return value
+
+
+def whole(word: str) -> int:
+    """Return a whole number. Raises `BadRequest`."""
+    if not word.isascii() or not word.strip().lstrip("+-").isdecimal():
+        raise BadRequest(f"{word!r} is not a whole number")
+    number(word)  # refuses more digits than Python converts
+    return int(word)
+
+
+# A speed is a fraction of the arm's limits, written as `0.5` or `50%`.
+
 
 _SPEED = r"(?ai)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*(%?)\s*"
 """Compiled where a speed is read: every command imports this module, and few read one."""

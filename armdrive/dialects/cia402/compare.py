@@ -1,0 +1,102 @@
+"""Compare the objects of CiA 402 drives with the arm file, and correct them line by line.
+
+A line is a drive's node number, an object, its type and its value: `3: 608F:01 u32 10000`.
+"""
+
+from __future__ import annotations
+
+import re
+
+from armdrive.dialects.cia402.contact import BRAKE
+from armdrive.dialects.cia402.exchange import ObjectTransfers, Script
+from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.errors import Refused
+from armdrive.tasks import DeviceSettings, Difference, Done, Reply
+from firmware_protocol import canopen
+from firmware_protocol.canopen import DataType, Place, Write
+
+_LINE = re.compile(
+    r"\s*(\d{1,3})\s*:\s*([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})\s+([iu])(8|16|32)\s+(-?\d{1,10})\s*"
+)
+_COMMUNICATION = range(0x1000, 0x2000)
+_MOVING = (0x6040, 0x6060, 0x607A)
+"""Objects that would move a motor, or let it go."""
+
+
+def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:
+    """Return the required objects, their names, and whether every motion needs them."""
+    u8, u32, turns = DataType.U8, DataType.U32, settings.encoder_increments
+    rows = (
+        (Write(Place(0x607E), u8, 0), "polarity", True),
+        (Write(Place(0x6091, 1), u32, 1), "gear ratio, motor turns", True),
+        (Write(Place(0x6091, 2), u32, 1), "gear ratio, shaft turns", True),
+        (
+            Write(canopen.FOLLOWING_ERROR_WINDOW, u32, settings.following_window),
+            "following error window",
+            False,
+        ),
+        (BRAKE, "fault reaction", False),
+    )
+    if not turns:
+        return rows
+    return (
+        *rows,
+        (Write(Place(0x608F, 1), u32, turns), "encoder increments", True),
+        (Write(Place(0x608F, 2), u32, 1), "encoder increments, turns", True),
+        (Write(Place(0x6092, 1), u32, turns), "feed constant", True),
+        (Write(Place(0x6092, 2), u32, 1), "feed constant, turns", True),
+    )
+
+
+def compare(transfers: ObjectTransfers, settings: Cia402Settings) -> Script[Reply]:
+    """Compare the objects that the arm depends on, as far as a drive has them."""
+    rows = wanted(settings)
+    places = (write.place for write, _, _ in rows)
+    results = yield from transfers.obtain(transfers.of_each(*places))
+    differences = tuple(
+        Difference(
+            f"{name} ({write.place}) of {result.drive}",
+            str(found),
+            str(write.value),
+            mending_line(result.drive.node, write),
+            must,
+        )
+        for write, name, must in rows
+        for result in results.values()
+        if (found := result.values.get(write.place)) not in (None, write.value)
+    )
+    return DeviceSettings(differences)
+
+
+def mend(transfers: ObjectTransfers, line: str) -> Script[Reply]:
+    """Write one object."""
+    node, write = parsed_line(line)
+    if node not in transfers.io.group.by_node:
+        raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
+    transfers.io.last_command = line
+    yield from transfers.carry_out({node: (write,)})
+    return Done()
+
+
+def mending_line(node: int, write: Write) -> str:
+    """Return the line that writes an object."""
+    kind = f"{'i' if write.type.signed else 'u'}{write.type.bits}"
+    return f"{node}: {write.place} {kind} {write.value}"
+
+
+def parsed_line(line: str) -> tuple[int, Write]:
+    """Parse such a line. Raises `Refused` if it writes no setting, or could move a motor."""
+    found = _LINE.fullmatch(line)
+    if found is None:
+        raise Refused(f"`{line}` is not a drive setting: write one like `3: 608F:01 u32 10000`")
+    place = Place(int(found[2], 16), int(found[3], 16))
+    if place.index in _COMMUNICATION or place.index in _MOVING:
+        raise Refused(f"`{line}` writes nothing that may be changed this way")
+    kind = DataType[f"{found[4].upper()}{found[5]}"]
+    entry = canopen.STANDARD.find(place)
+    try:
+        write = Write(place, entry.type if entry is not None else kind, int(found[6]))
+        write.data  # noqa: B018 - raises where the value does not fit
+    except ValueError as error:
+        raise Refused(f"`{line}` is not a drive setting: {error}") from None
+    return int(found[1]), write

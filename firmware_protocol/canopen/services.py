@@ -1,0 +1,480 @@
+"""CAN ids of services and nodes: the predefined connection set of CiA 301.
+
+id = base of the service + node (1 to 127); NMT, SYNC and TIME belong to no node
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, IntEnum, IntFlag
+from typing import Self
+
+from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.frames import DATA_MAX, Frame
+
+NODE_MAX = 0x7F
+"""The highest node number; 0 addresses all nodes, in NMT commands only."""
+
+
+class Service(Enum):
+    """A service and its base id; the node's number is added unless the id is `common`.
+
+    PDOs are named from the device's side: it transmits TPDOs and receives RPDOs.
+    """
+
+    base: int
+    common: bool
+
+    def __new__(cls, words: str, base: int, common: bool = False) -> Self:
+        """Make a member whose value is its description."""
+        one = object.__new__(cls)
+        one._value_, one.base, one.common = words, base, common
+        return one
+
+    NMT = "nmt", 0x000, True
+    SYNC = "sync", 0x080, True
+    TIME = "time", 0x100, True
+    EMCY = "emcy", 0x080
+    TPDO1 = "tpdo1", 0x180
+    RPDO1 = "rpdo1", 0x200
+    TPDO2 = "tpdo2", 0x280
+    RPDO2 = "rpdo2", 0x300
+    TPDO3 = "tpdo3", 0x380
+    RPDO3 = "rpdo3", 0x400
+    TPDO4 = "tpdo4", 0x480
+    RPDO4 = "rpdo4", 0x500
+    SDO_RESPONSE = "sdo response", 0x580
+    SDO_REQUEST = "sdo request", 0x600
+    HEARTBEAT = "heartbeat", 0x700
+
+
+_BY_COMMON = {service.base: service for service in Service if service.common}
+_BY_BASE = {service.base: service for service in Service if not service.common}
+
+
+def checked_node(node: object) -> int:
+    """Return a valid node number, or raise `BadField`."""
+    return whole("node", node, 1, NODE_MAX)
+
+
+def cob_id(service: Service, node: int = 0) -> int:
+    """Return a service's id; `node` is 0 for services without a node. Raises `BadField`."""
+    if not isinstance(service, Service):
+        raise BadField("service", service, "a Service")
+    return service.base + (whole("node", node, 0, 0) if service.common else checked_node(node))
+
+
+def service_of(can_id: int) -> tuple[Service, int] | None:
+    """Return the service and node of an id; None if it is not in the set."""
+    if can_id in _BY_COMMON:
+        return _BY_COMMON[can_id], 0
+    service, node = _BY_BASE.get(can_id & ~NODE_MAX), can_id & NODE_MAX
+    return None if service is None or not node else (service, node)
+
+
+def is_for(frame: Frame, can_id: int) -> bool:
+    """Return whether a frame is a data frame with this 11-bit id."""
+    return frame.can_id == can_id and not frame.extended and not frame.remote
+
+
+def opened(frame: Frame, *services: Service) -> tuple[Service, int]:
+    """Return a frame's service and node. Raises `RemoteProtocolError` for other services."""
+    found = None if frame.extended or frame.remote else service_of(frame.can_id)
+    if found is None or found[0] not in services:
+        words = " or ".join(service.value for service in services)
+        raise RemoteProtocolError(f"{frame} is no frame of {words}")
+    return found
+
+
+def sized(frame: Frame, low: int, high: int = DATA_MAX) -> bytes:
+    """Return a frame's data if its length is in range, or raise `RemoteProtocolError`."""
+    if not low <= len(frame.data) <= high:
+        belong = f"{low}" if low == high else f"{low} to {high}"
+        raise RemoteProtocolError(f"{len(frame.data)} bytes where {belong} belong")
+    return frame.data
+
+
+ALL_NODES = 0
+HEARTBEAT_MAX_MS = 0xFFFF
+"""The longest time in objects 1016 and 1017."""
+_TOGGLE = 0x80  # used by node guarding's answers to remote frames
+
+
+class NmtCommand(IntEnum):
+    """A master's command."""
+
+    START = 0x01
+    STOP = 0x02
+    PRE_OPERATIONAL = 0x80
+    RESET_NODE = 0x81
+    """Restart the device, as after power-on."""
+    RESET_COMMUNICATION = 0x82
+    """Restart only the communication."""
+
+
+class NodeState(IntEnum):
+    """A node's state."""
+
+    BOOTING = 0x00
+    """Sent once after a start: the boot-up message."""
+    STOPPED = 0x04
+    OPERATIONAL = 0x05
+    PRE_OPERATIONAL = 0x7F
+
+
+SPEAKS: dict[NodeState, frozenset[str]] = {
+    NodeState.BOOTING: frozenset(),
+    NodeState.STOPPED: frozenset(("nmt", "heartbeat")),
+    NodeState.PRE_OPERATIONAL: frozenset(("nmt", "heartbeat", "sdo", "sync", "emcy")),
+    NodeState.OPERATIONAL: frozenset(("nmt", "heartbeat", "sdo", "sync", "emcy", "pdo")),
+}
+"""The services available in each state, by CiA 301."""
+
+
+@dataclass(frozen=True, slots=True)
+class Nmt:
+    """A command to one node or to `ALL_NODES`. There is no answer."""
+
+    command: NmtCommand
+    node: int = ALL_NODES
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.command, NmtCommand):
+            raise BadField("command", self.command, "an NmtCommand")
+        whole("node", self.node, ALL_NODES, NODE_MAX)
+
+    @property
+    def frame(self) -> Frame:
+        """The CAN frame."""
+        return Frame(cob_id(Service.NMT), bytes((self.command, self.node)))
+
+    @classmethod
+    def read(cls, frame: Frame) -> Nmt:
+        """Decode a frame. Raises `RemoteProtocolError`."""
+        opened(frame, Service.NMT)
+        command, node = sized(frame, 2, 2)
+        try:
+            return cls(NmtCommand(command), node)
+        except ValueError:
+            raise RemoteProtocolError(f"no NMT order: {command:02x} to {node}") from None
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """A sign of life with the node's state. With `BOOTING` it is the boot-up message."""
+
+    node: int
+    state: NodeState
+
+    def __post_init__(self) -> None:
+        checked_node(self.node)
+        if not isinstance(self.state, NodeState):
+            raise BadField("state", self.state, "a NodeState")
+
+    @property
+    def booted(self) -> bool:
+        """Whether the node has just started and lost its earlier set-up."""
+        return self.state is NodeState.BOOTING
+
+    @property
+    def frame(self) -> Frame:
+        """The CAN frame."""
+        return Frame(cob_id(Service.HEARTBEAT, self.node), bytes((self.state,)))
+
+    @classmethod
+    def read(cls, frame: Frame) -> Heartbeat:
+        """Decode a frame, ignoring node guarding's toggle bit. Raises `RemoteProtocolError`."""
+        _, node = opened(frame, Service.HEARTBEAT)
+        (byte,) = sized(frame, 1, 1)
+        try:
+            return cls(node, NodeState(byte & ~_TOGGLE))
+        except ValueError:
+            raise RemoteProtocolError(f"node {node} has no state {byte:02x}") from None
+
+
+@dataclass(frozen=True, slots=True)
+class HeartbeatWatch:
+    """An entry of object 1016: a node to monitor, and its heartbeat timeout.
+
+    0 ms switches the monitoring off. On a drive, object 6007 sets the reaction.
+    """
+
+    node: int
+    silence_ms: int
+
+    def __post_init__(self) -> None:
+        checked_node(self.node)
+        whole("silence_ms", self.silence_ms, 0, HEARTBEAT_MAX_MS)
+
+    @property
+    def value(self) -> int:
+        """The value to write to the object."""
+        return self.node << 16 | self.silence_ms
+
+    @classmethod
+    def of(cls, value: int) -> HeartbeatWatch | None:
+        """Decode the object's value; None if no node is monitored."""
+        whole("value", value, 0, 0xFFFF_FFFF)
+        node, silence_ms = value >> 16 & 0xFF, value & HEARTBEAT_MAX_MS
+        return cls(node, silence_ms) if 1 <= node <= NODE_MAX and silence_ms else None
+
+
+# The device's end of NMT.
+
+_ORDERED = {
+    NmtCommand.START: NodeState.OPERATIONAL,
+    NmtCommand.STOP: NodeState.STOPPED,
+    NmtCommand.PRE_OPERATIONAL: NodeState.PRE_OPERATIONAL,
+    NmtCommand.RESET_NODE: NodeState.BOOTING,
+    NmtCommand.RESET_COMMUNICATION: NodeState.BOOTING,
+}
+
+
+class NmtNode:
+    """The NMT state machine of a device. It boots until the owner calls `booted`.
+
+    Commands act in every state except `BOOTING`; a reset leads back to `BOOTING`.
+    """
+
+    def __init__(self, node: int) -> None:
+        self._node = checked_node(node)
+        self._state = NodeState.BOOTING
+
+    @property
+    def state(self) -> NodeState:
+        """The node's state."""
+        return self._state
+
+    @property
+    def heartbeat(self) -> Heartbeat:
+        """The current heartbeat message; the owner sends it periodically."""
+        return Heartbeat(self._node, self._state)
+
+    def takes(self, service: str) -> bool:
+        """Return whether a service (`sdo`, `pdo`, `sync`, `emcy`) is available in this state."""
+        return service in SPEAKS[self._state]
+
+    def booted(self) -> Frame:
+        """Enter pre-operational after a start; return the boot-up message."""
+        self._state = NodeState.PRE_OPERATIONAL
+        return Heartbeat(self._node, NodeState.BOOTING).frame
+
+    def receive_frame(self, frame: Frame) -> NmtCommand | None:
+        """Obey a command; return it, or None if the frame is not a command to this node."""
+        try:
+            order = Nmt.read(frame)
+        except RemoteProtocolError:
+            return None
+        if order.node not in (ALL_NODES, self._node) or self._state is NodeState.BOOTING:
+            return None
+        self._state = _ORDERED[order.command]
+        return order.command
+
+
+# SYNC: the signal on which devices apply received PDOs and send their own.
+
+COUNTER_MAX = 240
+"""The highest SYNC counter; after it the counter restarts at 1 (object 1019)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sync:
+    """A SYNC message, with a counter if object 1019 requires one."""
+
+    counter: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.counter is not None:
+            whole("counter", self.counter, 1, COUNTER_MAX)
+
+    @property
+    def frame(self) -> Frame:
+        """The CAN frame."""
+        return Frame(cob_id(Service.SYNC), b"" if self.counter is None else bytes((self.counter,)))
+
+    def after(self, overflow: int = COUNTER_MAX) -> Sync:
+        """Return the next SYNC; a counter restarts at 1 after `overflow` (2 to 240)."""
+        if self.counter is None:
+            return self
+        return Sync(self.counter % whole("overflow", overflow, 2, COUNTER_MAX) + 1)
+
+    @classmethod
+    def read(cls, frame: Frame) -> Sync:
+        """Decode a frame. Raises `RemoteProtocolError`."""
+        opened(frame, Service.SYNC)
+        data = sized(frame, 0, 1)
+        try:
+            return cls(data[0] if data else None)
+        except BadField as error:  # the sender chose the value
+            raise RemoteProtocolError(f"SYNC: {error}") from None
+
+
+# The meanings of the CiA 301 and CiA 402 error codes, in EMCY frames and in object 603F.
+#
+# The first digits are the class of the error, the others specify it. A code without a row of its
+# own is described by the row of its class.
+
+ERROR_WORDS: dict[int, str] = {
+    0x0000: "no error any more",
+    0x1000: "an error of no particular kind",
+    0x2000: "current",
+    0x2100: "current at the input",
+    0x2200: "current inside the device",
+    0x2220: "continuous over-current inside the device",
+    0x2300: "current at the output",
+    0x2310: "continuous over-current at the output",
+    0x2320: "short circuit or earth leakage at the output",
+    0x2330: "earth leakage at the output",
+    0x2340: "short circuit at the output",
+    0x3000: "voltage",
+    0x3100: "mains voltage",
+    0x3110: "mains voltage too high",
+    0x3120: "mains voltage too low",
+    0x3130: "a phase of the mains is missing",
+    0x3200: "voltage inside the device",
+    0x3210: "DC link voltage too high",
+    0x3220: "DC link voltage too low",
+    0x3300: "output voltage",
+    0x4000: "temperature",
+    0x4100: "ambient temperature",
+    0x4110: "ambient temperature too high",
+    0x4120: "ambient temperature too low",
+    0x4200: "temperature of the device",
+    0x4210: "device too hot",
+    0x4220: "device too cold",
+    0x4300: "temperature of the drive",
+    0x4310: "drive too hot",
+    0x4320: "drive too cold",
+    0x5000: "hardware of the device",
+    0x5100: "supply of the device's electronics",
+    0x5112: "24 V supply",
+    0x5400: "power section",
+    0x5500: "memory of the device",
+    0x5510: "RAM",
+    0x5520: "ROM or EPROM",
+    0x5530: "EEPROM",
+    0x6000: "software of the device",
+    0x6010: "software reset by a watchdog",
+    0x6100: "internal software",
+    0x6200: "user software",
+    0x6300: "data set",
+    0x6310: "parameters were lost",
+    0x6320: "a parameter is wrong",
+    0x7000: "additional modules",
+    0x7100: "power: brake chopper or motor",
+    0x7110: "brake chopper",
+    0x7120: "motor",
+    0x7121: "motor blocked",
+    0x7122: "motor or its commutation",
+    0x7300: "sensor",
+    0x7305: "incremental sensor 1",
+    0x7306: "incremental sensor 2",
+    0x7310: "speed",
+    0x7320: "position",
+    0x7500: "communication of a module",
+    0x8000: "monitoring",
+    0x8100: "communication",
+    0x8110: "frames were lost: CAN overrun",
+    0x8120: "CAN is error-passive",
+    0x8130: "a heartbeat or life guard is missing",
+    0x8140: "recovered from bus-off",
+    0x8150: "another node sends with its id",
+    0x8200: "protocol",
+    0x8210: "a PDO was too short to be used",
+    0x8220: "a PDO was too long",
+    0x8240: "SYNC has another length than was set",
+    0x8250: "an expected PDO did not come",
+    0x8300: "torque control",
+    0x8311: "excess torque",
+    0x8331: "torque",
+    0x8400: "speed control",
+    0x8500: "position control",
+    0x8600: "positioning control",
+    0x8611: "following error",
+    0x8612: "a reference limit was reached",
+    0x8700: "synchronisation control",
+    0x8800: "winding control",
+    0x8900: "process data monitoring",
+    0x8A00: "control",
+    0x9000: "an external error",
+    0xF000: "additional functions",
+    0xF001: "deceleration",
+    0xFF00: "particular to the device: see its manual",
+}
+"""Sources: CiA 301, table of emergency error codes; CiA 402-2 (IEC 61800-7-201), error codes."""
+
+_FIRST_ERROR = 0x100  # 00xx means no error
+_CLASSES = (0xFFFF, 0xFFF0, 0xFF00, 0xF000)
+
+
+class ErrorRegister(IntFlag):
+    """The bits of object 1001, also sent in every EMCY."""
+
+    GENERIC = 0x01
+    CURRENT = 0x02
+    VOLTAGE = 0x04
+    TEMPERATURE = 0x08
+    COMMUNICATION = 0x10
+    DEVICE_PROFILE = 0x20
+    MANUFACTURER = 0x80
+
+
+def error_words(code: int) -> str:
+    """Return the most specific description of an error code in the table."""
+    if code < _FIRST_ERROR:
+        return ERROR_WORDS[0]
+    known = (code & mask for mask in _CLASSES if code & mask in ERROR_WORDS and code & mask)
+    key = next(known, None)
+    return "an error code that CiA 301 and 402 do not have" if key is None else ERROR_WORDS[key]
+
+
+MAKERS_BYTES = 5
+"""Manufacturer-specific bytes in an EMCY."""
+
+
+@dataclass(frozen=True, slots=True)
+class Emergency:
+    """A node's error report: code, error register (object 1001), manufacturer-specific bytes."""
+
+    node: int
+    code: int
+    register: int = 0
+    detail: bytes = bytes(MAKERS_BYTES)
+
+    def __post_init__(self) -> None:
+        checked_node(self.node)
+        whole("code", self.code, 0, 0xFFFF)
+        whole("register", self.register, 0, 0xFF)
+        if not isinstance(self.detail, bytes) or len(self.detail) != MAKERS_BYTES:
+            raise BadField("detail", self.detail, f"{MAKERS_BYTES} bytes")
+
+    @property
+    def over(self) -> bool:
+        """Whether the report means that no error remains."""
+        return self.code < 0x100
+
+    @property
+    def words(self) -> str:
+        """The description of the code."""
+        return error_words(self.code)
+
+    @property
+    def kinds(self) -> ErrorRegister:
+        """The named bits of the error register."""
+        named = ErrorRegister(0)
+        for bit in ErrorRegister:
+            named |= bit & self.register
+        return named
+
+    @property
+    def frame(self) -> Frame:
+        """The CAN frame."""
+        data = self.code.to_bytes(2, "little") + bytes((self.register,)) + self.detail
+        return Frame(cob_id(Service.EMCY, self.node), data)
+
+    @classmethod
+    def read(cls, frame: Frame) -> Emergency:
+        """Decode a frame. Raises `RemoteProtocolError`."""
+        _, node = opened(frame, Service.EMCY)
+        data = sized(frame, 8, 8)
+        return cls(node, int.from_bytes(data[:2], "little"), data[2], data[3:])

@@ -1,0 +1,216 @@
+"""A drive seen off its way: who was only late is not blamed; who is blocked, lags or is weak is.
+
+One drive that lags while the others go on leads the arm off its way. Drives that are all late do
+not.
+"""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from amounts import in_pairs
+from mks_bench import (
+    BOTH,
+    ORDERS,
+    MksBench,
+    along,
+    begun,
+    blamed,
+    ends_well,
+    hold_up,
+    segments,
+    straight,
+    suspend,
+)
+
+from armdrive.dialects.bus.ledger import LOOK_S
+from armdrive.dialects.bus.observer import CONFIRMING_LOOKS, MAX_DELAY_S
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.tasks import AlertKind
+from kinematics import Motors
+
+SHORT_AHEAD_S = 0.06
+"""So little that a drive whose orders are late stands before they come."""
+STALL_S = 0.05
+"""Shorter than what is noticed as a bus that stands still."""
+FAST, SLOW = (9000, -3000, 0, 0, 0, 0), (300, -100, 0, 0, 0, 0)
+LATE_S = 0.005
+"""So long at most does an answer take on this bus."""
+POLL_S, CORRIDOR = MksSettings().poll_s, MksSettings().corridor_counts
+SPEEDS = (9000, -6000, 3000, -1000, 300, 0)
+TOLD_S = 1.1
+"""Half a second of looks behind those of the time before, and a stop."""
+
+
+def moving(moves, after_s, ahead_s=SHORT_AHEAD_S, **settings):
+    return begun(moves, after_s, ahead_s, segment_s=0.02, **settings)
+
+
+def block(bench, number):
+    """Have a shaft stand where it is, whatever its drive is told."""
+    bench.node(number).block(bench.now_s)
+
+
+def run_until_told(bench):
+    """Let time pass until something has alarmed."""
+    while not bench.alerts():
+        bench.run(0.001)
+        bench.reply()
+
+
+# -- blocked, or only behind -----------------------------------------------------------------------
+
+
+@in_pairs(
+    "sides, after_s, tail", [BOTH, ORDERS], [0.48, 0.49, 0.5, 0.51, 0.52], [0, 1, 6]
+)  # fmt: skip
+def test_a_drive_that_was_late_before_its_slow_end_is_not_called_blocked(sides, after_s, tail):
+    bench = moving(segments(*([FAST] * 6 + [SLOW] * tail)), after_s)
+    hold_up(bench, STALL_S, sides)
+    ends_well(bench)
+    assert bench.positions == Motors(
+        50_000 + 6 * fast + tail * slow for fast, slow in zip(FAST, SLOW, strict=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("speed", "for_s", "poll_s"),
+    [(3000, 0.1, 0.02), (3000, 0.15, 0.2), (9000, 0.11, 0.02), (9000, 0.15, 0.1),
+     (9000, 0.15, 0.2)],
+)  # fmt: skip
+def test_one_that_is_behind_and_goes_on_is_waited_for(speed, for_s, poll_s):
+    way = (speed, -speed // 3, 0, 0, 0, 0)
+    bench = moving(straight(20, way), 0.5, 0.3, poll_s=poll_s)
+    block(bench, 1)  # then it springs to where its drive wants it
+    bench.at_s[bench.now_s + for_s] = bench.node(1).free
+    ends_well(bench)
+    assert bench.positions == Motors(50_000 + 20 * each for each in way)
+
+
+@in_pairs(
+    "counts_s, poll_s, after_s",
+    [9000, 30_000, 90_000],
+    [0.02, 0.03, 0.1, 0.2],
+    [0.3, 0.33, 0.36, 0.4],
+)
+def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, after_s):
+    way = (counts_s // 10, 0, 0, 0, 0, 0)
+    bench = moving(straight(40, way), after_s, 0.3, poll_s=poll_s)
+    block(bench, 1)
+    began_s = bench.now_s
+    run_until_told(bench)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.ASTRAY
+    assert "drive 1 (base)" in alert.text
+    behind_s = CORRIDOR / counts_s + MAX_DELAY_S
+    assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
+
+
+def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
+    there, back = (9000, 0, 0, 0, 0, 0), (-3000, 0, 0, 0, 0, 0)
+    bench = moving(segments(*([there] * 5 + [back] * 10)), 0.2, 0.3)
+    block(bench, 1)
+    run_until_told(bench)
+    assert bench.now_s < 1.0
+    blamed(bench)
+
+
+@pytest.mark.parametrize("counts", [-60_000, 60_000])
+def test_a_drive_that_keeps_its_distance_and_is_far_off_is_told_of(counts):
+    bench = moving(straight(20, FAST), 0.5, 0.3)
+    began_s = bench.now_s
+    bench.node(1).hang(counts)
+    run_until_told(bench)
+    assert "drive 1 (base)" in bench.alerts()[0].text
+    assert bench.now_s < began_s + 0.3
+
+
+# -- one that lags, all that are late --------------------------------------------------------------
+
+
+def weaken(bench, number, share):
+    """Have a motor turn no faster than a share of what its drive is told."""
+    flash = bench.node(number).sim.flash
+    rpm_of = flash.rpm_of
+    flash.rpm_of = lambda rpm: rpm_of(rpm) * share
+
+
+def weakened(moves, share):
+    """Return drives in motion, the first of which has just become too slow."""
+    bench = begun(moves, 0.5)
+    weaken(bench, 1, share)
+    return bench
+
+
+def beside(bench, way):
+    """Return how far the first two motors are from every place of their common way, at least."""
+    gone = [bench.node(number).at(bench.now_s) - 50_000 for number in (1, 2)]
+    places = ([each * tenth / 10.0 for each in way[:2]] for tenth in range(401))
+    return min(max(abs(a - b) for a, b in zip(gone, place, strict=True)) for place in places)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.4, 0.8])
+@pytest.mark.parametrize("speed", [3000, 9000])
+def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of_or_not(
+    speed, share
+):
+    way = (speed, -speed, 0, 0, 0, 0)
+    bench = weakened(straight(40, way), share)
+    worst = 0.0
+    while bench.controller.busy and not bench.alerts():
+        bench.run(0.005)
+        worst = max(worst, beside(bench, way))
+        bench.reply()
+        assert share == 0.8 or bench.now_s < 6.0, "nobody has noticed"
+    noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S
+    assert worst <= CORRIDOR + speed * 10 * MAX_DELAY_S + noticed
+    if share < 0.8:
+        blamed(bench, kind=AlertKind.ASTRAY)
+
+
+@in_pairs("speed, share, count", [-9000, 3000, 9000], [0.5, 0.6, 0.7], [12, 40])
+def test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_its_way(
+    speed, share, count
+):
+    bench = weakened(straight(count, (speed, -speed, 700, 0, 0, 0)), share)
+    blamed(bench, kind=AlertKind.ASTRAY)
+    assert bench.now_s < 0.5 + TOLD_S
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_host_that_is_always_late_calls_no_drive_too_slow(seed):
+    dice = random.Random(seed)
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    ways = [tuple(dice.choice(SPEEDS) for _ in range(6)) for _ in range(3)]
+    bench.begin(along(segments(*(way for way in ways for _ in range(6)))))
+    while bench.controller.busy:
+        bench.run(dice.uniform(0.005, 0.06))
+        suspend(bench, dice.uniform(0.005, 0.08))
+    ends_well(bench)
+
+
+def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
+    bench = begun(straight(20, (9000, -9000, 0, 0, 0, 0)))
+    weaken(bench, 1, 0.9)
+    ends_well(bench)
+    assert bench.positions == Motors((230_000, -130_000, *[50_000] * 4))
+
+
+@pytest.mark.parametrize("acceleration", [100, 200, 252])
+def test_drives_with_gentle_ramps_are_late_together_and_well(acceleration):
+    ends_well(begun(straight(20, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration))
+
+
+@pytest.mark.parametrize("sides", [BOTH, ORDERS])
+@pytest.mark.parametrize("seed", range(6))
+def test_a_computer_that_is_late_blames_no_drive(seed, sides):
+    dice = random.Random(seed)
+    speeds = [dice.choice((1.0, 0.1, -1.0, -0.3)) for _ in range(5)]
+    ways = [(round(6000 * s), round(-3000 * s), 700, 0, 0, 0) for s in speeds for _ in range(5)]
+    bench = begun(segments(*ways))
+    while bench.controller.busy and bench.now_s < 30.0:
+        bench.run(dice.uniform(0.0, 0.3))
+        late = dice.choice((hold_up, suspend))
+        late(bench, dice.uniform(0.0, 0.2), *([sides] if late is hold_up else []))
+    ends_well(bench)
