@@ -461,7 +461,7 @@ _NESTING = frozenset({
 _OPENING = ("IF", "WHILE", "REPEAT", "DEFINE")
 """The terminals that begin a block."""
 
-_HEAD = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
+_HEAD = re.compile(rf"\s*({'|'.join(_OPENING)})(?!\w)", re.IGNORECASE)
 
 
 class LineMistake(Exception):

@@ -208,12 +208,12 @@ def test_a_damaged_journal_says_so(arm, path):
 def test_why_it_ended_is_written_down(arm, path):
     performer = Performer(arm, Listener())
     journal = Journal(arm, performer, path, "0" * 64, 1)
-    journal.broke_off(Stopped("before anything began"))
+    journal.note_failure(Stopped("before anything began"))
     assert not journal.path.exists()
     script = Script(PICK_AND_PLACE)
     with pytest.raises(Killed):
         ProgramRun(RunPlan(script), performer, [journal, At(2)]).carry_out()
-    journal.broke_off(Stopped("the program was stopped"))
+    journal.note_failure(Stopped("the program was stopped"))
     entry = interrupted(arm.config.name)
     assert entry.why == "the program was stopped"
     assert entry.began is not None
