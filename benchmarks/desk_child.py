@@ -94,6 +94,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
     from tapping import tap
 
     import tui.desk
+    import tui.startup
     from armdrive.cli.runner import CommandEnded, _signals
     from kinematics import Motors
 
@@ -125,7 +126,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
             "message": shown.message,
         }
 
-    tui.desk.Desk = LinedDesk  # type: ignore[misc]
+    tui.startup.Desk = LinedDesk  # type: ignore[misc]
     if rate_hz:
         tui.desk.POLL_S = 1.0 / rate_hz
     try:

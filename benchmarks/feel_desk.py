@@ -81,8 +81,8 @@ class TappingDesk(Desk):
     @property
     def jog(self) -> JogScreen:
         """The screen with the jog keys."""
-        assert isinstance(self.place, JogScreen)
-        return self.place
+        assert isinstance(self.current, JogScreen)
+        return self.current
 
     def watch_taps(self) -> None:
         """Begin to remember; once the desk is shown."""
@@ -97,7 +97,7 @@ class TappingDesk(Desk):
 
     def action_faster(self) -> None:
         """Jog faster."""
-        self.jog.adjustments.faster()
+        self.jog.adjustments.change_speed(1)
 
 
 class SimulatedDesk:

@@ -26,6 +26,7 @@ from textual import events
 
 from armdrive.arm import Arm
 from kinematics import Joints
+from tui.startup import SCREENS
 
 SIZE = (120, 40)
 
@@ -53,7 +54,7 @@ async def press_once(
     bench: DensePtyBench, arm: Arm, home: Joints, luck: Random, way: Press
 ) -> Released:
     """Hold a key of a new desk, as a terminal tells of it, and watch the arm."""
-    desk = TappingDesk(arm, braille=False)
+    desk = TappingDesk(arm, screens=SCREENS, braille=False)
     async with desk.run_test(size=SIZE) as pilot:
         await pilot.pause()
         desk.watch_taps()

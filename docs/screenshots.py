@@ -32,6 +32,7 @@ from kinematics import Joints
 from kinematics.textbook.study import named_subject
 from tui.desk import Desk
 from tui.program.screen import ProgramScreen
+from tui.startup import SCREENS
 from tui.theory.model import ModelDesk
 from tui.watch import Watching
 
@@ -158,7 +159,7 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
         clock.now_s += KEY_S
         arm.sleep(KEY_S)
 
-    app = Desk(arm, braille=True, clock=clock, memory=memory)
+    app = Desk(arm, screens=SCREENS, braille=True, clock=clock, memory=memory)
     app.input.suspended_s = app.input.starved_s = math.inf  # however busy this computer is
     return await keyed(app, keys, pass_by)
 
@@ -179,7 +180,7 @@ async def question() -> str:
 
 async def waiting(app: Desk, pilot: Pilot[Any], after: str = "") -> str:
     """Let a program go on until it waits for a person with something new; return with what."""
-    run = cast("ProgramScreen", app.place).run
+    run = cast("ProgramScreen", app.current).run
     while run.asks in ("", after):
         app.poll()
         await pilot.pause()
@@ -193,7 +194,7 @@ async def program() -> str:
     """Picture a program that is stepped through: it waits before a motion."""
     with standing() as arm:
         clock = Clock()
-        app = Desk(arm, braille=True, clock=clock)
+        app = Desk(arm, screens=SCREENS, braille=True, clock=clock)
         app.programs = EXAMPLES
         app.input.suspended_s = app.input.starved_s = math.inf
         async with app.run_test(size=SIZE) as pilot:

@@ -1,4 +1,4 @@
-"""The base of every app: stop keys first, stale input dropped, actions of collaborators."""
+"""The base of every app: stop keys first, stale input dropped, dialogs, looks, actions of parts."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import contextlib
 import math
 import os
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeVar, runtime_checkable
 
 from textual import _time, actions, events, on
 from textual.actions import ActionParseResult
@@ -19,14 +19,20 @@ from textual.driver import Driver
 from textual.errors import NoWidget
 from textual.filter import Monochrome
 from textual.message import Message
+from textual.screen import ModalScreen
 from textual.timer import Timer
 
-from tui.frame import StopButton
+from tui.dialogs import HelpScreen, StillPalette
 from tui.keys.keyboard import Keyboard
 from tui.keys.presses import StaleInput, SuspensionDetector, UrgentKeys
+from tui.keys.table import STOP, TABLE, DeskKey, JogPair
+from tui.look import COLOURLESS, HIGH_CONTRAST, look_after, look_named
+from tui.safety import StopButton
 from tui.terminal import ending_driver, is_served, lasting_driver
 
 STYLES = Path(__file__).with_name("desk.tcss")
+
+Answer = TypeVar("Answer")
 
 SUSPENDED_S = 1.0
 """An app that did nothing for this long was suspended: it polls more often."""
@@ -163,18 +169,92 @@ class KeyApp(App[int], inherit_bindings=False):
     ENABLE_COMMAND_PALETTE = False  # it would add a key of its own; ours stands in the table
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012 - as App declares it
     VERTICAL_BREAKPOINTS = [(0, "-short"), (32, "-tall")]  # noqa: RUF012
-    stop_keys: Collection[str] = ()
-    """No widget may keep these for itself."""
-    keys: Keyboard
+    pairs: tuple[JogPair, ...] = ()
+    """The jog keys that the help explains."""
 
-    def __init__(self) -> None:
+    def __init__(self, keys: Keyboard, *, look: str = "") -> None:
         self.input = InputFilter()
+        self.keys = keys
+        self.stop_keys: Collection[str] = keys.of(STOP)
+        """No widget may keep these for itself."""
+        self.look = look
+        """The name of the look that the app has."""
+        self.message = ""
+        """The last message."""
         # its other way to do without colours sends them all, as shades of grey
         super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
         if not self.no_color or os.environ.get("NO_COLOR"):
             return
         self.no_color = False  # set, but to nothing: no-color.org counts that as not set
         self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
+
+    @property
+    def place(self) -> str:
+        """The id of the screen whose keys count."""
+        return ""
+
+    def on_mount(self) -> None:
+        """Take the keys of the user's own file, and the look."""
+        self.set_keymap(self.keys.keymap(self.keys_bound))
+        self.put_on_look(self.look)
+
+    @property
+    def keys_bound(self) -> Sequence[DeskKey]:
+        """The rows that the bindings of this app and its screens were made from."""
+        return TABLE
+
+    # -- looks and dialogs --------------------------------------------------------------------
+
+    def put_on_look(self, name: str) -> None:
+        """Have the app look so; without colours there is one look only."""
+        look = COLOURLESS if self.no_color else look_named(name)
+        if HIGH_CONTRAST.name not in self.available_themes:
+            self.register_theme(HIGH_CONTRAST)
+        self.theme = look.theme
+        self.look = look.name
+
+    def action_next_look(self) -> None:
+        """Put on the next look."""
+        self.put_on_look(look_after(self.look).name)
+        colourless = " NO_COLOR is set: no others are shown." if self.no_color else ""
+        self.say(f"look: {self.look}.{colourless}")
+
+    def say(self, message: str) -> None:
+        """Show a message on whatever screen is shown."""
+        self.message = message
+        self.show()
+
+    def show(self) -> None:
+        """Show what has changed."""
+
+    def disarm(self, reason: str) -> None:
+        """Let no key of the current screen move anything."""
+
+    def open_dialog(
+        self,
+        dialog: ModalScreen[Answer],
+        answered: Callable[[Answer | None], None] | None = None,
+        reason: str = "a question is open",
+    ) -> None:
+        """Open a dialog over the current screen, whose keys then move no arm for this reason."""
+        self.disarm(reason)
+        self.push_screen(dialog, answered)
+
+    def close_dialogs(self) -> None:
+        """Close whatever lies over the current screen; no question in it is answered."""
+        while len(self.screen_stack) > 1:
+            self.pop_screen()
+
+    def action_help(self) -> None:
+        """Show all keys."""
+        help_screen = HelpScreen(self.keys, self.place, self.pairs)
+        self.open_dialog(help_screen, reason="the help is shown")
+
+    def action_palette(self) -> None:
+        """Show the command palette."""
+        self.disarm("the commands are shown")
+        if not isinstance(self.screen, StillPalette):
+            self.push_screen(StillPalette())
 
     def run_or_raise(self) -> None:
         """Run until the user leaves. Raises the error that ended the app, if one did."""

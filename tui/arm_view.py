@@ -1,6 +1,4 @@
-"""The arm as a widget: in three dimensions, and in two flat drawings for questions.
-
-Both repaint only what has changed.
+"""The arm as a widget, seen from any side; it repaints only what has changed.
 
     view = SpaceView(desk.arm.model, braille=desk.braille, id="space")
     view.show(Moment(status.joints, status.gripper_mm))              # at each poll
@@ -15,7 +13,6 @@ import math
 import time
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
 from typing import ClassVar
 
 from rich.segment import Segment
@@ -28,13 +25,9 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from armdrive.render.camera import LOOKS, VIEWS, Camera, Dome
-from armdrive.render.inks import Ink
-from armdrive.render.raster import Painted
-from armdrive.render.reach import Key, Outline
-from armdrive.render.scene import ArmDrawing, Moment, SceneSpace, Studio
-from armdrive.render.side_view import ArmScene
+from armdrive.render.canvas import Ink, Painted
+from armdrive.render.scene import ArmDrawing, Key, Moment, Outline, SceneSpace, Studio
 from kinematics.presets import ArmModel
-from kinematics.spaces import Joints
 
 DRAG_DEG = (3, 6)
 """Dragging by one cell to the side, and by one row, which is twice as high."""
@@ -252,73 +245,3 @@ class SpaceView(Widget):
         """Go farther away."""
         event.stop()
         self.look("farther")
-
-
-# The arm in two drawings, from the side and from above; repaints only the rows that changed.
-
-Draw = Callable[[ArmScene, int, int, bool], list[str]]
-
-
-def scene_of(model: ArmModel, joints: Joints, opening_mm: float | None) -> ArmScene:
-    """Return what is to be drawn of an arm in this posture, with the bounds of its base."""
-    points = model.arm.points(joints)
-    reach_mm = sum(math.dist(start, end) for start, end in pairwise(points[1:]))
-    base = model.arm.limits[0]
-    bounds = tuple(
-        ((0.0, 0.0, 0.0), (reach_mm * math.cos(angle), reach_mm * math.sin(angle), 0.0))
-        for angle in (base.low_rad, base.high_rad)
-    )
-    return ArmScene(points, opening_mm or 0.0, joints[0], reach_mm, range_lines=bounds)
-
-
-class ArmView(Widget):
-    """One view of the arm with its title in the corner, or a sentence when nothing is known."""
-
-    def __init__(self, title: str, draw: Draw, *, braille: bool, id: str) -> None:  # noqa: A002
-        super().__init__(id=id)
-        self._title = title
-        self._draw = draw
-        self._braille = braille
-        self._scene: ArmScene | None = None
-        self._rows: list[str] = []
-
-    @property
-    def rows(self) -> tuple[str, ...]:
-        """The picture, row by row."""
-        return tuple(self._rows)
-
-    def show(self, scene: ArmScene | None) -> None:
-        """Draw another scene; None when the posture is not known."""
-        if scene != self._scene or not self._rows:
-            self._scene = scene
-            self._redraw()
-
-    def on_resize(self) -> None:
-        """Draw again at the new size."""
-        self._redraw()
-
-    def render_line(self, y: int) -> Strip:
-        """Return one row of the picture."""
-        text = self._rows[y] if y < len(self._rows) else " " * self.size.width
-        return Strip([Segment(text, self.rich_style)], self.size.width)
-
-    def _redraw(self) -> None:
-        before, self._rows = self._rows, self._picture()
-        if len(before) != len(self._rows):
-            self.refresh()
-            return
-        for y, (old, new) in enumerate(zip(before, self._rows, strict=True)):
-            if old != new:
-                self.refresh(Region(0, y, self.size.width, 1))
-
-    def _picture(self) -> list[str]:
-        width, height = self.size
-        if self._scene is None:
-            rows = [" " * width] * height
-            if height > 1:
-                rows[height // 2] = "posture not known: H"[:width].center(width)
-        else:
-            rows = self._draw(self._scene, width, height, self._braille)
-        if rows:
-            rows[0] = (self._title + rows[0][len(self._title) :])[:width]
-        return rows

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from textual import events
 
 from tui.keys.table import JogPair, words
-from tui.painting import PlainText, Span
+from tui.widgets import PlainText, Span
 
 NAME_WIDTH = 11
 VALUE_WIDTH = 9
@@ -25,7 +25,7 @@ AT_SHARE = 0.002
 UNKNOWN = "?"
 DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
-LIT_STYLE = "bold $primary"
+MOVING_STYLE = "bold $primary"
 MARK_STYLES = {"": "bold $primary", "!": "bold $warning", "!!": "bold $error"}
 """The style of a value and of its mark on the bar, by the sign after the value."""
 
@@ -138,8 +138,8 @@ class AxisTable(PlainText):
     def _row(self, row: AxisRow, width: int) -> Iterator[Span]:
         caps = self._caps_width()
         yield from self._caps(row.pair, caps)
-        lit = LIT_STYLE if row.moving else ""
-        yield f" {'>' if row.moving else ' '}{words(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}", lit
+        style = MOVING_STYLE if row.moving else ""
+        yield f" {'>' if row.moving else ' '}{words(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}", style
         yield f"{row.value_text:>{VALUE_WIDTH}}", MARK_STYLES[row.sign] if row.sign else "bold"
         yield f"{row.sign:<2}", MARK_STYLES[row.sign]
         if row.limits is None:

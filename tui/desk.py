@@ -1,53 +1,66 @@
-"""The desk itself: it puts the screens and their helpers together, polls the arm and stops it."""
+"""The desk: the app of one arm, what all its screens have in common, and the keys of all screens.
+
+A screen of its own says what it is called in `place`, gives `BINDINGS = bindings(place)`, lays out
+its middle in `compose_body` and shows each status in `show_body`. Nothing that moves the arm stays
+alive on a screen that is not shown: `disarm` is called before another screen or a dialog comes.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, cast
 
-from textual import events
-from textual.app import SystemCommand
+from textual import events, on
+from textual.actions import ActionParseResult
+from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
+from textual.containers import Container, Vertical
+from textual.dom import DOMNode
 from textual.screen import Screen
 
-from armdrive.errors import ArmError
-from armdrive.status import Status, Trust
+from armdrive import Arm
+from armdrive.errors import ArmError, BadRequest
+from armdrive.moves import ParkMove
+from armdrive.render.scene import Moment
+from armdrive.status import State, Status, Trust
+from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
-from tui.app import SUSPENDED_S, KeyApp
-from tui.arm_port import DeskArm, Done, outcome
-from tui.arm_view import move_cameras
-from tui.control import ArmControl, ArmLink
-from tui.dialogs import Dialogs, FirstScreen, commands
+from tui.app import SUSPENDED_S, KeyApp, action_call
+from tui.arm_view import SpaceView, move_cameras
+from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad.jogging import PadDesk
-from tui.gamepad.reader import Pad
-from tui.jog.screen import JogScreen
+from tui.gamepad.reader import EvdevPad
+from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.rows import STOP
-from tui.keys.table import SCREENS, jog_pairs, spoken
-from tui.log.screen import LogScreen
-from tui.look import Looks
-from tui.move.screen import MoveScreen
-from tui.points.screen import PointsScreen
-from tui.screens import DeskScreen, ScreenHost, Screens
+from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of
+from tui.safety import (
+    SafetyPanel,
+    after_reset,
+    link_back,
+    look_for_link,
+    messages_of,
+    progress_of,
+    safety_state,
+)
 from tui.settings import (
     REAL_SPEED,
     SIMULATED_SPEED,
-    ArmMemory,
     DeskMemory,
     JogSettings,
-    Manner,
-    left_at,
-    manner_of,
+    MoveSettings,
+    move_settings,
     recall,
     remember,
-    set_as,
+    remembered,
+    restored,
 )
-from tui.terminal import KeyUp, on_ending_signals
+from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
+from tui.widgets import KeyLine, PlainText, ScreenTabs
 
 POLL_S = 0.05
 """How often the arm's latest status is looked at, however often it changes."""
@@ -57,12 +70,8 @@ STARVED_S = 0.3
 
 _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 
-
-def _late_screen(place: str) -> DeskScreen:
-    """Make a screen whose modules take as long to load as the desk itself."""
-    from tui.late_screens import LATE_SCREENS
-
-    return LATE_SCREENS[place]()
+Done = str | Callable[[Status], str] | None
+"""The message after a successful call: a sentence, or one made from the status."""
 
 
 def dropped_words(time_s: float) -> str:
@@ -70,9 +79,305 @@ def dropped_words(time_s: float) -> str:
     return f"a key was dropped: this program was suspended for {time_s:.1f} s; press again"
 
 
-def _first_screen(status: Status, left: ArmMemory) -> str:
-    """Return the screen to begin at: the last one, but the jog screen without a position."""
-    return "" if status.trust is Trust.UNKNOWN else left.screen
+class ArmLink:
+    """Holds the latest status. Once the link is lost, no key jogs and no question stays open."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.status: Status = desk.arm.status
+        """The latest one."""
+        self.paused_at = ""
+        """The screen of this desk that paused the arm; empty if another program did."""
+        self._desk = desk
+        self._was_lost = False
+
+    @property
+    def lost(self) -> bool:
+        """Whether there is no link to the arm."""
+        return self.status.state is State.DISCONNECTED
+
+    def require(self) -> None:
+        """Raise `BadRequest` while the link is lost: no key reaches the arm then."""
+        if self.lost:
+            how = look_for_link(self._desk.keys)
+            raise BadRequest(f"there is no link to the arm, and no key moves it: {how}")
+
+    def take(self, status: Status) -> None:
+        """Take the latest status."""
+        if self.status.paused and not status.paused:
+            self.paused_at = ""  # another program may make the next pause
+        self.status = status
+        if self.lost:
+            self._note_loss()
+        elif self._was_lost:
+            self._note_return()
+
+    def switch_pause(self, place: str) -> None:
+        """Pause the arm after its next burst, or resume it; `place` is the screen of the key."""
+        self.paused_at = "" if self.status.paused else place
+        (self._desk.arm.pause if self.paused_at else self._desk.arm.resume)()
+
+    def _note_loss(self) -> None:
+        """Let no key jog, and close the questions about an arm that is gone."""
+        self._desk.disarm("the link is lost")
+        if not self._was_lost:
+            self._was_lost = True
+            self._desk.say("")  # the last message was about a link that worked
+            self._desk.close_dialogs()
+
+    def _note_return(self) -> None:
+        """Say in which state the link came back; in other states the check still runs."""
+        if self.status.state in (State.ERROR_STOP, State.DISABLED):
+            self._was_lost = False
+            self._desk.say(link_back(self.status, self._desk.keys))
+
+
+class ArmControl:
+    """The keys of every screen that ask something of the arm: reference, motors, e-stop.
+
+    What moves the arm, or lets it sag, is done only after a question.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._arm = desk.arm
+
+    def estop(self) -> None:
+        """Stop and latch the error state."""
+        self._arm.estop()
+        self._desk.disarm("emergency stop")
+
+    def reset(self) -> None:
+        """Leave the error state."""
+        self._desk.link.require()
+        self._desk.call(self._arm.reset, partial(after_reset, keys=self._desk.keys))
+
+    def reconnect(self) -> None:
+        """Look for a lost link once, now. Moves nothing."""
+        if self._desk.link.lost:
+            self._desk.say("looking for the link ...")
+        self._desk.call(self._arm.reconnect, None)
+
+    def reference(self) -> None:
+        """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
+        self._desk.link.require()
+        if self._arm.referencing.homes_by_switches:
+            text = "THE ARM WILL MOVE: its controller seeks its switches."
+            done = "homed by its own switches"
+            self._ask(text, self._present, self._arm.home, done, asked="Is its way clear?")
+        elif self._desk.link.status.simulated:
+            self._desk.disarm("the simulated operator is at work")
+            self._desk.say("the simulated operator brings the arm to its reference posture ...")
+            self._desk.call(self._arm.home, "the simulated operator referenced the arm")
+        else:
+            request = self._arm.reference_request()
+            posture = Moment(request.joints, request.opening_mm)
+            self._ask(str(request), posture, self._arm.confirm_reference)
+
+    def confirm(self) -> None:
+        """Ask whether the arm stands where the last program left it."""
+        self._desk.link.require()
+        status = self._desk.link.status
+        if status.trust is not Trust.RESTORED or status.joints is None:
+            raise BadRequest(f"nothing to confirm: the position is {status.trust.value}")
+        text = f"Remembered ({status.trust_reason}): {status.joints}"
+        self._ask(text, self._present, self._arm.confirm_restored)
+
+    def park(self, speed: float) -> None:
+        """Draw the park posture, and go there if the answer is yes."""
+        self._desk.link.require()
+        move = ParkMove(speed)
+        preview = self._arm.preview(move)
+        if preview.refusal is not None or preview.end is None:
+            raise BadRequest(str(preview.refusal))
+        posture = Moment(preview.end, self._desk.link.status.gripper_mm)
+        text = f"THE ARM WILL MOVE to its park posture, drawn here, at {speed:.0%} of its speed."
+        stops = self._arm.stops
+
+        def go() -> None:
+            self._arm.start(move, stops=stops).wait()
+
+        self._ask(text, posture, go, "parked", asked="Is its way clear?")
+
+    def switch_motors(self) -> None:
+        """Switch the motor current on; off only after a question, since the arm sags then."""
+        self._desk.link.require()
+        if self._desk.link.status.state is State.DISABLED:
+            self._desk.call(self._arm.enable, "the motors are on: nothing was moved")
+            return
+        text = "The motors are switched off: THE ARM SAGS, and its position is lost."
+        done = "the motors are off"
+        self._ask(text, self._present, self._arm.disable, done, asked="Is it supported?")
+
+    @property
+    def _present(self) -> Moment:
+        """The present posture."""
+        status = self._desk.link.status
+        return Moment(status.joints, status.gripper_mm)
+
+    def _ask(
+        self,
+        question: str,
+        posture: Moment,
+        agreed: Callable[[], object],
+        done: Done = "confirmed: the position is referenced",
+        *,
+        asked: str = "Does the arm stand exactly so?",
+    ) -> None:
+        """Draw a posture with a question, and make the call if the answer to `asked` is yes."""
+        desk = self._desk
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                desk.call(agreed, done)
+            else:
+                desk.say("not confirmed: nothing was changed")
+
+        dialog = PostureScreen(
+            desk.spoken(question), desk.arm.model, posture, desk.keys, asked, braille=desk.braille
+        )
+        desk.open_dialog(dialog, answered)
+
+
+class DeskScreen(Screen[None]):
+    """One screen of the desk. Nothing on it has the focus at first."""
+
+    AUTO_FOCUS = ""
+    place: ClassVar[str] = ""
+    """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
+
+    hand: DeskJogging | None = None
+    """The hand on the jog keys, where the screen has those."""
+
+    _laid_out = False
+
+    def __init__(self) -> None:
+        super().__init__()
+        send_changed_spans(self)
+
+    @property
+    def desk(self) -> Desk:
+        """The desk that the screen belongs to."""
+        return cast("Desk", self.app)
+
+    @property
+    def armed(self) -> bool:
+        """Whether keys of this screen move the arm at once."""
+        return False
+
+    @property
+    def says(self) -> str:
+        """The words after the badge of the arm's state, while nothing forbids motion."""
+        return ""
+
+    @property
+    def settings_text(self) -> str:
+        """How the keys of this screen move the arm, in a few words."""
+        return ""
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Rows of the table of keys that would change nothing now, by id."""
+        return ()
+
+    @property
+    def hint(self) -> str:
+        """The message while there is no other."""
+        return summary_of(self.place)
+
+    def disarm(self, reason: str) -> None:
+        """Let go of what this screen holds, and let no key of it move the arm."""
+
+    def compose(self) -> ComposeResult:
+        """Lay out what every screen has; the middle is the screen's own."""
+        keys = self.desk.keys
+        yield ScreenTabs(self.place, keys)
+        yield SafetyPanel(keys)
+        with Container(id="body"):
+            yield from self.compose_body()
+        yield PlainText(id="messages")
+        yield KeyLine(id="footer")
+
+    def compose_body(self) -> ComposeResult:
+        """Lay out the middle of the screen."""
+        yield from ()
+
+    def arm_panel(self) -> ComposeResult:
+        """Lay out the panel in which the arm is drawn."""
+        desk, keys = self.desk, self.desk.keys
+        with Vertical(id="arm") as panel:
+            panel.border_title = "Arm"
+            panel.border_subtitle = f"{keys.label('view-next')} view, drag to turn"
+            yield SpaceView(
+                desk.arm.model,
+                braille=desk.braille,
+                unknown=f"position unknown: press {keys.label('reference')}",
+                clock=desk.clock,
+                id="space",
+            )
+
+    def on_mount(self) -> None:
+        """Note that there is room to show the arm in."""
+        self._laid_out = True
+
+    @on(events.Mount)
+    @on(events.Resize)
+    @on(events.ScreenResume)
+    def _show_soon(self) -> None:
+        """Show what has happened meanwhile, fitted to the width."""
+        self.call_after_refresh(self.desk.poll)
+
+    def on_screen_suspend(self) -> None:
+        """Let no key move the arm behind a dialog or another screen."""
+        self.disarm("another screen is shown")
+
+    def show(self, status: Status) -> None:
+        """Show this status: called at each poll of the desk while it is at this screen."""
+        if not (self._laid_out and self.is_attached):
+            return  # not laid out yet, or already being taken down
+        desk, footer = self.desk, self.query_one(KeyLine)
+        state = safety_state(
+            status,
+            desk.keys,
+            armed=self.armed,
+            says=self.says,
+            reconnects=desk.arm.reconnects,
+            paused_at=desk.link.paused_at,
+            program=progress_of(tells() if (tells := desk.arm.program) else {}),
+            spoken=desk.spoken,
+        )
+        messages = messages_of(status, desk.message or self.hint, bannered=bool(state.forbids))
+        rows = desk.keys.next_keys(self.place, self.idle, self.first_keys(status))
+        self.query_one(SafetyPanel).show(state, self.settings_text)
+        self.text("messages").show(desk.spoken(messages))
+        footer.show_keys(rows, footer.content_size.width)
+        self.show_body(status)
+
+    def first_keys(self, status: Status) -> tuple[str, ...]:
+        """Return the rows, by id, that make a blocked arm drivable again."""
+        by_state = {
+            State.DISCONNECTED: ("reconnect",),
+            State.ERROR_STOP: ("reset",),
+            State.DISABLED: ("motors",),
+        }
+        by_trust = {
+            Trust.UNKNOWN: ("reference",),
+            Trust.SUSPECT: ("reference",),
+            Trust.RESTORED: ("confirm",),
+        }
+        return by_state.get(status.state, ()) or by_trust.get(status.trust, ())
+
+    def show_body(self, status: Status) -> None:
+        """Show this status in the middle of the screen."""
+
+    def show_panel(self, name: str, text: str) -> None:
+        """Show a text in its panel; hide the panel while there is none."""
+        panel = self.text(name)
+        panel.show(text)
+        panel.display = bool(text)
+
+    def text(self, name: str) -> PlainText:
+        """Return one of the screen's texts."""
+        return self.query_one(f"#{name}", PlainText)
 
 
 class Desk(KeyApp):
@@ -80,95 +385,115 @@ class Desk(KeyApp):
 
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = bindings("")
-    MODES: ClassVar = {
-        "jog": JogScreen,
-        "move": MoveScreen,
-        "points": PointsScreen,
-        "log": LogScreen,
-        **{place: partial(_late_screen, place) for place in ("setup", "theory", "program")},
-    }
     DEFAULT_MODE = SCREENS[0].id
 
     def __init__(
         self,
-        arm: DeskArm,
+        arm: Arm,
         *,
+        screens: Mapping[str, Callable[[], DeskScreen]],
         braille: bool,
         clock: Callable[[], float] = time.monotonic,
         handle_signals: bool = False,
         keys: Keyboard = DEFAULT_KEYS,
         memory: Path | None = None,
         first: str = "",
-        find_pad: Callable[[], Pad | None] | None = None,
+        find_pad: Callable[[], EvdevPad | None] | None = None,
         program: Path | None = None,
     ) -> None:
-        """`find_pad` opens a gamepad, or returns None; without it none is looked for.
+        """`screens` makes each screen by its id.
 
-        `program` is the file that the program screen begins with.
+        `find_pad` opens a gamepad, or returns None; without it none is looked for. `program` is
+        the file that the program screen begins with.
         """
-        super().__init__()
+        left = DeskMemory(instructed=True) if memory is None else recall(memory)
+        super().__init__(keys, look=left.look)
+        for place, screen in screens.items():
+            self.add_mode(place, screen)
         self.arm = arm
         self.braille = braille
         self.clock = clock
-        self.keys = keys
-        self.stop_keys = keys.of(STOP)
         self._handle_signals = handle_signals
         self._memory = memory
-        self._left = DeskMemory(instructed=True) if memory is None else recall(memory)
-        left = self._left.of(arm.status)
-        self._first = first or _first_screen(arm.status, left)
+        self._left = left
+        settings = left.of(arm.status)
+        # a desk without a position begins at the screen on which the arm is referenced
+        self._first = first or ("" if arm.status.trust is Trust.UNKNOWN else settings.screen)
         geometry = arm.model.arm
-        pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
+        self.pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
         self._joint_names = geometry.joint_names
         speed = SIMULATED_SPEED if arm.status.simulated else REAL_SPEED
-        self.settings = set_as(JogSettings(pairs=pairs, frames=arm.frames, speed=speed), left)
-        self.manner = manner_of(left, Manner() if arm.status.simulated else Manner(speed=0.25))
-        """How the move screen's goals are given and gone to."""
-        self.message = ""
-        """The last message; each screen has a hint of its own for when there is none."""
+        new = JogSettings(pairs=self.pairs, frames=arm.frames, speed=speed)
+        self.settings = restored(new, settings)
+        self.move_settings = move_settings(
+            settings, MoveSettings() if arm.status.simulated else MoveSettings(speed=0.25)
+        )
+        """How the move screen's goals are given, and how the arm goes to them."""
         self.goal: Joints | None = None
         """A posture that one screen has left for the move screen."""
         self.program = program
+        """The program file that was named when the desk was opened."""
         self.programs = Path.cwd()
+        """The folder whose program files are listed."""
         self.reopens = False
         """Whether the program that runs this desk would open the next one on another arm file."""
         self.opens: Path | None = None
-        self.screens = Screens(self)
-        disarm, say = self.screens.disarm, self.say
+        """The arm file that the next desk is to be opened on."""
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
-        self.input.on_resumed, self.input.on_starved = self.screens.resumed, self.screens.starved
-        self.input.on_dropped = lambda time_s: say(dropped_words(time_s))
-        self.link = ArmLink(
-            arm, keys, say=say, disarm=disarm, close_dialogs=self.screens.close_dialogs
-        )
-        self.dialogs = Dialogs(
-            self, keys, pairs, place=lambda: self.screens.current.place, disarm=disarm
-        )
-        self.control = ArmControl(
-            arm,
-            keys,
-            self.link,
-            self.dialogs,
-            braille=braille,
-            spoken=self.spoken,
-            say=say,
-            call=self.call,
-            disarm=disarm,
-        )
-        colourless = " NO_COLOR is set: no others are shown." if self.no_color else ""
-        self.looks = Looks(self, self._left.look, lambda name: say(f"look: {name}.{colourless}"))
+        self.input.on_resumed, self.input.on_starved = self._resumed, self._starved
+        self.input.on_dropped = lambda time_s: self.say(dropped_words(time_s))
+        self.link = ArmLink(self)
+        """The latest status, and whether there is a link at all."""
+        self.control = ArmControl(self)
         self.pad = None if find_pad is None else PadDesk(self, find_pad)
 
+    # -- the current screen -------------------------------------------------------------------
+
     @property
-    def place(self) -> DeskScreen:
+    def current(self) -> DeskScreen:
         """The screen that the desk is at; dialogs may lie over it."""
-        return self.screens.current
+        return cast("DeskScreen", self.screen_stack[0])
+
+    @property
+    def place(self) -> str:
+        """The id of the current screen."""
+        return self.current.place
+
+    @property
+    def hand(self) -> DeskJogging | None:
+        """The hand on the jog keys, where the current screen has those."""
+        return self.current.hand if self.screen_stack else None
+
+    @property
+    def pad_hand(self) -> DeskJogging | None:
+        """The hand that a gamepad moves: none while the link is lost."""
+        return None if self.link.lost else self.hand
 
     @property
     def armed(self) -> bool:
         """Whether keys move the arm at once."""
-        return self.place.armed
+        return self.current.armed
+
+    def disarm(self, reason: str) -> None:
+        """Let go of what the current screen holds, and let no key of it move the arm."""
+        if self.screen_stack:  # else the screens are already being taken down
+            self.current.disarm(reason)
+
+    def go_to(self, screen: str) -> None:
+        """Go to a screen by its id. What the one before held ends first."""
+        self.disarm("another screen is shown")
+        self.close_dialogs()
+        self.switch_mode(screen)
+
+    def _resumed(self, time_s: float) -> None:
+        """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
+        self.disarm(f"this program was suspended for {time_s:.1f} s")
+
+    def _starved(self, time_s: float) -> None:
+        """Note that keys may have waited for the desk for this long; those move nothing."""
+        if self.hand is not None:
+            self.hand.doubt(time_s)
 
     # -- what is shown ------------------------------------------------------------------------
 
@@ -176,14 +501,12 @@ class Desk(KeyApp):
         """Begin to watch the arm."""
         if self._handle_signals:
             on_ending_signals(self._end_by_signal)
-        self.set_keymap(self.keys.keymap())
-        self.looks.put_on(self.looks.name)
         self.polling = self.set_interval(POLL_S, self.poll)
         self.call_after_refresh(self.input.begin)
         if self.pad is not None:
             self.pad.start()
-        if self._first in self.MODES:
-            self.screens.go_to(self._first)
+        if self._first in self._modes:
+            self.go_to(self._first)
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
 
@@ -198,12 +521,8 @@ class Desk(KeyApp):
 
     def show(self) -> None:
         """Show the latest status on the current screen."""
-        self.screens.show(self.link.status)
-
-    def say(self, message: str) -> None:
-        """Say something on whatever screen is shown."""
-        self.message = message
-        self.show()
+        if self.is_running and self.screen_stack:  # else the screens are being taken down
+            self.current.show(self.link.status)
 
     def spoken(self, text: str) -> str:
         """Return a text in the words of the desk, with the joints as people write them."""
@@ -212,30 +531,57 @@ class Desk(KeyApp):
     def action_show_screen(self, screen: str) -> None:
         """Go to a screen by its id. The last message was about the one before."""
         self.message = ""
-        self.screens.go_to(screen)
+        self.go_to(screen)
 
     def show_place(self, place: str) -> None:
         """Go to the screen on which a row of the table of keys counts."""
-        if place and place != self.place.place:
+        if place and place != self.place:
             self.action_show_screen(place)
 
     def action_view(self, what: str) -> None:
         """Move the camera about the arm that is drawn."""
         if not move_cameras(self.screen, what):
-            self.say("no arm is drawn here")
+            raise BadRequest("no arm is drawn here")
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer the actions of this screen, actions with other search words, and the looks."""
         del screen
-        here = self.place.place
-        known = (row for row in self.keys.rows if row.also and row.place not in ("", here))
-        return commands(
-            (*self.keys.at(here), *known),
-            self.action_do_row,
-            self.looks.put_on,
-        )
+        known = (row for row in self.keys.rows if row.also and row.place not in ("", self.place))
+        return commands((*self.keys.at(self.place), *known), self.action_do_row, self.put_on_look)
 
-    # -- calls that take a moment -------------------------------------------------------------
+    # -- what keys ask for --------------------------------------------------------------------
+
+    @contextlib.contextmanager
+    def reporting_refusals(self) -> Iterator[None]:
+        """Have the next picture say why what is asked for here is refused."""
+        try:
+            yield
+        except (ArmError, KinematicsError, OSError) as error:
+            self.message = str(error)
+
+    @contextlib.contextmanager
+    def acting(self) -> Iterator[None]:
+        """Show what came of a key or a click, or say why what it asked for is refused."""
+        with self.reporting_refusals():
+            yield
+        self.show()
+
+    async def run_action(
+        self,
+        action: str | ActionParseResult,
+        default_namespace: DOMNode | None = None,
+        namespaces: Mapping[str, DOMNode] | None = None,
+    ) -> bool:
+        """Perform an action; show what came of it, or say why it is refused."""
+        with self.acting():
+            return await super().run_action(action, default_namespace, namespaces)
+        return True
+
+    def do_on_screen(self, row: str) -> None:
+        """Do what a row of the table of keys does, if no dialog lies over the current screen."""
+        call = action_call(self.keys.row(row).action, self.current)
+        if call is not None and len(self.screen_stack) == 1:
+            call()
 
     def in_thread(self, work: Callable[[], object]) -> None:
         """Do work that takes a moment, without keeping the stop key waiting."""
@@ -248,19 +594,29 @@ class Desk(KeyApp):
         """
 
         def work() -> None:
-            if (message := outcome(self.arm, call, done)) is not None:
+            if (message := self._outcome(call, done)) is not None:
                 self.call_from_thread(self.say, message)
 
         self.in_thread(work)
+
+    def _outcome(self, call: Callable[[], object], done: Done) -> str | None:
+        """Make a call; return the message about it, None if the status shows enough."""
+        try:
+            call()
+            return done(self.arm.status) if callable(done) else done
+        except (ArmError, KinematicsError) as error:
+            return str(error)
+        except Exception as flaw:  # the desk and its stop key must live on
+            return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
 
     # -- stopping and ending ------------------------------------------------------------------
 
     def action_stop_arm(self) -> None:
         """Stop the arm before anything else, then disarm and show the screen."""
         self.arm.request_stop()
-        self.screens.disarm("stopped")
+        self.disarm("stopped")
         self.message = "STOP was asked for; the keys are disarmed"
-        self.screens.close_dialogs()
+        self.close_dialogs()
         self.show()
 
     def action_leave(self) -> None:
@@ -275,18 +631,18 @@ class Desk(KeyApp):
 
     def on_key_up(self, event: KeyUp) -> None:
         """End what a jog key holds as soon as the terminal reports its release."""
-        key, hand = self.keys.jog_key(event.key), self.screens.hand
-        if key is not None and hand is not None:
-            hand.key_up(key)
+        key = self.keys.jog_key(event.key)
+        if key is not None and self.hand is not None:
+            self.hand.key_up(key)
 
     def on_app_blur(self) -> None:
         """Disarm when the terminal says that another window has the keyboard."""
-        self.screens.disarm("the terminal lost the keyboard focus")
+        self.disarm("the terminal lost the keyboard focus")
 
     def on_paste(self, event: events.Paste) -> None:
         """Disarm on pasted text: it may be backlog that a multiplexer took for a paste."""
         event.stop()
-        self.screens.disarm("text was pasted, and dropped")
+        self.disarm("text was pasted, and dropped")
 
     def on_unmount(self) -> None:
         """Stop the arm, whatever it was that ended the desk, and remember where it was left."""
@@ -295,8 +651,8 @@ class Desk(KeyApp):
             self.pad.close()
         if self._memory is None:
             return
-        look = self._left.look if self.no_color else self.looks.name
-        arm = left_at(self.settings, self.manner, self.current_mode)
+        look = self._left.look if self.no_color else self.look
+        arm = remembered(self.settings, self.move_settings, self.current_mode)
         left = replace(self._left.with_arm(self.link.status, arm), look=look)
         with contextlib.suppress(OSError):  # losing these settings does no harm
             remember(self._memory, left)
@@ -309,6 +665,3 @@ class Desk(KeyApp):
         except ArmError:
             self.arm.request_stop()  # no one is left to read that the arm did not confirm
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)
-
-
-_: type[ScreenHost] = Desk  # screens reach it as `app`: here the type checker compares the two

@@ -5,35 +5,65 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 from functools import partial
-from typing import ClassVar, TypeVar
+from typing import ClassVar
 
-from textual.app import App, ComposeResult, SystemCommand
+from textual import events, on
+from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.command import CommandPalette
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Input
 
-from armdrive.render.side_view import ArmScene, side_view, top_view
+from armdrive.render.scene import Moment, posture_cameras
 from armdrive.status import Status
-from tui.arm_view import ArmView
+from kinematics.presets import ArmModel
+from tui.arm_view import SpaceView
 from tui.keys.keyboard import KEYS_WIDTH, Keyboard, bindings, label
-from tui.keys.rows import DeskKey
-from tui.keys.table import JogPair
+from tui.keys.table import DeskKey, JogPair
 from tui.look import LOOKS
-from tui.painting import PlainText
-
-STANDS_SO = "Does the arm stand exactly so?"
-"""The usual question about a drawn posture."""
+from tui.widgets import PlainText
 
 LEAST_WIDTH = 60
-"""Of the help's lines, until the dialog has been laid out."""
+"""The width of a text until its dialog has been laid out."""
 
 
-class HelpScreen(ModalScreen[bool]):
+class TextDialog(ModalScreen[bool]):
+    """A dialog of nothing but text, which is broken again for each new width."""
+
+    text_id = ""
+    short = False
+    """Whether the dialog is as high as its text; else it has all the room."""
+
+    def words(self, width: int) -> str:
+        """Return the text for this width."""
+        raise NotImplementedError
+
+    def compose(self) -> ComposeResult:
+        """Lay the dialog out."""
+        with VerticalScroll(classes="dialog short" if self.short else "dialog"):
+            yield PlainText(id=self.text_id)
+
+    @on(events.Mount)
+    @on(events.Resize)
+    def _fill_soon(self) -> None:
+        """Show the text once the width is known."""
+        self.call_after_refresh(self._fill)
+
+    def _fill(self) -> None:
+        text = self.query_one(PlainText)
+        text.show(self.words(text.content_size.width or LEAST_WIDTH))
+
+    def action_close(self) -> None:
+        """Go back to the desk: the text was read."""
+        self.dismiss(result=True)
+
+
+class HelpScreen(TextDialog):
     """All keys, from the table."""
 
     BINDINGS: ClassVar[list[BindingType]] = bindings("help")
+    text_id = "help-text"
 
     def __init__(self, keys: Keyboard, place: str, pairs: tuple[JogPair, ...]) -> None:
         super().__init__()
@@ -41,34 +71,32 @@ class HelpScreen(ModalScreen[bool]):
         self._place = place
         self._pairs = pairs
 
-    def compose(self) -> ComposeResult:
-        """Lay the dialog out."""
-        with VerticalScroll(classes="dialog"):
-            yield PlainText(id="help-text")
-
-    def on_mount(self) -> None:
-        """Fill in the keys."""
-        self._fill()
-
-    def on_resize(self) -> None:
-        """Break the lines again for the new width."""
-        self.call_after_refresh(self._fill)
-
-    def _fill(self) -> None:
-        text = self.query_one("#help-text", PlainText)
+    def words(self, width: int) -> str:
+        """List the keys."""
         closes = " or ".join(label(key) for key in self._keys.of("help-close")[:2])
         stops = " and ".join(label(key) for key in self._keys.of("stop")[:2])
-        lines = (
-            f"Keys ({closes} closes; {stops} also stop the arm)",
-            "",
-            *self._keys.help(self._place, self._pairs),
-        )
-        width = text.content_size.width or LEAST_WIDTH
-        text.show("\n".join(broken for line in lines for broken in _broken(line, width)))
+        head = f"Keys ({closes} closes; {stops} also stop the arm)"
+        lines = (head, "", *self._keys.help(self._place, self._pairs))
+        return "\n".join(broken for line in lines for broken in _broken(line, width))
 
-    def action_close(self) -> None:
-        """Go back to the desk."""
-        self.dismiss(result=False)
+
+class FirstScreen(TextDialog):
+    """Three facts to know before the first motion; shown until a user has read them."""
+
+    BINDINGS: ClassVar[list[BindingType]] = bindings("first")
+    text_id = "first-text"
+    short = True
+
+    def __init__(self, keys: Keyboard, status: Status) -> None:
+        super().__init__()
+        self._keys = keys
+        self._status = status
+
+    def words(self, width: int) -> str:  # noqa: ARG002 - its lines are short
+        """Say the three facts."""
+        close = f"{self._keys.label('understood')}: understood"
+        facts = safety(self._keys, self._status)
+        return "\n".join(("Before you move anything", "", *facts, "", close))
 
 
 class PostureScreen(ModalScreen[bool]):
@@ -79,25 +107,27 @@ class PostureScreen(ModalScreen[bool]):
     def __init__(
         self,
         description: str,
-        scene: ArmScene | None,
+        model: ArmModel,
+        posture: Moment,
         keys: Keyboard,
+        asked: str,
         *,
         braille: bool,
-        asked: str,
     ) -> None:
         super().__init__()
-        self._keys = keys
         self._description = description
+        self._model = model
+        self._posture = posture
+        self._keys = keys
         self._asked = asked
-        self._scene = scene
         self._braille = braille
 
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
         with Vertical(classes="dialog"):
             yield PlainText(id="posture-text")
-            yield ArmView("side", side_view, braille=self._braille, id="posture-side")
-            yield ArmView("above", top_view, braille=self._braille, id="posture-top")
+            for camera in posture_cameras(self._posture.joints):
+                yield SpaceView(self._model, braille=self._braille, camera=camera)
             yield PlainText(id="posture-question")
 
     def on_mount(self) -> None:
@@ -106,38 +136,12 @@ class PostureScreen(ModalScreen[bool]):
         self.query_one("#posture-question", PlainText).show(
             f"{self._asked}   {self._keys.label('yes')} yes   {self._keys.label('no')} no"
         )
-        for view in self.query(ArmView):
-            view.show(self._scene)
+        for view in self.query(SpaceView):
+            view.show(self._posture)
 
     def action_answer(self, answer: bool) -> None:
         """Close the dialog with this answer."""
         self.dismiss(result=answer)
-
-
-class FirstScreen(ModalScreen[bool]):
-    """Three facts to know before the first motion; shown until a user has read them."""
-
-    BINDINGS: ClassVar[list[BindingType]] = bindings("first")
-
-    def __init__(self, keys: Keyboard, status: Status) -> None:
-        super().__init__()
-        self._keys = keys
-        self._status = status
-
-    def compose(self) -> ComposeResult:
-        """Lay the dialog out."""
-        with Vertical(classes="dialog short"):
-            yield PlainText(id="first-text")
-
-    def on_mount(self) -> None:
-        """Show the three facts."""
-        lines = ("Before you move anything", "", *safety(self._keys, self._status), "")
-        close = f"{self._keys.label('understood')}: understood"
-        self.query_one("#first-text", PlainText).show("\n".join((*lines, close)))
-
-    def action_close(self) -> None:
-        """Go to the desk."""
-        self.dismiss(result=True)
 
 
 def _broken(line: str, width: int) -> list[str]:
@@ -204,46 +208,3 @@ def _title_of(row: DeskKey) -> tuple[str, str]:
     also = f" (also: {row.also})" if row.also else ""
     name = row.description or row.id
     return f"{name} ({label(row.keys[0])}): {first.removesuffix('.')}{also}", rest
-
-
-Answer = TypeVar("Answer")
-
-
-class Dialogs:
-    """Opens dialogs over the current screen, whose keys then move no arm."""
-
-    def __init__(
-        self,
-        app: App[int],
-        keys: Keyboard,
-        pairs: tuple[JogPair, ...],
-        *,
-        place: Callable[[], str],
-        disarm: Callable[[str], None],
-    ) -> None:
-        """`place` returns the id of the current screen, `disarm` lets no key of it move the arm."""
-        self._app = app
-        self._keys = keys
-        self._pairs = pairs
-        self._place = place
-        self._disarm = disarm
-
-    def open(
-        self,
-        dialog: ModalScreen[Answer],
-        reason: str,
-        answered: Callable[[Answer | None], None] | None = None,
-    ) -> None:
-        """Open a dialog. `reason` is why no key moves the arm now."""
-        self._disarm(reason)
-        self._app.push_screen(dialog, answered)
-
-    def help(self) -> None:
-        """Show all keys."""
-        self.open(HelpScreen(self._keys, self._place(), self._pairs), "the help is shown")
-
-    def palette(self) -> None:
-        """Show the command palette."""
-        self._disarm("the commands are shown")
-        if not isinstance(self._app.screen, StillPalette):
-            self._app.push_screen(StillPalette())

@@ -7,10 +7,10 @@ textbook, programs have a parser.
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from tui.desk import DeskScreen
 from tui.program.screen import ProgramScreen
-from tui.screens import DeskScreen
 from tui.setup.screen import SetupScreen
-from tui.theory.screen import TheoryScreen
+from tui.theory.panel import TheoryScreen
 
 LATE_SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
     {each.place: each for each in (SetupScreen, TheoryScreen, ProgramScreen)}

@@ -5,10 +5,8 @@ No theme is needed to understand the desk: whatever has a colour has a word or a
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from textual.app import App
 from textual.theme import Theme
 
 HIGH_CONTRAST = Theme(
@@ -62,26 +60,3 @@ def look_after(name: str) -> DeskTheme:
     """Return the next look, after the last one the first."""
     names = [look.name for look in LOOKS]
     return LOOKS[(names.index(look_named(name).name) + 1) % len(LOOKS)]
-
-
-class Looks:
-    """The look that an app has."""
-
-    def __init__(self, app: App[int], name: str, chosen: Callable[[str], None]) -> None:
-        """`chosen` is called with the name of a look that a key has chosen."""
-        self.name = name
-        self._app = app
-        self._chosen = chosen
-
-    def put_on(self, name: str) -> None:
-        """Have the app look so; without colours there is one look only."""
-        look = COLOURLESS if self._app.no_color else look_named(name)
-        if HIGH_CONTRAST.name not in self._app.available_themes:
-            self._app.register_theme(HIGH_CONTRAST)
-        self._app.theme = look.theme
-        self.name = look.name
-
-    def next(self) -> None:
-        """Put on the next look."""
-        self.put_on(look_after(self.name).name)
-        self._chosen(self.name)

@@ -98,7 +98,7 @@ class JogSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
+class MoveSettings:
     """How goals are given and gone to: what is kept from one form, or one desk, to the next."""
 
     cartesian: bool = True
@@ -183,7 +183,7 @@ def remember(path: Path, what: DeskMemory) -> None:
     replace_file(path, json.dumps(asdict(what), indent=1))
 
 
-def set_as(settings: JogSettings, left: ArmMemory) -> JogSettings:
+def restored(settings: JogSettings, left: ArmMemory) -> JogSettings:
     """Return the settings as they were left, as far as they exist for this arm."""
     if left.mode in [space.value for space in Space]:
         settings = replace(settings, space=Space(left.mode))
@@ -198,21 +198,21 @@ def set_as(settings: JogSettings, left: ArmMemory) -> JogSettings:
     return settings
 
 
-def manner_of(left: ArmMemory, manner: Manner) -> Manner:
+def move_settings(left: ArmMemory, move: MoveSettings) -> MoveSettings:
     """Return how goals were given and gone to at the move screen, as far as that makes sense.
 
-    `manner` is used on an arm that is new.
+    `move` is used on an arm that is new.
     """
     if left.move_mode in [space.value for space in Space]:
-        manner = replace(manner, cartesian=left.move_mode == Space.CARTESIAN.value)
+        move = replace(move, cartesian=left.move_mode == Space.CARTESIAN.value)
     if left.move_speed in SPEEDS:
-        manner = replace(manner, speed=left.move_speed)
-    return manner
+        move = replace(move, speed=left.move_speed)
+    return move
 
 
-def left_at(settings: JogSettings, manner: Manner, screen: str) -> ArmMemory:
+def remembered(settings: JogSettings, move: MoveSettings, screen: str) -> ArmMemory:
     """Return what is to be remembered of an arm's desk."""
-    move_space = Space.CARTESIAN if manner.cartesian else Space.JOINT
+    move_space = Space.CARTESIAN if move.cartesian else Space.JOINT
     return ArmMemory(
         screen=screen,
         mode=settings.space.value,
@@ -221,7 +221,7 @@ def left_at(settings: JogSettings, manner: Manner, screen: str) -> ArmMemory:
         step_mm=settings.step_mm,
         speed=settings.speed,
         move_mode=move_space.value,
-        move_speed=manner.speed,
+        move_speed=move.speed,
     )
 
 

@@ -1,24 +1,47 @@
-"""How a desk is started on an arm, and how it was left."""
+"""How a desk is put together and started on an arm, and how it was left."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
+from armdrive import Arm
 from armdrive.render.canvas import can_braille
-from tui.arm_port import DeskArm
-from tui.desk import Desk
-from tui.gamepad.evdev import check_gamepads, open_gamepad
-from tui.gamepad.reader import Pad
+from tui.desk import Desk, DeskScreen
+from tui.gamepad.reader import EvdevPad, check_gamepads, open_gamepad
+from tui.jog.screen import JogScreen
 from tui.keys.keyboard import Keyboard
 from tui.keys.remap import load_keys
+from tui.log.screen import LogScreen
+from tui.move.screen import MoveScreen
+from tui.points.screen import PointsScreen
 from tui.settings import memory_file
 from tui.terminal import forget_a_closed_terminal
+
+
+def _late_screen(place: str) -> DeskScreen:
+    """Make a screen whose modules take as long to load as the desk itself."""
+    from tui.late_screens import LATE_SCREENS
+
+    return LATE_SCREENS[place]()
+
+
+SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
+    {
+        "jog": JogScreen,
+        "move": MoveScreen,
+        "points": PointsScreen,
+        "log": LogScreen,
+        **{place: partial(_late_screen, place) for place in ("setup", "theory", "program")},
+    }
+)
+"""The screens of a desk by their ids."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +53,7 @@ class DeskEnd:
 
 
 def run_desk(
-    arm: DeskArm,
+    arm: Arm,
     *,
     ascii_only: bool = False,
     keys: Keyboard | None = None,
@@ -56,6 +79,7 @@ def run_desk(
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     desk = Desk(
         arm,
+        screens=SCREENS,
         braille=braille,
         handle_signals=True,
         keys=keys,
@@ -75,7 +99,7 @@ def run_desk(
     return DeskEnd(desk.return_code or 0, desk.opens)
 
 
-def _finds_pad(wanted: str) -> Callable[[], Pad | None]:
+def _finds_pad(wanted: str) -> Callable[[], EvdevPad | None]:
     return partial(open_gamepad, wanted, check_gamepads())
 
 

@@ -17,10 +17,15 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import IO, Any
 
+from rich.color import ColorSystem
+from rich.console import Console
 from textual import messages
+from textual._compositor import ChopsUpdate, Compositor
 from textual._xterm_parser import XTermParser
 from textual.driver import Driver
 from textual.message import Message
+from textual.screen import Screen
+from textual.strip import Strip
 
 if sys.platform != "win32":
     import termios
@@ -269,7 +274,7 @@ def _handle(
 def forget_a_closed_terminal() -> None:
     """Send what is still to be painted nowhere if the terminal is gone.
 
-    Else the interpreter fails to paint it while it ends, and ends with an exit code of its own.
+    Otherwise the interpreter fails to write it at exit, and sets its own exit code.
     """
     for stream in (sys.__stdout__, sys.__stderr__):
         if stream is None:
@@ -280,3 +285,65 @@ def forget_a_closed_terminal() -> None:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())
             os.close(nowhere)
+
+
+# Sending only the spans that changed, not each row from its beginning. When a widget asks for a
+# part of a row to be painted again, the framework finds the row's part, but crops it on the right
+# only (`ChopsUpdate.render_segments`, "crop to x extents"). A picture in which a little changes in
+# many rows then costs three times as many bytes.
+
+_ONE_CELL_EACH = re.compile(
+    "[ -~\\xa0-\\xac\\xae-\\u02ff\\u2500-\\u259f\\u25cb\\u25cf\\u2800-\\u28ff]*"
+).fullmatch
+"""Latin letters, lines, blocks, dots and braille."""
+
+
+class SpansUpdate(ChopsUpdate):
+    """Spans of rows, cropped on both sides."""
+
+    def render_segments(self, console: Console) -> str:
+        """Return what is to be written to the terminal."""
+        written: list[str] = []
+        for y, left, right in self.spans:
+            for end, (x, strip) in zip(self.chop_ends[y], self.chops[y].items(), strict=False):
+                first, last = max(x, left), min(end, right)
+                if strip is None or first >= last:
+                    continue
+                written.append(f"\x1b[{y + 1};{first + 1}H")
+                written.append(_cut(strip, first - x, last - x, console))
+        return "".join(written)
+
+
+def _cut(strip: Strip, left: int, right: int, console: Console) -> str:
+    """Return a part of a strip as it is written to the terminal.
+
+    `Strip.crop` and `render` do the same by way of a strip of its own for each span, with caches
+    that are never asked. Letters that may not be one cell wide are left to them.
+    """
+    if not all(_ONE_CELL_EACH(segment.text) for segment in strip):
+        return strip.crop(left, right).render(console)
+    colours = console._color_system or ColorSystem.TRUECOLOR  # noqa: SLF001 - as Strip.render
+    written, x = [], 0
+    for text, style, _ in strip:
+        piece = text[max(left - x, 0) : right - x] if x < right else ""
+        x += len(text)
+        if piece:
+            drawn = Strip.render_style(style, piece, colours) if style is not None else piece
+            written.append(drawn)
+    return "".join(written)
+
+
+class SpansCompositor(Compositor):
+    """The framework's compositor with partial updates of its own."""
+
+    def render_partial_update(self) -> ChopsUpdate | None:
+        """Return what changed since the last update, None where nothing did."""
+        update = super().render_partial_update()
+        if update is None:
+            return None
+        return SpansUpdate(update.chops, update.spans, update.chop_ends)
+
+
+def send_changed_spans(screen: Screen[Any]) -> None:
+    """Have a screen that is not shown yet send spans from now on."""
+    screen._compositor = SpansCompositor()  # noqa: SLF001 - there is no other way in

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, cast
+from typing import Any, ClassVar, cast
 
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
@@ -29,28 +29,26 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
 from tui.arm_view import SpaceView
-from tui.conduct import (
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.remap import load_keys
+from tui.keys.table import STOP
+from tui.program.lines import LINES_SHOWN, ProgramLines, WatchedProgram
+from tui.safety import (
     BADGES,
     DOTS,
     PAUSED,
     QUIET,
     UNKNOWN,
     WRONG,
-    Conduct,
+    SafetyPanel,
+    SafetyState,
     View,
-    at_work,
     number_text,
+    progress_of,
     stopping_text,
 )
-from tui.frame import KeyLine, SafetyPanel
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.remap import load_keys
-from tui.keys.table import STOP
-from tui.look import Looks
-from tui.painting import PlainText
-from tui.program.lines import LINES_SHOWN, ProgramLines, WatchedProgram
-from tui.screens import panels
 from tui.settings import memory_file, recall
+from tui.widgets import KeyLine, PlainText, panels
 
 # The words about such an arm, made from the plain data of its status.
 
@@ -58,18 +56,18 @@ TEMPOS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
 
 
-def conduct(name: str, view: View, ended: str) -> Conduct:
+def watched_state(name: str, view: View, ended: str) -> SafetyState:
     """Return what is known about an arm that another program drives."""
     if not view:
         badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
-        return Conduct(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
+        return SafetyState(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
     kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
     running = view.get("program")
-    program = at_work(running) if isinstance(running, Mapping) else ""
+    program = progress_of(running) if isinstance(running, Mapping) else ""
     arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"
     paused = view.get("paused")
     badge = PAUSED if paused else BADGES.get(str(view.get("state")), (UNKNOWN, QUIET))
-    return Conduct(
+    return SafetyState(
         arm="  ".join(filter(None, (arm, program))),
         real=not view.get("simulated"),
         badge=("NOT WATCHED", WRONG) if ended else badge,
@@ -86,11 +84,11 @@ def lines(view: View) -> str:
     if not view:
         return "nothing is known of it yet"
     joints, pose = view.get("joints"), view.get("pose")
-    conduct = f"state {view.get('state', '?')}{', PAUSED' if view.get('paused') else ''}"
+    state = f"state {view.get('state', '?')}{', PAUSED' if view.get('paused') else ''}"
     time_s = number_text(view.get("stop_time_s"), 2)
     way = f"{number_text(view.get('stop_distance_mm'))} mm, {time_s} s"
     texts = (
-        f"{conduct}  speed {percent(view)} %",
+        f"{state}  speed {percent(view)} %",
         program_words(view),
         *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
         f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
@@ -150,23 +148,13 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
     ]
 
 
-# The program that drives the arm: what is asked of it.
+# The program that drives the arm, and what is asked of it.
 
 EVERY_S = 0.05
 
 
-class HeldArmSource(Protocol):
-    """The program that drives the arm."""
-
-    def views(self) -> Iterator[Mapping[str, Any]]:
-        """Yield its status whenever it has changed, until it gives the arm back."""
-
-    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where no program answers."""
-
-
 class HeldArm:
-    """Speaks with the program that holds an arm."""
+    """The program that holds an arm: its reports, and what it is asked for."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -209,7 +197,7 @@ class WatchScreen(Screen[None]):
                 program.border_title = "Program"
                 yield program
                 yield from panels(watched="Status")
-        yield PlainText(id="remarks")
+        yield PlainText(id="messages")
         yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
@@ -222,10 +210,10 @@ class WatchScreen(Screen[None]):
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
         app, width = self.watching, self.size.width
-        self.query_one(SafetyPanel).show(conduct(app.arm_name, view, ended))
+        self.query_one(SafetyPanel).show(watched_state(app.arm_name, view, ended))
         self.query_one(ProgramLines).show_program(self._program.lines(view.get("program")))
         self.query_one("#watched", PlainText).show(lines(view))
-        self.query_one("#remarks", PlainText).show(message)
+        self.query_one("#messages", PlainText).show(message)
         self.query_one(KeyLine).show_keys(app.keys.next_keys("watch"), width)
         self.query_one(SpaceView).show(moment(view, app.model))
 
@@ -262,23 +250,21 @@ class Watching(KeyApp):
         self,
         name: str,
         model: ArmModel,
-        holder: HeldArmSource,
+        holder: HeldArm,
         *,
         braille: bool,
         keys: Keyboard = DEFAULT_KEYS,
         look: str = "",
     ) -> None:
-        super().__init__()
+        common = tuple(row for row in keys.rows if row.place or row.id in COMMON)
+        super().__init__(Keyboard(common), look=look)
         self.arm_name = name
         self.model = model
         self.braille = braille
-        self.keys = Keyboard(tuple(row for row in keys.rows if row.place or row.id in COMMON))
         self.view: Mapping[str, Any] = {}
         self.ended = ""
         self.message = "watching: nothing here moves the arm, and leaving does not stop it"
-        self.stop_keys = self.keys.of(STOP)
         self.input.suspended_s = SUSPENDED_S
-        self.looks = Looks(self, look, lambda name: self.say(f"look: {name}"))
         self._holder = holder
 
     def get_default_screen(self) -> Screen[None]:
@@ -287,8 +273,6 @@ class Watching(KeyApp):
 
     def on_mount(self) -> None:
         """Begin to receive views, and to show them."""
-        self.looks.put_on(self.looks.name)
-        self.set_keymap(self.keys.keymap())
         threading.Thread(target=self._receive, name="armdrive-watch", daemon=True).start()
         self.set_interval(POLL_S, self.poll)
         self.call_after_refresh(self.poll)
@@ -310,9 +294,8 @@ class Watching(KeyApp):
         if self.is_running and self.screen_stack and isinstance(self.screen, WatchScreen):
             self.screen.show(self.view, self.ended, self.message)
 
-    def say(self, message: str) -> None:
-        """Say something."""
-        self.message = message
+    def show(self) -> None:
+        """Show the latest view, and the last message."""
         self.poll()
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:

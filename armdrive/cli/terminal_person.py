@@ -11,7 +11,7 @@ from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
-from armdrive.render.side_view import ArmScene, side_view, top_view
+from armdrive.render.scene import Moment, posture_cameras, posture_rows
 from armdrive.status import Trust
 from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
@@ -22,19 +22,9 @@ WIDTH, HEIGHT = 60, 16
 
 def posture_drawing(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
     """Draw a posture from the side."""
-    scene = scene_of(arm, joints, opening_mm)
-    return side_view(scene, WIDTH, HEIGHT, can_braille(sys.stdout.encoding, os.environ))
-
-
-def scene_of(arm: JoggedArm, joints: Joints, opening_mm: float) -> ArmScene:
-    """Return what there is to draw of an arm in a posture."""
-    geometry = arm.model.arm
-    return ArmScene(
-        points=geometry.points(joints),
-        opening_mm=max(opening_mm, 0.0),
-        base_rad=joints[0],
-        reach_mm=geometry.levers_mm(None)[0],
-    )
+    moment, (side, _) = Moment(joints, opening_mm), posture_cameras(joints)
+    braille = can_braille(sys.stdout.encoding, os.environ)
+    return posture_rows(arm.model, moment, side, WIDTH, HEIGHT, braille=braille)
 
 
 def ask_operator(request: PostureRequest) -> bool:
@@ -165,10 +155,14 @@ def _types(word: str, question: str) -> bool:
 
 def posture_pictures(request: PostureRequest) -> list[str]:
     """Draw the posture asked for from the side and from above, beside each other."""
-    scene = scene_of(request.arm, request.joints, request.opening_mm)
+    moment = Moment(request.joints, request.opening_mm)
     braille = can_braille(sys.stdout.encoding, os.environ)
-    side = side_view(scene, PICTURE_WIDTH, PICTURE_HEIGHT, braille)
-    top = top_view(scene, PICTURE_WIDTH, PICTURE_HEIGHT, braille)
+    side, top = (
+        posture_rows(
+            request.arm.model, moment, camera, PICTURE_WIDTH, PICTURE_HEIGHT, braille=braille
+        )
+        for camera in posture_cameras(request.joints)
+    )
     return [f"{a:<{PICTURE_WIDTH}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
 
 

@@ -31,12 +31,14 @@ class Camera:
 
     Angles are whole degrees, so that a full turn returns to exactly the same picture. `zoom` counts
     steps. `centre_mm` is the point in the middle of the picture; None is the middle of the reach.
+    `title` is the name of a view that is none of `VIEWS`.
     """
 
     azimuth_deg: int
     elevation_deg: int
     zoom: int = 0
     centre_mm: Point | None = None
+    title: str = ""
 
     @property
     def rotation(self) -> Matrix3:
@@ -51,13 +53,13 @@ class Camera:
         for name, view in VIEWS.items():
             if (view.azimuth_deg, view.elevation_deg) == (self.azimuth_deg, self.elevation_deg):
                 return name
-        return f"azimuth {self.azimuth_deg}, elevation {self.elevation_deg}"
+        return self.title or f"azimuth {self.azimuth_deg}, elevation {self.elevation_deg}"
 
     def orbited(self, azimuth_deg: int, elevation_deg: int = 0) -> Camera:
         """Turn around the arm and upwards, as far as straight above or straight below."""
         turned = (self.azimuth_deg + azimuth_deg) % FULL_TURN_DEG
         up = min(max(self.elevation_deg + elevation_deg, LOWEST_DEG), HIGHEST_DEG)
-        return replace(self, azimuth_deg=turned, elevation_deg=up)
+        return replace(self, azimuth_deg=turned, elevation_deg=up, title="")
 
     def zoomed(self, steps: int, about: Point | None, dome: Dome) -> Camera:
         """Zoom in or out; when zooming in, the point `about` keeps its place on the screen."""
@@ -88,6 +90,12 @@ VIEWS: Mapping[str, Camera] = MappingProxyType(
 From the side x points right. From above, and in iso, the viewer is behind the base, so that turning
 the base to the left turns the picture of the arm to the left.
 """
+
+
+def side_of(base_rad: float) -> Camera:
+    """Return the view from the side onto the plane of an arm whose base is turned this far."""
+    azimuth_deg = (VIEWS["side"].azimuth_deg + round(math.degrees(base_rad))) % FULL_TURN_DEG
+    return Camera(azimuth_deg, 0, title="side")
 
 
 def next_view(camera: Camera, steps: int = 1) -> Camera:

@@ -1,107 +1,219 @@
-"""A grid of characters to draw lines on, with eight braille dots per cell or in plain ASCII."""
+"""Pictures in characters: inks and layers, a fast raster of dots, and the finished picture.
+
+A raster is redrawn many times a second. Its cells are stored as bytes, row by row, so that copying
+a backdrop or comparing two pictures is one operation. The drawing loops dominate the desk's
+processor load, and are therefore written inline.
+
+Colour is never the only difference: each ink has its own pattern in braille and mark in ASCII.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import codecs
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from itertools import pairwise
+from types import MappingProxyType
+from typing import ClassVar
 
-_BRAILLE_BASE = 0x2800
-BRAILLE_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
-"""The bit of a dot by its row and column in the cell (Unicode block U+2800, dots 1 to 8)."""
-
-_STROKES = "-|/\\+"
-_FAINT = "._"  # dotted lines and the table: any other mark replaces these
-
-Segment = tuple[float, float, float, float]
+from armdrive.render.camera import Projection
+from kinematics.geometry import Point
 
 
-class Canvas:
-    """Dots with the origin at the top left, x to the right and y down.
+class Ink(IntEnum):
+    """The meaning of a line. A cell with several inks takes the style of the greatest."""
 
-    A braille cell holds 2 by 4 dots, an ASCII cell a single one. Lines are clipped at the edges,
-    so coordinates may be any finite numbers.
+    NONE = 0
+    TABLE = 1
+    REACH = 2
+    GUARD = 3
+    BASE = 4
+    PLANNED = 5
+    DRIVEN = 6
+    GOAL = 7
+    ARM = 8
+    GRIPPER = 9
+    JOINT = 10
+    AXIS = 11
+    WORD = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """The look of an ink: of each `period` dots of a line, the first `on` are drawn.
+
+    `mark` is its character in ASCII; if empty, the character depends on the slope. `word` is its
+    name in the legend.
     """
 
-    def __init__(self, width_cells: int, height_cells: int, *, braille: bool) -> None:
-        self.width_cells = max(0, width_cells)
-        self.height_cells = max(0, height_cells)
-        self.braille = braille
-        self._bits = [[0] * self.width_cells for _ in range(self.height_cells)]
-        self._over = [[""] * self.width_cells for _ in range(self.height_cells)]
+    on: int = 1
+    period: int = 1
+    mark: str = ""
+    thick: bool = False
+    word: str = ""
 
-    @property
-    def width_dots(self) -> int:
-        """Dots from left to right."""
-        return self.width_cells * 2 if self.braille else self.width_cells
 
-    @property
-    def height_dots(self) -> int:
-        """Dots from top to bottom."""
-        return self.height_cells * 4 if self.braille else self.height_cells
+PATTERNS: Mapping[Ink, Pattern] = MappingProxyType(
+    {
+        Ink.TABLE: Pattern(1, 6, "."),
+        Ink.REACH: Pattern(1, 3, ":", word="reach"),
+        Ink.GUARD: Pattern(4, 6, "#", word="guard"),
+        Ink.BASE: Pattern(),
+        Ink.PLANNED: Pattern(2, 5, "+", word="way"),
+        Ink.DRIVEN: Pattern(1, 1, "~", word="driven"),
+        Ink.GOAL: Pattern(5, 8, "=", word="goal G"),
+        Ink.ARM: Pattern(thick=True),
+        Ink.GRIPPER: Pattern(),
+        Ink.JOINT: Pattern(1, 1, "o"),
+        Ink.AXIS: Pattern(),
+    }
+)
+"""Every ink that draws lines."""
 
-    @property
-    def dot_aspect(self) -> float:
-        """A dot's height divided by its width, for cells twice as tall as wide."""
-        return 1.0 if self.braille else 2.0
 
-    def line(
-        self, x0: float, y0: float, x1: float, y1: float, *, every: int = 1, stroke: str = ""
-    ) -> None:
-        """Draw a line between two points in dots; `every=3` draws every third dot.
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """A line through points in mm; its pattern continues around the corners."""
 
-        In ASCII, `stroke` is the character; by default it depends on the slope.
-        """
-        kept = clip((x0, y0, x1, y1), self.width_dots - 1, self.height_dots - 1)
-        if kept is None:
-            return
-        mark = stroke or slope_stroke(x1 - x0, y1 - y0)
-        ends = (round(kept[0]), round(kept[1]), round(kept[2]), round(kept[3]))
-        for count, (x, y) in enumerate(_bresenham(*ends)):
-            if count % every == 0:
-                self._set(x, y, mark)
+    ink: Ink
+    points: tuple[Point, ...]
 
-    def dot(self, x: float, y: float, mark: str = "o") -> None:
-        """Set one dot if it lies on the canvas; in ASCII draw the character `mark`."""
-        column, row = round(x), round(y)
-        if 0 <= column < self.width_dots and 0 <= row < self.height_dots:
-            self._set(column, row, mark)
 
-    def text(self, cell_x: int, cell_y: int, text: str) -> None:
-        """Write text over the drawing, clipped at the edges."""
-        if not 0 <= cell_y < self.height_cells:
-            return
-        for offset, character in enumerate(text):
-            if 0 <= cell_x + offset < self.width_cells:
-                self._over[cell_y][cell_x + offset] = character
+@dataclass(frozen=True, slots=True)
+class Letters:
+    """Text at a point in mm."""
+
+    ink: Ink
+    at: Point
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """Lines, texts, and points that are marked as joints."""
+
+    strokes: tuple[Stroke, ...] = ()
+    letters: tuple[Letters, ...] = ()
+    joints: tuple[Point, ...] = ()
+
+    def __add__(self, other: Layer) -> Layer:
+        return Layer(
+            self.strokes + other.strokes,
+            self.letters + other.letters,
+            self.joints + other.joints,
+        )
+
+
+# --- A finished picture, and how it differs from another -----------------------------------------
+
+_BRAILLE = " " + "".join(chr(0x2800 + bits) for bits in range(1, 256))
+_PLAIN = " " + "".join(chr(code) for code in range(1, 128))
+"""The character of each cell value."""
+
+_RUNS = re.compile(rb"\0*([^\0])(?:\1|\0)*|\0+")
+"""Cells of one ink, including the empty cells around them, whose ink is invisible."""
+
+_WORDS = re.compile(rb"[^\0]+")
+
+_CHANGES = re.compile(rb"[^\0]+(?:\0{1,16}[^\0]+)*")
+"""Changed cells, joined across short gaps, where a new span would cost more than the gap."""
+
+_INKS = tuple(Ink)
+
+Span = tuple[int, int, int]
+"""Column, row and width, in cells."""
+
+
+@dataclass(frozen=True, slots=True)
+class Painted:
+    """A picture row by row: `cells` hold dots or a character, with an ink, and letters on top."""
+
+    width: int
+    height: int
+    braille: bool
+    cells: bytes
+    inks: bytes
+    letters: bytes
+
+    def row(self, y: int) -> str:
+        """Return the text of a row, of the full width."""
+        start, end = y * self.width, (y + 1) * self.width
+        table = _BRAILLE if self.braille else _PLAIN
+        text: str = codecs.charmap_decode(self.cells[start:end], "strict", table)[0]
+        over = self.letters[start:end]
+        for word in _WORDS.finditer(over):
+            text = text[: word.start()] + word.group().decode("ascii") + text[word.end() :]
+        return text
+
+    def above(self, other: Painted) -> Painted:
+        """Return this picture stacked on top of another of the same width and kind."""
+        return Painted(
+            self.width,
+            self.height + other.height,
+            self.braille,
+            self.cells + other.cells,
+            self.inks + other.inks,
+            self.letters + other.letters,
+        )
 
     def rows(self) -> list[str]:
-        """Return the picture as one string per row, all of the full width."""
-        return [
-            "".join(over or self._cell(bits) for bits, over in zip(row, overs, strict=True))
-            for row, overs in zip(self._bits, self._over, strict=True)
-        ]
+        """Return the text of all rows."""
+        return [self.row(y) for y in range(self.height)]
 
-    def _cell(self, bits: int) -> str:
-        if not bits:
-            return " "
-        return chr(_BRAILLE_BASE + bits) if self.braille else chr(bits)
+    def runs(self, y: int) -> Iterator[tuple[str, Ink]]:
+        """Yield the pieces of a row that share an ink, from left to right, empty cells included."""
+        text, start = self.row(y), y * self.width
+        for run in _RUNS.finditer(self.inks, start, start + self.width):
+            yield text[run.start() - start : run.end() - start], _INKS[(run.group(1) or b"\0")[0]]
 
-    def _set(self, x: int, y: int, mark: str) -> None:
-        if self.braille:
-            self._bits[y // 4][x // 2] |= BRAILLE_BITS[y % 4][x % 2]
-        else:
-            row = self._bits[y]
-            row[x] = ord(_crossed(chr(row[x]) if row[x] else "", mark))
+    def changes(self, before: Painted | None) -> Iterator[Span]:
+        """Yield the spans in which this picture differs from `before`.
+
+        A picture of another size differs everywhere.
+        """
+        if before is None or not self._like(before):
+            yield from ((0, y, self.width) for y in range(self.height if self.width else 0))
+            return
+        differing = _differing(self.cells, before.cells)
+        differing |= _differing(self.inks, before.inks)
+        differing |= _differing(self.letters, before.letters)
+        if not differing:
+            return
+        flags = differing.to_bytes(len(self.cells), "big")
+        for y in range(self.height):
+            row = flags[y * self.width : (y + 1) * self.width]
+            if any(row):
+                for span in _CHANGES.finditer(row):
+                    yield span.start(), y, span.end() - span.start()
+
+    def _like(self, other: Painted) -> bool:
+        return (self.width, self.height, self.braille) == (
+            other.width,
+            other.height,
+            other.braille,
+        )
 
 
-def _crossed(there: str, mark: str) -> str:
-    """Return the mark for two overlapping ASCII marks: solid over faint, special over stroke."""
-    if not there or there == mark or there in _FAINT:
-        return mark
-    if mark in _FAINT:
-        return there
-    if mark in _STROKES:
-        return "+" if there in _STROKES else there
-    return mark
+def _differing(one: bytes, other: bytes) -> int:
+    """Return a number whose bytes are nonzero where the two differ."""
+    if one == other:
+        return 0
+    return int.from_bytes(one, "big") ^ int.from_bytes(other, "big")
+
+
+_BRAILLE_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+"""The bit of a dot by its row and column in the cell (Unicode block U+2800, dots 1 to 8)."""
+
+Dots = tuple[float, float]
+Ends = tuple[float, float, float, float]
+
+_BITS = tuple(bits for row in _BRAILLE_BITS for bits in row)
+_FIRST_LETTER, _LAST_LETTER = 32, 126
+_HALF = 0x8000
+"""Half a dot in the braille loop's fixed-point numbers, which have 16 fractional bits."""
 
 
 def slope_stroke(dx: float, dy: float) -> str:
@@ -113,7 +225,7 @@ def slope_stroke(dx: float, dy: float) -> str:
     return "\\" if (dx > 0) == (dy > 0) else "/"
 
 
-def clip(segment: Segment, right: float, bottom: float) -> Segment | None:
+def clip(segment: Ends, right: float, bottom: float) -> Ends | None:
     """Clip a segment to 0..right, 0..bottom (Liang and Barsky 1984); None if it is all outside.
 
     The bounds are dot centres, so every clipped point rounds to an existing dot.
@@ -142,22 +254,172 @@ def _within(value: float, top: float) -> float:
     return min(max(value, 0.0), top)
 
 
-def _bresenham(x0: int, y0: int, x1: int, y1: int) -> Iterator[tuple[int, int]]:
-    """Yield the dots of a line, in integer arithmetic (Bresenham 1965)."""
-    dx, dy = abs(x1 - x0), -abs(y1 - y0)
-    step_x, step_y = (1 if x0 < x1 else -1), (1 if y0 < y1 else -1)
-    error = dx + dy
-    while True:
-        yield x0, y0
-        if x0 == x1 and y0 == y1:
+class Raster(ABC):
+    """Dots with the origin at the top left, x to the right and y down."""
+
+    braille: ClassVar[bool]
+    dots_across: ClassVar[int]
+    dots_down: ClassVar[int]
+    dot_aspect: ClassVar[float]
+    """A dot's height divided by its width, for cells twice as tall as wide."""
+
+    def __init__(self, width: int, height: int) -> None:
+        self.width, self.height = max(width, 0), max(height, 0)
+        self.right = self.width * self.dots_across - 1
+        self.bottom = self.height * self.dots_down - 1
+        size = self.width * self.height
+        self._cells = bytearray(size)
+        self._inks = bytearray(size)
+        self._letters = bytearray(size)
+
+    def clear(self) -> None:
+        """Erase everything."""
+        for cells in (self._cells, self._inks, self._letters):
+            cells[:] = bytes(len(cells))
+
+    def taken_from(self, other: Raster) -> None:
+        """Become a copy of another raster of this size."""
+        self._cells[:] = other._cells
+        self._inks[:] = other._inks
+        self._letters[:] = other._letters
+
+    def painted(self) -> Painted:
+        """Return the picture as it is now."""
+        cells, inks, letters = bytes(self._cells), bytes(self._inks), bytes(self._letters)
+        return Painted(self.width, self.height, self.braille, cells, inks, letters)
+
+    def draw(self, layer: Layer, seen: Projection) -> None:
+        """Draw a layer through a projection: its lines, then its joints, then its letters."""
+        dots = seen.dots
+        for stroke in layer.strokes:
+            self.line([dots(point) for point in stroke.points], stroke.ink)
+        for joint in layer.joints:
+            self.knob(dots(joint))
+        for letters in layer.letters:
+            x, y = dots(letters.at)
+            column, row = round(x) // self.dots_across, round(y) // self.dots_down
+            self.text(column, row, letters.text, letters.ink)
+
+    def line(self, points: Sequence[Dots], ink: Ink) -> None:
+        """Draw a line through points in dots, in its ink's pattern, clipped at the edges."""
+        pattern = PATTERNS[ink]
+        right, bottom = self.right, self.bottom
+        count = 0
+        for (x0, y0), (x1, y1) in pairwise(points):
+            ends: Ends | None = (x0, y0, x1, y1)
+            if not (
+                0 <= x0 <= right and 0 <= x1 <= right and 0 <= y0 <= bottom and 0 <= y1 <= bottom
+            ):
+                ends = clip((x0, y0, x1, y1), right, bottom)
+            if ends is not None:
+                count = self._piece(ends, ink, pattern, count)
+
+    @abstractmethod
+    def _piece(self, ends: Ends, ink: Ink, pattern: Pattern, count: int) -> int:
+        """Draw a straight piece between dots of the canvas; return `count` after it.
+
+        `count` is the position in the line's pattern.
+        """
+
+    @abstractmethod
+    def knob(self, dots: Dots) -> None:
+        """Mark a joint."""
+
+    def text(self, column: int, row: int, text: str, ink: Ink) -> None:
+        """Write over the drawing, clipped at the edges.
+
+        Names come from files: a character that is not printable ASCII becomes a question mark.
+        """
+        if not 0 <= row < self.height:
             return
-        doubled = 2 * error
-        if doubled >= dy:
-            error += dy
-            x0 += step_x
-        if doubled <= dx:
-            error += dx
-            y0 += step_y
+        for place, letter in enumerate(text, column):
+            if 0 <= place < self.width:
+                plain = _FIRST_LETTER <= ord(letter) <= _LAST_LETTER
+                self._letters[row * self.width + place] = ord(letter if plain else "?")
+                self._inks[row * self.width + place] = ink
+
+    def sample(self, column: int, row: int, width: int, ink: Ink) -> None:
+        """Draw a horizontal line `width` cells long, as a sample of an ink."""
+        y = row * self.dots_down + self.dots_down // 2
+        first, last = column * self.dots_across, (column + width) * self.dots_across - 1
+        self.line([(first, y), (last, y)], ink)
+
+
+class BrailleRaster(Raster):
+    """Two by four dots in a cell."""
+
+    braille = True
+    dots_across, dots_down, dot_aspect = 2, 4, 1.0
+
+    def _piece(self, ends: Ends, ink: Ink, pattern: Pattern, count: int) -> int:
+        x0, y0, x1, y1 = ends
+        ran = self._thin(ends, ink, pattern, count)
+        if pattern.thick:  # draw again, one dot to the right or down
+            steep = abs(y1 - y0) > abs(x1 - x0)
+            by_x, by_y = int(steep), int(not steep)
+            shifted = clip((x0 + by_x, y0 + by_y, x1 + by_x, y1 + by_y), self.right, self.bottom)
+            if shifted is not None:
+                self._thin(shifted, ink, pattern, count)
+        return ran
+
+    def _thin(self, ends: Ends, ink: Ink, pattern: Pattern, count: int) -> int:
+        x0, y0 = int(ends[0] + 0.5), int(ends[1] + 0.5)
+        dx, dy = int(ends[2] + 0.5) - x0, int(ends[3] + 0.5) - y0
+        steps = max(abs(dx), abs(dy))
+        x, y = (x0 << 16) + _HALF, (y0 << 16) + _HALF
+        by_x, by_y = (int(dx * 65536 / steps), int(dy * 65536 / steps)) if steps else (0, 0)
+        cells, inks, width, bits = self._cells, self._inks, self.width, _BITS
+        on, period = pattern.on, pattern.period
+        for at in range(count, count + steps + 1):
+            if period == 1 or at % period < on:
+                row, column = y >> 16, x >> 16
+                cell = (row >> 2) * width + (column >> 1)
+                cells[cell] |= bits[(row & 3) << 1 | column & 1]
+                if inks[cell] < ink:
+                    inks[cell] = ink
+            x += by_x
+            y += by_y
+        return count + steps
+
+    def knob(self, dots: Dots) -> None:
+        """Mark a joint with a square of nine dots."""
+        x, y = round(dots[0]), round(dots[1])
+        for row in range(max(y - 1, 0), min(y + 1, self.bottom) + 1):
+            for column in range(max(x - 1, 0), min(x + 1, self.right) + 1):
+                cell = (row >> 2) * self.width + (column >> 1)
+                self._cells[cell] |= _BITS[(row & 3) << 1 | column & 1]
+                self._inks[cell] = max(self._inks[cell], Ink.JOINT)
+
+
+class PlainRaster(Raster):
+    """One character per cell: inks differ by their marks, as patterns would be too coarse."""
+
+    braille = False
+    dots_across, dots_down, dot_aspect = 1, 1, 2.0
+
+    def _piece(self, ends: Ends, ink: Ink, pattern: Pattern, count: int) -> int:
+        x0, y0 = int(ends[0] + 0.5), int(ends[1] + 0.5)
+        dx, dy = int(ends[2] + 0.5) - x0, int(ends[3] + 0.5) - y0
+        steps = max(abs(dx), abs(dy))
+        mark = ord(pattern.mark or slope_stroke(dx, dy))
+        every = 1 if pattern.period == 1 else 2
+        for step in range(steps + 1):
+            if (count + step) % every == 0:
+                share = step / steps if steps else 0.0
+                cell = int(y0 + dy * share + 0.5) * self.width + int(x0 + dx * share + 0.5)
+                if self._inks[cell] <= ink:
+                    self._inks[cell] = ink
+                    self._cells[cell] = mark
+        return count + steps
+
+    def knob(self, dots: Dots) -> None:
+        """Mark a joint with its character."""
+        self.line([dots, dots], Ink.JOINT)
+
+
+def raster(width: int, height: int, *, braille: bool) -> Raster:
+    """Return an empty raster of `width` by `height` cells."""
+    return (BrailleRaster if braille else PlainRaster)(width, height)
 
 
 # --- Whether a terminal can show braille ---------------------------------------------------------

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from armdrive.render.camera import Dome
-from armdrive.render.inks import Ink, Layer, Letters, Stroke
+from armdrive.render.canvas import Ink, Layer, Letters, Stroke
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import JointKind
 from kinematics.frames.rotations import Matrix3, columns

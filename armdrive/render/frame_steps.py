@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from armdrive.render.camera import VIEWS, Dome
-from armdrive.render.inks import Ink, Layer, Letters, Stroke
+from armdrive.render.canvas import Ink, Layer, Letters, Stroke
 from armdrive.render.scene import SceneSpace, Studio
 from kinematics.chains.assignment import Assignment, FoundFrame, KnownFrames
 from kinematics.frames.rotations import columns

@@ -1,25 +1,287 @@
 """The picture of one arm in space over time: its layers, and which of them changed.
 
-Keeps the trail of the tip, and the computed outlines of the reach.
+Everything around the arm is drawn once: the table, the base, the guards. The trail of the tip and
+the outlines of the reach are kept as they come.
 """
 
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
+from collections import OrderedDict, deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from itertools import product
 
-from armdrive.render.camera import Camera, Dome, Projection, projection
+from armdrive.render.camera import VIEWS, Camera, Dome, Projection, projection, side_of
+from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Painted, Raster, Stroke, raster
 from armdrive.render.figure import Stance, dome, figure, ghost, stance
-from armdrive.render.inks import PATTERNS, Ink, Layer, Stroke
-from armdrive.render.raster import Painted, Raster, raster
-from armdrive.render.reach import Key, Outline, in_plane, key_of, outline
-from armdrive.render.surroundings import Trail, surroundings
+from kinematics.chains.reach import spread_over
 from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.geometry import Point
+from kinematics.five_axis.workspace import section
+from kinematics.geometry import ArmGeometry, Point
+from kinematics.guards.guards import Guards
+from kinematics.guards.shapes import Box
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
+
+# --- What surrounds an arm ----------------------------------------------------------------------
+
+GRID_MM = 100.0  # size of the squares on the table
+_FOOT = 0.13  # radius of a base of unknown size, as a share of the reach
+
+_CORNERS = 36
+_NAME_LENGTH = 10
+
+
+def surroundings(arm: ArmGeometry, guards: Guards, dome: Dome) -> Layer:
+    """Return everything that does not move: table with axes, base column, boxes and radii."""
+    return (
+        _table(dome)
+        + _turn(arm, dome)
+        + _base(guards, dome)
+        + _radii(guards)
+        + _boxes(guards.boxes, Ink.GUARD)
+    )
+
+
+def _table(dome: Dome) -> Layer:
+    """Return the squares of the table within the arm's reach, and the letters of its axes."""
+    count = math.floor(dome.reach_mm / GRID_MM)
+    lines = []
+    for index in range(-count, count + 1):
+        at = index * GRID_MM
+        half = math.sqrt(max(dome.reach_mm**2 - at**2, 0.0))
+        lines.append(((at, -half, 0.0), (at, half, 0.0)))
+        lines.append(((-half, at, 0.0), (half, at, 0.0)))
+    strokes = tuple(Stroke(Ink.TABLE, line) for line in lines)
+    letters = (
+        Letters(Ink.TABLE, (dome.reach_mm, 0.0, 0.0), "X"),
+        Letters(Ink.TABLE, (0.0, dome.reach_mm, 0.0), "Y"),
+    )
+    return Layer(strokes, letters)
+
+
+def _turn(arm: ArmGeometry, dome: Dome) -> Layer:
+    """Return the limits of the base joint as lines, if it cannot make a full turn."""
+    base = arm.limits[0]
+    if base.high_rad - base.low_rad >= math.tau:
+        return Layer()
+    x, y, _ = dome.centre
+    bounds = tuple(
+        Stroke(
+            Ink.REACH,
+            (
+                (x, y, 0.0),
+                (x + dome.reach_mm * math.cos(angle), y + dome.reach_mm * math.sin(angle), 0.0),
+            ),
+        )
+        for angle in (base.low_rad, base.high_rad)
+    )
+    return Layer(bounds)
+
+
+def _base(guards: Guards, dome: Dome) -> Layer:
+    """Return the base column from the guards, or else a circle on the table."""
+    x, y, _ = dome.centre
+    if guards.base_radius_mm is None:
+        return Layer((Stroke(Ink.BASE, _ring(x, y, dome.reach_mm * _FOOT, 0.0)),))
+    radius, top = guards.base_radius_mm, guards.base_top_mm
+    rings = tuple(Stroke(Ink.BASE, _ring(x, y, radius, z)) for z in (0.0, top))
+    posts = tuple(
+        Stroke(Ink.BASE, ((px, py, 0.0), (px, py, top)))
+        for px, py, _ in _ring(x, y, radius, 0.0)[: -1 : _CORNERS // 4]
+    )
+    return Layer((*rings, *posts))
+
+
+def _radii(guards: Guards) -> Layer:
+    """Return the circles on the table that limit the radius of the tip."""
+    radii = (guards.inner_radius_mm, guards.outer_radius_mm)
+    return Layer(
+        tuple(Stroke(Ink.GUARD, _ring(0.0, 0.0, one, 0.0)) for one in radii if one is not None)
+    )
+
+
+def _boxes(boxes: Iterable[Box], ink: Ink) -> Layer:
+    """Return the edges of boxes, each with its shortened name on top."""
+    boxes = tuple(boxes)
+    strokes = tuple(Stroke(ink, edge) for box in boxes for edge in _edges(box))
+    return Layer(
+        strokes, tuple(Letters(ink, _above(box), box.name[:_NAME_LENGTH]) for box in boxes)
+    )
+
+
+def _edges(box: Box) -> Iterator[tuple[Point, Point]]:
+    """Yield the twelve edges: pairs of corners that differ in one coordinate."""
+    corners: list[Point] = [
+        (x, y, z) for x, y, z in product(*zip(box.min_mm, box.max_mm, strict=True))
+    ]
+    for index, one in enumerate(corners):
+        for other in corners[index + 1 :]:
+            if sum(a != b for a, b in zip(one, other, strict=True)) == 1:
+                yield one, other
+
+
+def _above(box: Box) -> Point:
+    (x0, y0, _), (x1, y1, z1) = box.min_mm, box.max_mm
+    return (x0 + x1) / 2.0, (y0 + y1) / 2.0, z1
+
+
+def _ring(x: float, y: float, radius: float, z: float) -> tuple[Point, ...]:
+    """Return a closed circle around a vertical axis."""
+    angles = (math.tau * corner / _CORNERS for corner in range(_CORNERS + 1))
+    return tuple((x + radius * math.cos(a), y + radius * math.sin(a), z) for a in angles)
+
+
+# --- The trail: a limited number of the tip's latest points, in pieces ---------------------------
+
+PIECE = 16  # points in a layer; a full layer never changes, so it need not be drawn again
+MOST_PIECES, FORGOTTEN_AT_ONCE = 24, 6
+"""The number of full layers. Removing one redraws the others, so several go at a time."""
+
+LEAP = 0.35
+"""If the tip moves by this share of the reach between two updates, the position was changed.
+
+The fastest arm sweeps its whole reach in about a second, and updates are 0.05 s apart.
+"""
+
+_SPACING = 0.008  # share of the reach; closer points would fall on the same dots
+
+
+class Trail:
+    """The recent path of the tip, oldest point first; it is interrupted if the position is lost."""
+
+    def __init__(self, reach_mm: float) -> None:
+        self._leap_mm = LEAP * reach_mm
+        self._spacing_mm = _SPACING * reach_mm
+        self._full: deque[Layer] = deque()
+        self._points: list[Point] = []
+
+    def add(self, tip: Point | None) -> None:
+        """Add the position of the tip now, or None while it is unknown."""
+        gone_mm = math.dist(self._points[-1], tip) if tip is not None and self._points else 0.0
+        if tip is None or gone_mm > self._leap_mm:
+            self._close()
+            self._points = []
+        if tip is None or (self._points and gone_mm < self._spacing_mm):
+            return
+        self._points.append(tip)
+        if len(self._points) == PIECE:
+            self._close()
+            self._points = [tip]  # the next piece continues from here
+
+    def clear(self) -> None:
+        """Forget the trail, except for the current position."""
+        self._full.clear()
+        self._points = self._points[-1:]
+
+    @property
+    def full(self) -> tuple[Layer, ...]:
+        """The full pieces: the identical layer objects each time, until they are forgotten."""
+        return tuple(self._full)
+
+    @property
+    def latest(self) -> Layer:
+        """The piece that still grows."""
+        if len(self._points) < 2:
+            return Layer()
+        return Layer((Stroke(Ink.DRIVEN, tuple(self._points)),))
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """All remembered points, oldest first; points shared by two pieces appear twice."""
+        strokes = (*(stroke for layer in self._full for stroke in layer.strokes),)
+        return (*(point for stroke in strokes for point in stroke.points), *self._points)
+
+    def _close(self) -> None:
+        if len(self._points) > 1:
+            self._full.append(Layer((Stroke(Ink.DRIVEN, tuple(self._points)),)))
+        if len(self._full) > MOST_PIECES:
+            for _ in range(FORGOTTEN_AT_ONCE):
+                self._full.popleft()
+
+
+# --- The outline of the reach, as lines in the arm's plane: slow to compute, therefore kept -------
+#
+# A five-axis arm of the Mini-mover type has an exact outline for each pitch of the hand. For any
+# other arm, many postures are sampled, and the outline is the greatest distance of the tip at each
+# height, at any pitch.
+
+PITCH_DEG = 5  # the outline is computed for the nearest multiple of this pitch
+AZIMUTH_DEG = 15
+"""The same for the azimuth, because the base's limits restrict the reach behind its axis."""
+
+_STEP_MM = 20.0  # length of chords; on the smallest arc of an arm they are within 1 mm of it
+
+_POSTURES = 3000
+_LEVELS = 24
+
+Key = tuple[int, int]
+"""Pitch and azimuth in degrees; always (0, 0) for an arm with a single outline."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Curves of (distance from the base axis, height) in mm, and a description for the legend."""
+
+    curves: tuple[tuple[tuple[float, float], ...], ...]
+    words: str
+
+
+def key_of(arm: ArmGeometry, pitch_rad: float, azimuth_rad: float) -> Key:
+    """Return the key of a posture's outline; similar postures share one."""
+    if not isinstance(arm, FiveAxisArm):
+        return 0, 0
+    return _nearest(pitch_rad, PITCH_DEG), _nearest(azimuth_rad, AZIMUTH_DEG)
+
+
+def outline(arm: ArmGeometry, key: Key) -> Outline:
+    """Compute an outline. Takes some hundredths of a second: do not call on the screen's thread."""
+    pitch_deg, azimuth_deg = key
+    if isinstance(arm, FiveAxisArm):
+        cut = section(arm, math.radians(pitch_deg), math.radians(azimuth_deg), _STEP_MM)
+        return Outline(cut.boundary, f"reach at pitch {pitch_deg}")
+    return Outline((_farthest(arm),), "reach at any pitch")
+
+
+def in_plane(of: Outline, centre: Point, azimuth_rad: float) -> Layer:
+    """Return an outline in the vertical plane through the base axis at an azimuth."""
+    cosine, sine = math.cos(azimuth_rad), math.sin(azimuth_rad)
+    x, y, _ = centre
+    strokes = tuple(
+        Stroke(Ink.REACH, tuple((x + r * cosine, y + r * sine, z) for r, z in curve))
+        for curve in of.curves
+    )
+    return Layer(strokes)
+
+
+def _nearest(angle_rad: float, step_deg: int) -> int:
+    return round(math.degrees(angle_rad) / step_deg) * step_deg
+
+
+def _farthest(arm: ArmGeometry) -> tuple[tuple[float, float], ...]:
+    """Return the farthest sampled point of the tip at each level, from the lowest up.
+
+    Distances are measured from the base axis. Every call samples the same postures.
+    """
+    spans = [(one.low_rad, one.high_rad) for one in arm.limits]
+    tips = [_tip(arm, angles) for angles in spread_over(spans, _POSTURES).postures()]
+    heights = [z for _, z in tips]
+    low, high = min(heights), max(heights)
+    size = max((high - low) / _LEVELS, 1e-9)
+    best: dict[int, tuple[float, float]] = {}
+    for r, z in tips:
+        level = min(int((z - low) / size), _LEVELS - 1)
+        if level not in best or r > best[level][0]:
+            best[level] = (r, z)
+    return tuple(best[level] for level in sorted(best))
+
+
+def _tip(arm: ArmGeometry, angles: tuple[float, ...]) -> tuple[float, float]:
+    points = arm.points(Joints(angles, arm.joint_names))
+    return math.hypot(points[-1][0] - points[0][0], points[-1][1] - points[0][1]), points[-1][2]
+
 
 # --- Layers: those that do not change are drawn only once ----------------------------------------
 
@@ -147,6 +409,8 @@ def _legend(inks: frozenset[Ink], reach: str, width: int, *, braille: bool) -> P
     return drawn.painted()
 
 
+# --- One arm over time --------------------------------------------------------------------------
+
 MOST_OUTLINES = 128  # cached outlines of the reach, of at most about a hundred kilobytes each
 PLANE_DEG = 3  # the plane of the outline is rounded to this azimuth, which is a dot or two off
 
@@ -253,3 +517,29 @@ class ArmDrawing:
         assert self.tip is not None  # noqa: S101 - `space` has set it
         x, y, _ = self.dome.centre
         return math.atan2(self.tip[1] - y, self.tip[0] - x)
+
+
+# --- One posture, for questions and for drawings without a screen of their own -------------------
+
+
+def posture_cameras(joints: Joints | None) -> tuple[Camera, Camera]:
+    """Return the views from the side and from above, by which a person judges a posture."""
+    return VIEWS["side"] if joints is None else side_of(joints[0]), VIEWS["top"]
+
+
+def posture_rows(
+    model: ArmModel,
+    moment: Moment,
+    camera: Camera,
+    width: int,
+    height: int,
+    *,
+    braille: bool,
+    blocks: Iterable[Box] = (),
+) -> list[str]:
+    """Draw a posture, and blocks that lie about, as `height` rows of `width` characters."""
+    drawing = ArmDrawing(model)
+    space = drawing.space(moment)
+    sheets = (*space.sheets, (_boxes(blocks, Ink.BASE),))
+    studio = Studio(drawing.dome, braille=braille)
+    return studio.draw(SceneSpace(sheets), camera, width, height).rows()

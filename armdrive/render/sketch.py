@@ -1,21 +1,23 @@
-"""Draw curves and points in mm to scale, in characters or as a PNG or SVG file."""
+"""Sketches: curves and points in mm to scale, in characters or as a PNG or SVG file."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain, pairwise
+from itertools import chain as chained
 from pathlib import Path
 
 from armdrive.errors import BadRequest
-from armdrive.render.canvas import Canvas
+from armdrive.render.canvas import Ink, raster
+from kinematics.chains.chain import Chain
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.workspace import section
 
 Point = tuple[float, float]
 Span = tuple[float, float]
 
-_SPARSE = 4
 _SMALLEST_MM = 1.0
-_POINT = "."
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +36,12 @@ class Sketch:
     @property
     def box_mm(self) -> tuple[Span, Span]:
         """The least and greatest coordinates, including the origin."""
-        return _box([(0.0, 0.0), *chain.from_iterable(self.curves), *self.points])
+        return _box([(0.0, 0.0), *chained.from_iterable(self.curves), *self.points])
 
     @property
     def reach_box_mm(self) -> tuple[Span, Span]:
         """The least and greatest coordinates of curves and points; zeros if there are none."""
-        return _box([*chain.from_iterable(self.curves), *self.points] or [(0.0, 0.0)])
+        return _box([*chained.from_iterable(self.curves), *self.points] or [(0.0, 0.0)])
 
     @property
     def caption(self) -> str:
@@ -53,32 +55,56 @@ class Sketch:
 
 def sketch_rows(sketch: Sketch, width: int, height: int, *, braille: bool) -> list[str]:
     """Return the sketch as rows of characters, centred, with the same scale on both axes."""
-    canvas = Canvas(width, height, braille=braille)
+    canvas = raster(width, height, braille=braille)
     (left, right), (low, high) = sketch.box_mm
     across = max(right - left, _SMALLEST_MM)
     tall = max(high - low, _SMALLEST_MM)
-    columns, rows = canvas.width_dots - 1, canvas.height_dots - 1
-    scale = min(columns / across, rows * canvas.dot_aspect / tall)
-    shift = (columns - across * scale) / 2.0
+    scale = min(canvas.right / across, canvas.bottom * canvas.dot_aspect / tall)
+    shift = (canvas.right - across * scale) / 2.0
 
     def place(point: Point) -> Point:
         x, y = point
-        return shift + (x - left) * scale, rows - (y - low) * scale / canvas.dot_aspect
+        return shift + (x - left) * scale, canvas.bottom - (y - low) * scale / canvas.dot_aspect
 
     zero_x, zero_y = place((0.0, 0.0))
-    canvas.line(zero_x, 0, zero_x, rows, every=_SPARSE, stroke=":")
-    canvas.line(0, zero_y, columns, zero_y, every=_SPARSE, stroke="_")
+    canvas.line([(zero_x, 0.0), (zero_x, canvas.bottom)], Ink.REACH)
+    canvas.line([(0.0, zero_y), (canvas.right, zero_y)], Ink.REACH)
     for point in sketch.points:
-        canvas.dot(*place(point), _POINT)
+        canvas.line([place(point)] * 2, Ink.TABLE)
     for curve in sketch.curves:
-        for start, end in pairwise(curve):
-            canvas.line(*place(start), *place(end))
-    return canvas.rows()
+        canvas.line([place(point) for point in curve], Ink.BASE)
+    return canvas.painted().rows()
 
 
 def _box(points: Iterable[Point]) -> tuple[Span, Span]:
     across, up = ((min(axis), max(axis)) for axis in zip(*points, strict=True))
     return across, up
+
+
+# --- Sketches of the reach: a section of a five-axis arm, or samples of any chain ----------------
+
+_LATTICE = 24
+_FINEST_MM = 5.0
+
+_MAPPED = 1_000_000  # sampled postures of a map: half a second, without gaps on a printed page
+_CELLS = 120  # cells along the larger side of a map; each shows at most one point
+
+
+def section_sketch(arm: FiveAxisArm, pitch_deg: float, azimuth_deg: float) -> Sketch:
+    """Return the boundary of the reach and a lattice of points in it, at a pitch and an azimuth."""
+    cut = section(arm, math.radians(pitch_deg), math.radians(azimuth_deg))
+    low, high, _, _ = cut.box_mm
+    spacing = max((high - low) / _LATTICE, _FINEST_MM)
+    return Sketch(cut.boundary, cut.points(spacing), "distance from the base axis", "height z")
+
+
+def reach_sketches(chain: Chain) -> tuple[Sketch, Sketch]:
+    """Return a map of the positions that a chain's tool reaches, from the side and from above."""
+    from kinematics.chains.many import reach_maps  # loads numpy, which the desk does without
+
+    maps = reach_maps(chain, ((0, 2), (0, 1)), _MAPPED, _CELLS)
+    side, above = (tuple((float(x), float(y)) for x, y in places) for places in maps)
+    return Sketch((), side, "x", "z"), Sketch((), above, "x", "y")
 
 
 # --- Files drawn by matplotlib, the optional extra `plot` ----------------------------------------

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.events import Unreadable
+from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.lines import LineHost
 from firmware_protocol.teachmover.messages import (
     AFTER_DONE,
@@ -32,7 +32,6 @@ from firmware_protocol.teachmover.messages import (
     Registers,
     Reply,
     Status,
-    attention_character,
     decode_reply,
     encode_command,
 )
@@ -54,13 +53,6 @@ class Completed:
     rows: tuple[ProgramRow, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Stray:
-    """A readable but unexpected line, for example a late answer after `give_up`."""
-
-    line: bytes
-
-
 Event: TypeAlias = Completed | Stray | Unreadable
 
 
@@ -71,8 +63,8 @@ class Host(LineHost[Event]):
     No end mark is known, so the caller waits for a quiet line.
     """
 
-    def __init__(self, attention: str = ATTENTION) -> None:
-        self._attention = attention_character(attention)
+    def __init__(self) -> None:
+        self._attention = ATTENTION
         super().__init__(CR, padding=NOISE)
         self._awaits = Due.NOTHING
         self._command: Command | None = None
@@ -143,7 +135,7 @@ class Host(LineHost[Event]):
     def _interpret(self, line: bytes) -> Event | None:
         reply = decode_reply(line)
         if self._command is None:
-            return Stray(line)
+            return Stray(reply)
         form, wanted = FORMS[self._awaits]
         if not isinstance(reply, form):
             return Unreadable(line, f"{wanted} was awaited after {self._command.name}")

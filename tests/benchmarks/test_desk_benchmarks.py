@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from random import Random
 
 import pytest
 
@@ -15,9 +14,7 @@ if sys.platform == "win32":
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import desk
 import desk_ends
-import desk_release
 from amounts import THOROUGH
-from feel_keys import Press
 
 real_time = pytest.mark.skipif(not THOROUGH, reason="takes a minute of real time")
 
@@ -44,12 +41,3 @@ def test_starts_and_keys_stand_beside_their_floors(monkeypatch):
     assert floor.value > 0.0
     assert ours.value > 0.0
     assert ours.times["the floor"] == pytest.approx(ours.value / floor.value)
-
-
-def test_a_bad_link_loses_repeats_and_never_the_first_touch():
-    way = Press(tuple(index / 25.0 for index in range(50)), 2.0)
-    kept = desk_release.losing(Random(1), way)
-    assert kept.arrivals_s[0] == 0.0
-    assert set(kept.arrivals_s) < set(way.arrivals_s)
-    assert len(kept.arrivals_s) > 25
-    assert kept.lifted_s == way.lifted_s

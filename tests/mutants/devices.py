@@ -502,17 +502,6 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a following error is not heard of",
-        promise="a drive that lags says so",
-        path="firmware_protocol/canopen/drives.py",
-        old="return (FollowingError(),) if self._following and not before else ()",
-        new="return ()",
-        tests=tests_of(
-            "tests/firmware_protocol/canopen/test_canopen_set_points.py",
-            "test_a_following_error_is_told_once",
-        ),
-    ),
-    Mutant(
         name="a CiA 402 drive in fault is not noticed",
         promise="a fault in motion stops the others",
         path="armdrive/dialects/cia402/wire.py",
@@ -520,7 +509,7 @@ MUTANTS = (
         new=("        if state in ():\n            return Alert"),
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_controller.py",
-            "test_a_fault_in_motion_stops_the_others_and_names_the_drive",
+            "test_a_drive_that_fails_in_motion_stops_the_others_and_is_named",
         ),
     ),
     Mutant(

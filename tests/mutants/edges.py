@@ -121,7 +121,7 @@ MUTANTS = (
         name="the keys stay armed when the desk loses its focus",
         promise="a desk that loses the focus lets go",
         path="tui/desk.py",
-        old='        self.screens.disarm("the terminal lost the keyboard focus")\n',
+        old='        self.disarm("the terminal lost the keyboard focus")\n',
         new="",
         tests=tests_of(
             "tests/tui/test_desk.py",
@@ -132,8 +132,8 @@ MUTANTS = (
         name="the desk's stop key only disarms",
         promise="the stop key stops the arm",
         path="tui/desk.py",
-        old=('        self.arm.request_stop()\n        self.screens.disarm("stopped")'),
-        new='        self.screens.disarm("stopped")',
+        old=('        self.arm.request_stop()\n        self.disarm("stopped")'),
+        new='        self.disarm("stopped")',
         tests=tests_of(
             "tests/tui/test_desk.py",
             "test_stop_keys_stop_disarm_and_close_whatever_is_open",
@@ -142,7 +142,7 @@ MUTANTS = (
     Mutant(
         name="the desk's emergency stop is none",
         promise="the emergency stop key latches",
-        path="tui/control.py",
+        path="tui/desk.py",
         old="        self._arm.estop()\n",
         new="",
         tests=tests_of(
@@ -165,7 +165,7 @@ MUTANTS = (
         name="a mouse that is heard of no more holds on",
         promise="what is not heard of ends its jog",
         path="tui/jog/jogging.py",
-        old="        left_s = self._heard_s + MOUSE_HOLDS_S - now_s\n",
+        old="        left_s = self._last_event_s + MOUSE_HOLDS_S - now_s\n",
         new="        left_s = MOUSE_HOLDS_S\n",
         tests=tests_of(
             "tests/tui/jog/test_jogging.py",

@@ -1,5 +1,6 @@
 """An arm that moves nothing and writes down what the desk asked of it; and a clock to set."""
 
+import queue
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -37,7 +38,7 @@ class FakeGripper:
 
 
 class FakeArm:
-    """Has what `tui.arm_port.DeskArm` asks for."""
+    """Has what the desk asks of an arm."""
 
     def __init__(self, **more):
         joints = Joints.of(20.0, 60.0, -80.0, -60.0, 15.0)
@@ -175,3 +176,30 @@ def unknown_position():
         "gripper_mm": None,
         "acknowledged": None,
     }
+
+
+END = object()
+"""Put into a holder's reports, it ends them."""
+
+
+class FakeHolder:
+    """A program that drives an arm: it reports what a test puts, and writes down what is asked."""
+
+    def __init__(self, *views):
+        self.said = queue.Queue()
+        self.asked = []
+        self.answer = {"done": "it"}
+        for view in views:
+            self.said.put(view)
+
+    def views(self):
+        while (view := self.said.get()) is not END:
+            if isinstance(view, Exception):
+                raise view
+            yield view
+
+    def ask(self, request, **words):
+        self.asked.append((request, words))
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer

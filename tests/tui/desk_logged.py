@@ -45,7 +45,7 @@ class LoggedArm(FakeArm):
         return self.saved
 
 
-def storied(dialect="teachmover"):
+def busy_arm(dialect="teachmover"):
     """An arm with a call, a motion, and a fault behind it."""
     arm = LoggedArm(dialect)
     arm.pass_by(EntryKind.CALL, "move_j(shoulder_deg=40, elbow_deg=-60, speed=0.5)")

@@ -5,7 +5,8 @@ import math
 from desk_fake import Clock, FakeArm
 
 from tui.desk import Desk
-from tui.frame import SafetyPanel
+from tui.safety import SafetyPanel
+from tui.startup import SCREENS
 
 
 class Session:
@@ -14,7 +15,7 @@ class Session:
     def __init__(self, arm=None, *, size=(80, 24), **more):
         self.arm = arm or FakeArm()
         self.clock = Clock()
-        self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
+        self.desk = Desk(self.arm, screens=SCREENS, braille=True, clock=self.clock, **more)
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
         self._running = self.desk.run_test(size=size)
@@ -60,22 +61,22 @@ class Session:
     def text(self, name):
         """Return what a part of the screen says: a widget by its id, or one of these names."""
         if name == "title":
-            return self.desk.place.query_one(SafetyPanel).arm
+            return self.desk.current.query_one(SafetyPanel).arm
         if name == "banner":
-            forbidden = self.desk.place.query_one(SafetyPanel).has_class("-forbidden")
-            return self.text("conduct") if forbidden else ""
-        return self.desk.place.query_one(f"#{name}").shown
+            forbidden = self.desk.current.query_one(SafetyPanel).has_class("-forbidden")
+            return self.text("state") if forbidden else ""
+        return self.desk.current.query_one(f"#{name}").shown
 
     def title(self, name):
         """Return the title of a panel, without what a small terminal shows beside it."""
-        return str(self.desk.place.query_one(f"#{name}").border_title).partition("  ")[0]
+        return str(self.desk.current.query_one(f"#{name}").border_title).partition("  ")[0]
 
     def tick(self):
         """Let the time of what is held pass, as the desk's own alarm does."""
-        self.desk.place.hand.tick()
+        self.desk.current.hand.tick()
 
     @property
     def everything(self):
-        names = ("title", "conduct", "trust", "stopping", "joints", "tip", "gripper", "near",
-                 "remarks", "footer")  # fmt: skip
+        names = ("title", "state", "trust", "stopping", "joints", "tip", "gripper", "near",
+                 "messages", "footer")  # fmt: skip
         return "\n".join(self.text(name) for name in names)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
-from desk_logged import storied
+from desk_logged import busy_arm
 from desk_planner import CONFIG
 from desk_session import Session
 from textual import events
@@ -27,22 +27,22 @@ from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
     async with Session() as session:
         assert session.text("title").startswith("SIMULATED: sim (TeachMover)")
-        assert "DISARMED" in session.text("conduct")
+        assert "DISARMED" in session.text("state")
         await session.press("q")
         assert session.arm.asked("nudge") == []
-        assert "enter arms" in session.text("conduct")
+        assert "enter arms" in session.text("state")
 
 
 async def test_a_real_arm_is_called_real_in_words():
     async with Session(FakeArm(simulated=False, link="COM3")) as session:
         assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
-        assert session.desk.place.query_one(Tabs).active_tab.label_text == "F2 Jog"
+        assert session.desk.current.query_one(Tabs).active_tab.label_text == "F2 Jog"
 
 
 @pytest.mark.parametrize("width", [40, 80, 200])
 @pytest.mark.parametrize(("simulated", "kind"), [(True, "SIMULATED"), (False, "REAL ARM")])
 async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab(width, simulated, kind):
-    arm = storied()
+    arm = busy_arm()
     arm.config = CONFIG
     arm.set(simulated=simulated, link="/dev/serial/by-id/usb-FTDI_FT232R")
     arm.points = points_of(CONFIG.name, CONFIG.model.arm, lambda: None)
@@ -53,7 +53,7 @@ async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab(widt
             assert session.text("title").startswith(kind)
             rows = [strip.text for strip in session.desk.screen._compositor.render_strips()]
             assert kind in rows[1]
-            assert session.desk.place.query_one(Tabs).active == entry.id
+            assert session.desk.current.query_one(Tabs).active == entry.id
 
 
 async def test_the_footer_offers_what_would_change_something():
@@ -71,7 +71,7 @@ async def test_joints_are_written_as_people_write_them(key):
     arm = FakeArm(simulated=False, trust=Trust.RESTORED, notice="wrist_pitch is at its limit")
     arm.reference_request = lambda: NamingRequest(arm)
     async with Session(arm) as session:
-        assert "wrist pitch is at its limit" in session.text("remarks")
+        assert "wrist pitch is at its limit" in session.text("messages")
         await session.press(key)
         text = session.desk.screen.query_one("#posture-text").shown
         assert "wrist pitch -60.0" in text
@@ -116,7 +116,7 @@ async def test_every_jog_key_is_one_increment_of_its_axis(cartesian):
 async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
     async with Session() as session:
         await session.press("F")
-        assert "press m first" in session.text("remarks")
+        assert "press m first" in session.text("messages")
         await session.press("m", "F")
         assert session.title("tip") == "Tip, Cartesian of tool"
         await session.arm_keys()
@@ -178,24 +178,24 @@ async def test_one_step_is_in_mm_along_an_axis_and_in_degrees_about_it():
 
 async def test_every_other_key_of_the_table_does_what_it_says():
     """A key that is added to the table without a deed here makes this test fail."""
-    deeds = {}
+    done = {}
     arm = FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED, simulated=False)
     async with Session(arm) as session:
         for key in ("space", "R", "X", "H", "C", "P", "L", "ctrl+p"):
             session.arm.calls.clear()
             await session.press(key)
             await session.desk.workers.wait_for_complete()
-            deeds[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
-            session.desk.screens.close_dialogs()
+            done[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
+            session.desk.close_dialogs()
         before = session.desk.theme
         await session.press("T")
-        deeds["T"] = session.desk.theme != before
+        done["T"] = session.desk.theme != before
         await session.press("question_mark")
-        deeds["question_mark"] = len(session.desk.screen_stack)
+        done["question_mark"] = len(session.desk.screen_stack)
         await session.press("question_mark")
         session.arm.calls.clear()
         await session.press("ctrl+q")
-    assert deeds == {
+    assert done == {
         "space": [("stop",)],
         "R": [("reset",)],
         "X": [("estop",)],
@@ -209,52 +209,53 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     }
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
-    tested = {*deeds, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
+    tested = {*done, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
     elsewhere = {"minus", "plus", "F", "G", "K", "D", "1", "2", "3"}
     assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | elsewhere
 
 
-@pytest.mark.parametrize("key", ["space", "escape", "ctrl+c"])
 @pytest.mark.parametrize("dialog", [None, "question_mark", "H"])
-async def test_stop_keys_stop_disarm_and_close_whatever_is_open(key, dialog):
+async def test_stop_keys_stop_disarm_and_close_whatever_is_open(dialog):
     async with Session(FakeArm(simulated=False)) as session:
-        await session.arm_keys()
-        if dialog:
-            await session.press(dialog)
-            assert len(session.desk.screen_stack) == 2
-        session.arm.calls.clear()
-        await session.press(key)
-        assert session.arm.calls[0] == ("stop",)
-        assert not session.desk.armed
-        assert len(session.desk.screen_stack) == 1
+        for key in ("space", "escape", "ctrl+c"):
+            await session.arm_keys()
+            if dialog:
+                await session.press(dialog)
+                assert len(session.desk.screen_stack) == 2
+            session.arm.calls.clear()
+            await session.press(key)
+            assert session.arm.calls[0] == ("stop",)
+            assert not session.desk.armed
+            assert len(session.desk.screen_stack) == 1
 
 
-@pytest.mark.parametrize("entry", SCREENS, ids=lambda entry: entry.id)
-@pytest.mark.parametrize("dialog", [None, "question_mark", "ctrl+p"])
 @pytest.mark.parametrize("size", [(80, 24), (120, 40)])
-async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(entry, dialog, size):
-    arm = storied()
+async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(size):
+    arm = busy_arm()
     arm.config = CONFIG
     arm.points = points_of(CONFIG.name, CONFIG.model.arm, lambda: None)
     async with Session(arm, size=size) as session:
-        await session.press(entry.key, *([dialog] if dialog else []))
-        await session.settle()
-        stop = session.desk.place.query_one("#stop").region
-        x, y = stop.x + 1, stop.y + 1
-        session.arm.calls.clear()
-        await session.send(
-            events.MouseDown(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
-        )
-        assert session.arm.calls[0] == ("stop",)
-        assert len(session.desk.screen_stack) == 1
+        for entry in SCREENS:
+            for dialog in ((), ("question_mark",), ("ctrl+p",)):
+                await session.press(entry.key, *dialog)
+                await session.settle()
+                assert session.desk.place == entry.id
+                assert len(session.desk.screen_stack) == 1 + len(dialog)
+                stop = session.desk.current.query_one("#stop").region
+                x, y = stop.x + 1, stop.y + 1
+                session.arm.calls.clear()
+                pressed = (None, x, y, 0, 0, 1, False, False, False)
+                await session.send(events.MouseDown(*pressed, screen_x=x, screen_y=y))
+                assert session.arm.calls[0] == ("stop",)
+                assert len(session.desk.screen_stack) == 1
 
 
 async def test_clicking_a_tab_or_a_key_of_the_last_line_does_what_its_key_does():
-    async with Session(storied(), size=(120, 40)) as session:
+    async with Session(busy_arm(), size=(120, 40)) as session:
         await session.pilot.click("#tabs #log")
         await session.settle()
-        assert session.desk.place.place == "log"
-        assert session.desk.place.query_one(Tabs).active == "log"
+        assert session.desk.current.place == "log"
+        assert session.desk.current.query_one(Tabs).active == "log"
         find = session.text("footer").index("/ find")
         await session.pilot.click("#footer", offset=(find + 2, 0))
         await session.settle()
@@ -350,7 +351,7 @@ async def test_backlog_disarms_and_moves_nothing():
         assert not session.desk.armed
         assert session.arm.asked("nudge") == []
         assert session.arm.asked("hold") == []
-        assert "faster than a keyboard" in session.text("remarks")
+        assert "faster than a keyboard" in session.text("messages")
 
 
 async def test_pasted_text_disarms():
@@ -359,7 +360,7 @@ async def test_pasted_text_disarms():
         await session.send(events.Paste("qqqqqqqq"))
         assert not session.desk.armed
         assert session.arm.asked("nudge") == []
-        assert "pasted" in session.text("remarks")
+        assert "pasted" in session.text("messages")
 
 
 async def test_losing_the_focus_ends_a_hold_and_disarms():
@@ -372,7 +373,7 @@ async def test_losing_the_focus_ends_a_hold_and_disarms():
         await session.send(events.AppBlur())
         assert session.arm.calls[-1] == ("release",)
         assert not session.desk.armed
-        assert "focus" in session.text("remarks")
+        assert "focus" in session.text("messages")
 
 
 async def test_the_keys_disarm_when_nobody_uses_them():
@@ -385,14 +386,14 @@ async def test_the_keys_disarm_when_nobody_uses_them():
         session.clock.now_s += 0.2
         await session.poll()
         assert not session.desk.armed
-        assert "no key for 60 s" in session.text("remarks")
+        assert "no key for 60 s" in session.text("messages")
 
 
 async def test_arming_is_refused_while_keys_pour_in():
     async with Session() as session:
         await session.press("q", "enter", after_s=0.01)
         assert not session.desk.armed
-        assert "let go of all keys" in session.text("remarks")
+        assert "let go of all keys" in session.text("messages")
 
 
 async def test_changing_the_mode_ends_what_is_held():
@@ -456,7 +457,7 @@ async def test_there_is_nothing_to_confirm_of_a_referenced_position():
     async with Session() as session:
         await session.press("C")
         assert len(session.desk.screen_stack) == 1
-        assert "nothing to confirm" in session.text("remarks")
+        assert "nothing to confirm" in session.text("messages")
 
 
 async def test_a_simulated_arm_is_brought_to_its_reference_by_its_operator():
@@ -479,35 +480,35 @@ async def test_refusals_are_sentences_on_the_screen():
         await session.press("R")
         await session.desk.workers.wait_for_complete()
         await session.pilot.pause()
-        assert "still moving: wait" in session.text("remarks")
+        assert "still moving: wait" in session.text("messages")
         await session.press("H", "y")
         await session.desk.workers.wait_for_complete()
         await session.pilot.pause()
-        assert "the arm moves" in session.text("remarks")
+        assert "the arm moves" in session.text("messages")
         await session.arm_keys()
         await session.press("q")
-        assert "no such axis" in session.text("remarks")
+        assert "no such axis" in session.text("messages")
 
 
 async def test_an_arm_without_a_known_reference_says_so():
     async with Session(UnplaceableArm(simulated=False)) as session:
         await session.press("H")
         assert len(session.desk.screen_stack) == 1
-        assert "no reference posture is known" in session.text("remarks")
+        assert "no reference posture is known" in session.text("messages")
 
 
 async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
     async with Session(FakeArm(**unknown_position())) as session:
         session.arm.set(notice="jogging in Cartesian space needs a known position")
         await session.poll()
-        assert "needs a known position" in session.text("remarks")
+        assert "needs a known position" in session.text("messages")
         assert "position unknown: press H" in session.text("trust")
-        assert "position unknown: press H" in "".join(session.desk.place.query_one("#space").rows)
+        assert "position unknown: press H" in "".join(session.desk.current.query_one("#space").rows)
 
 
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
     async with Session() as session:
-        view = session.desk.place.query_one("#space")
+        view = session.desk.current.query_one("#space")
         before = view.rows
         await session.poll()
         assert view.rows == before
@@ -578,7 +579,7 @@ async def test_a_key_without_an_axis_says_so_and_asks_nothing_of_the_arm():
         await session.arm_keys()
         await session.press("u")
         assert session.arm.asked("nudge") == []
-        assert "no axis of this arm" in session.text("remarks")
+        assert "no axis of this arm" in session.text("messages")
 
 
 async def test_an_arm_with_switches_homes_only_after_a_question():
@@ -612,7 +613,7 @@ async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
     async with Session(Flawed(state=State.DISABLED)) as session:
         await session.press("P")
         await session.settle()
-        assert "please report it: TypeError: a word too many" in session.text("remarks")
+        assert "please report it: TypeError: a word too many" in session.text("messages")
         await session.press("space")
         assert session.arm.asked("stop")
 
@@ -628,7 +629,7 @@ async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came()
         session.clock.now_s += 0.9
         session.arm.calls.clear()
         came_s = session.clock.now_s
-        session.desk.place.hand._age_s = lambda: session.clock.now_s - came_s
+        session.desk.current.hand._age_s = lambda: session.clock.now_s - came_s
         for _ in range(5):
             await session.press("w", after_s=0.2)
         assert session.arm.asked("nudge") == session.arm.asked("hold") == []
@@ -638,7 +639,7 @@ async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came()
 async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
     async with Session() as session:
         await session.arm_keys()
-        hand, rings = session.desk.place.hand, []
+        hand, rings = session.desk.current.hand, []
         hand.alarm = type("Alarm", (), {"after": lambda _, delay_s: rings.append(delay_s)})()
         await session.press("w")
         hand.release()

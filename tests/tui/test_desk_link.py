@@ -15,7 +15,7 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
         await session.poll()
         assert "LINK LOST  the cable was pulled" in session.text("banner")
-        assert "armed:" not in session.text("remarks")
+        assert "armed:" not in session.text("messages")
         assert "ctrl+q leaves" in session.text("banner")
         assert not session.desk.armed
         await session.press("enter", after_s=5.0)
@@ -36,7 +36,7 @@ async def test_a_key_that_is_held_when_the_link_breaks_only_says_so():
             await session.press("q", after_s=0.2)
         assert session.desk.is_running
         assert session.arm.calls == []
-        assert "L looks for it, ctrl+q leaves" in session.text("remarks")
+        assert "L looks for it, ctrl+q leaves" in session.text("messages")
 
 
 async def test_a_lost_link_closes_the_question_that_was_open():
@@ -55,7 +55,7 @@ async def test_what_needs_an_arm_is_refused_with_the_way_to_get_it_back():
             session.desk.message = ""
             await session.press(key, after_s=5.0)
             await session.settle()
-            assert "L looks for it" in session.text("remarks"), key
+            assert "L looks for it" in session.text("messages"), key
             assert len(session.desk.screen_stack) == 1
         assert session.arm.calls == []
 
@@ -69,7 +69,7 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         await session.press("L")
         await session.settle()
         assert "ERROR  [E409]" in session.text("banner")
-        said = session.text("remarks")
+        said = session.text("messages")
         assert "nothing was moved" in said
         assert "restored: the link was lost and restored, and the registers match" in said
         assert "R resets, then C compares it" in said
@@ -96,10 +96,10 @@ async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
         assert "the cable was pulled. The desk is looking for it" in session.text("banner")
         session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
         await session.poll()
-        assert "is back" not in session.text("remarks")
+        assert "is back" not in session.text("messages")
         session.arm.come_back(**ended_in)
         await session.poll()
-        assert next_keys in session.text("remarks")
+        assert next_keys in session.text("messages")
 
 
 async def test_a_link_that_is_not_back_says_why_once():
@@ -113,7 +113,7 @@ async def test_a_link_that_is_not_back_says_why_once():
         await session.poll()
         await session.press("L")
         await session.settle()
-        assert session.text("remarks") == "could not reconnect: no port is there"
+        assert session.text("messages") == "could not reconnect: no port is there"
 
 
 async def test_a_reset_that_ends_disabled_says_how_to_go_on():
@@ -124,7 +124,7 @@ async def test_a_reset_that_ends_disabled_says_how_to_go_on():
     async with Session(SwitchedArm(simulated=False, state=State.ERROR_STOP)) as session:
         await session.press("R")
         await session.settle()
-        assert "reset: nothing was moved; P switches the motors on" in session.text("remarks")
+        assert "reset: nothing was moved; P switches the motors on" in session.text("messages")
 
 
 # With an arm whose wire really breaks, on simulated time.
@@ -159,14 +159,14 @@ async def test_an_arm_that_is_unplugged_in_a_jog_comes_back_standing(arm):
         assert "LINK LOST  [E407]" in session.text("banner")
         await session.press("L")
         await session.settle()
-        assert "plug it in" in session.text("remarks")
+        assert "plug it in" in session.text("messages")
         arm.twin.link.line.advance(arm.pace.now_s() + 3.0)  # what was sent before is carried out
         replug(arm)
         stood = arm.twin.world.motors
         await session.press("L")
         await session.settle()
         assert "elsewhere" in session.text("title")
-        assert "The position is suspect" in session.text("remarks")
+        assert "The position is suspect" in session.text("messages")
         await session.press("w", "enter", "w", after_s=5.0)
         await session.press("R")
         await session.settle()

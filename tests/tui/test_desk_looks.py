@@ -1,9 +1,7 @@
 """Snapshots of the desk: small and large, and in plain ASCII; and texts that must fit."""
 
-import threading
-
 import pytest
-from desk_fake import MODEL, Clock, FakeArm, unknown_position
+from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
 from desk_planner import settled
 from desk_session import Session
 from waiting import until_seen
@@ -11,6 +9,7 @@ from waiting import until_seen
 from armdrive.status import status_view
 from tui.axes import AxisTable, bar
 from tui.desk import Desk
+from tui.startup import SCREENS
 from tui.watch import Watching
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
@@ -18,56 +17,41 @@ SIZES = [(80, 24), (120, 40), (200, 60)]
 
 @pytest.mark.parametrize("size", SIZES)
 def test_the_jog_screen(snap_compare, size):
-    desk = Desk(FakeArm(), braille=True, clock=Clock())
+    desk = Desk(FakeArm(), screens=SCREENS, braille=True, clock=Clock())
     assert snap_compare(desk, terminal_size=size)
 
 
 def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
-    desk = Desk(FakeArm(**unknown_position()), braille=False, clock=Clock())
+    desk = Desk(FakeArm(**unknown_position()), screens=SCREENS, braille=False, clock=Clock())
     assert snap_compare(desk, press=["enter", "m"], terminal_size=(80, 24))
 
 
-class Held:
-    """A program that drives an arm and says once how it stands."""
-
-    def __init__(self):
-        self.ended = threading.Event()
-
-    def views(self):
-        yield status_view(FakeArm().status)
-        self.ended.wait()
-
-    def ask(self, request, **words):
-        return {}
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_the_watching_screen(snap_compare, size):
-    holder = Held()
+def test_the_watching_screen(snap_compare):
+    holder = FakeHolder(status_view(FakeArm().status))
     app = Watching("sim", MODEL, holder, braille=True)
 
     async def heard(pilot):
         await until_seen(lambda: app.view, pilot.pause)
 
     try:
-        assert snap_compare(app, terminal_size=size, run_before=heard)
+        assert snap_compare(app, terminal_size=(120, 40), run_before=heard)
     finally:
-        holder.ended.set()
+        holder.said.put(END)
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_the_first_run(snap_compare, size, tmp_path):
-    desk = Desk(FakeArm(), braille=True, clock=Clock(), memory=tmp_path / "none.json")
-    assert snap_compare(desk, terminal_size=size, run_before=settled)
+def test_the_first_run(snap_compare, tmp_path):
+    desk = Desk(
+        FakeArm(), screens=SCREENS, braille=True, clock=Clock(), memory=tmp_path / "none.json"
+    )
+    assert snap_compare(desk, terminal_size=(80, 24), run_before=settled)
 
 
 DIALOGS = {"help": ("question_mark",), "question": ("H",), "palette": ("ctrl+p", "r", "e", "f")}
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("name", DIALOGS)
-def test_the_dialogs(snap_compare, size, name):
-    desk = Desk(FakeArm(simulated=False), braille=True, clock=Clock())
+@pytest.mark.parametrize(("name", "size"), zip(DIALOGS, SIZES, strict=True))
+def test_the_dialogs(snap_compare, name, size):
+    desk = Desk(FakeArm(simulated=False), screens=SCREENS, braille=True, clock=Clock())
 
     async def opened(pilot):
         await settled(pilot)
@@ -92,7 +76,7 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(keys, mo
     async with Session(FakeArm(**more)) as session:
         await session.press(*keys)
         for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
-            table = session.desk.place.query_one(f"#{name}", AxisTable)
+            table = session.desk.current.query_one(f"#{name}", AxisTable)
             lines = table.shown.splitlines()[:axes]
             assert len(lines) == axes
             assert max(len(line.rstrip()) for line in lines) <= table.content_size.width

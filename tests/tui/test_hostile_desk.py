@@ -8,7 +8,8 @@ from textual.app import App
 
 from armdrive.status import State
 from tui.app import KeyApp
-from tui.painting import PlainText
+from tui.keys.keyboard import DEFAULT_KEYS
+from tui.widgets import PlainText
 
 
 def painted(app):
@@ -70,7 +71,7 @@ class Failing(KeyApp):
 
 
 def test_a_fault_of_the_desk_is_raised_and_not_printed(capsys, monkeypatch):
-    app = Failing()
+    app = Failing(DEFAULT_KEYS)
     monkeypatch.setattr(app, "run", lambda: KeyApp.run(app, headless=True))
     with pytest.raises(LookupError, match="nobody foresaw this"):
         app.run_or_raise()

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from desk_fake import FakeArm, unknown_position
-from desk_logged import storied
+from desk_logged import busy_arm
 from desk_planner import PlannerArm
 from desk_session import Session
 
@@ -19,11 +19,11 @@ from tui.settings import (
     ArmMemory,
     DeskMemory,
     JogSettings,
-    Manner,
-    manner_of,
+    MoveSettings,
+    move_settings,
     recall,
     remember,
-    set_as,
+    restored,
 )
 
 
@@ -97,8 +97,8 @@ def test_a_damaged_memory_is_no_memory(tmp_path, text):
 
 def test_what_does_not_exist_here_is_left_as_it_is():
     settings = JogSettings(frames=("base", "tool"))
-    assert set_as(settings, ArmMemory("", "sideways", "board", 3.3, 3.4, 7.0)) == settings
-    changed = set_as(settings, ArmMemory("", "cartesian", "tool", 5.0, 0.5, 0.1))
+    assert restored(settings, ArmMemory("", "sideways", "board", 3.3, 3.4, 7.0)) == settings
+    changed = restored(settings, ArmMemory("", "cartesian", "tool", 5.0, 0.5, 0.1))
     assert (changed.cartesian, changed.frame, changed.step_deg, changed.step_mm, changed.speed) == (
         True, "tool", 5.0, 0.5, 0.1,
     )  # fmt: skip
@@ -109,29 +109,32 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
         await session.press("m", "F", "right_square_bracket", "minus", "T")
         await session.arm_keys()
         left = (session.text("stopping"), session.title("tip"))
-        look = session.desk.looks.name
+        look = session.desk.look
         await session.press("ctrl+q")
     async with Session(memory=memory) as session:
         assert (session.text("stopping"), session.title("tip")) == left
-        assert session.desk.looks.name == look
+        assert session.desk.look == look
         assert not session.desk.armed
 
 
 async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3", "m", "less_than_sign", "4", "0")
-        left = session.desk.place.entry.form
+        left = session.desk.current.entry.form
         assert (left.cartesian, left.speed) == (False, 0.25)
         await session.press("f2", "ctrl+q")
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3")
-        form = session.desk.place.entry.form
+        form = session.desk.current.entry.form
         assert (form.cartesian, form.speed) == (False, 0.25)
         assert form.entries == {}, "a goal is not kept: whoever comes next has not seen it"
 
 
 def test_a_manner_that_makes_no_sense_is_the_usual_one():
-    assert manner_of(ArmMemory(move_mode="sideways", move_speed=7.0), Manner()) == Manner()
+    assert (
+        move_settings(ArmMemory(move_mode="sideways", move_speed=7.0), MoveSettings())
+        == MoveSettings()
+    )
 
 
 async def test_a_memory_that_cannot_be_written_keeps_nobody_in_the_desk(tmp_path):
@@ -192,7 +195,7 @@ async def test_without_colours_the_look_stays_the_terminals_own(monkeypatch):
     async with Session() as session:
         await session.press("T")
         assert session.desk.theme == "ansi-dark"
-        assert "NO_COLOR is set" in session.text("remarks")
+        assert "NO_COLOR is set" in session.text("messages")
 
 
 async def test_an_empty_no_color_counts_as_not_set(monkeypatch):
@@ -208,7 +211,7 @@ async def test_the_palette_opens_disarmed_and_does_what_is_chosen():
         await session.press("ctrl+p")
         assert len(session.desk.screen_stack) == 2
         assert not session.desk.armed
-        session.desk.screens.close_dialogs()
+        session.desk.close_dialogs()
         offered = session.desk.get_system_commands(session.desk.screen)
         chosen = next(each for each in offered if "Cartesian" in each.title)
         await chosen.callback()
@@ -240,17 +243,17 @@ async def test_the_palette_offers_every_row_that_has_words_and_no_jog_key():
      ("grip", "grasp"), ("estop", "e-stop"), ("emergency", "e-stop")],
 )  # fmt: skip
 async def test_the_palette_knows_the_words_that_people_use_on_every_screen(word, row):
-    async with Session(storied()) as session:
+    async with Session(busy_arm()) as session:
         await session.press("f7")
         offered = [each.title for each in session.desk.get_system_commands(session.desk.screen)]
         assert any(word in title and title.startswith(f"{row} (") for title in offered)
 
 
 async def test_what_counts_on_another_screen_is_done_there():
-    async with Session(storied()) as session:
+    async with Session(busy_arm()) as session:
         await session.press("f7")
         await session.desk.action_do_row("grasp")
-        assert session.desk.place.place == "jog"
+        assert session.desk.current.place == "jog"
         assert session.arm.asked("grasp") == [], "the keys are not armed"
 
 
@@ -261,7 +264,7 @@ async def test_a_new_real_arm_starts_slowly_whatever_was_set_on_the_simulated_on
         async with Session(FakeArm(simulated=False), memory=memory) as session:
             assert "speed 10%   step [2°] 2 mm" in session.text("stopping")
             assert session.title("joints") == "Joints"
-            assert session.desk.manner.speed == 0.25
+            assert session.desk.move_settings.speed == 0.25
             await session.press("ctrl+q")
     async with Session(memory=memory) as session:
         assert "speed 100%   step 2° [5 mm]" in session.text("stopping")
@@ -287,12 +290,12 @@ def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten():
 
 
 async def test_an_arm_without_a_position_begins_at_the_jog_screen(memory):
-    async with Session(storied(), memory=memory) as session:
+    async with Session(busy_arm(), memory=memory) as session:
         await session.press("f7", "ctrl+q")
-    arm = storied()
+    arm = busy_arm()
     arm.set(**unknown_position())
     async with Session(arm, memory=memory) as session:
-        assert session.desk.place.place == "jog"
+        assert session.desk.current.place == "jog"
         assert "press H to reference" in session.text("trust")
-    async with Session(storied(), memory=memory) as session:
-        assert session.desk.place.place == "jog", "where it was left last"
+    async with Session(busy_arm(), memory=memory) as session:
+        assert session.desk.current.place == "jog", "where it was left last"

@@ -1,9 +1,7 @@
 """Watching somebody else's arm: with a fake holder, then with an arm that is really held."""
 
-import queue
-
 import pytest
-from desk_fake import MODEL, FakeArm, unknown_position
+from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
 from waiting import until_seen
 
 from armdrive import Arm
@@ -12,34 +10,11 @@ from armdrive.connect.target import find
 from armdrive.errors import ArmError
 from armdrive.status import status_view
 from tui import watch as watch_words
-from tui.frame import SafetyPanel
 from tui.keys.remap import load_keys
-from tui.painting import PlainText
 from tui.program.lines import LINES_SHOWN
+from tui.safety import SafetyPanel
 from tui.watch import HeldArm, Watching, WatchScreen
-
-END = object()
-
-
-class FakeHolder:
-    """A program that says what the test puts, and writes down what it is asked."""
-
-    def __init__(self):
-        self.said = queue.Queue()
-        self.asked = []
-        self.answer = {"done": "it"}
-
-    def views(self):
-        while (view := self.said.get()) is not END:
-            if isinstance(view, Exception):
-                raise view
-            yield view
-
-    def ask(self, request, **words):
-        self.asked.append((request, words))
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
+from tui.widgets import PlainText
 
 
 class Session:
@@ -194,15 +169,15 @@ async def test_a_stop_that_nobody_heard_is_said_loudly_with_what_to_do():
     async with Session(FakeHolder()) as session:
         session.holder.answer = ArmError("the program does not answer")
         await session.press("space")
-        assert "STOP WAS NOT RECEIVED: the program does not answer" in session.text("remarks")
-        assert "switch" in session.text("remarks")
+        assert "STOP WAS NOT RECEIVED: the program does not answer" in session.text("messages")
+        assert "switch" in session.text("messages")
 
 
 async def test_a_refusal_is_shown():
     async with Session(FakeHolder()) as session:
         session.holder.answer = {"error": "nothing is paused"}
         await session.press("r")
-        assert "nothing is paused" in session.text("remarks")
+        assert "nothing is paused" in session.text("messages")
 
 
 @pytest.mark.parametrize(
@@ -218,8 +193,8 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         await session.hear(status_view(FakeArm().status))
         session.holder.said.put(last)
         await session.seen(lambda: session.app.ended)
-        assert why in session.text("conduct")
-        assert "NOT WATCHED ANY MORE" in session.text("conduct")
+        assert why in session.text("state")
+        assert "NOT WATCHED ANY MORE" in session.text("state")
         assert "shoulder" in session.text("watched")
 
 
@@ -306,6 +281,6 @@ def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
 )
 def test_the_title_names_the_program_and_how_far_it_is(program, words):
     view = {"simulated": False, "title": "TeachMover", "link": "COM3", "program": program}
-    title = watch_words.conduct("left", view, "").arm
+    title = watch_words.watched_state("left", view, "").arm
     assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")

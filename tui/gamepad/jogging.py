@@ -12,14 +12,12 @@ from typing import Any, Protocol
 
 from armdrive.motion.frames import BASE
 from armdrive.moves import Jog
-from tui.app import InputFilter, action_call
-from tui.control import ArmLink
+from tui.app import InputFilter
 from tui.gamepad.map import GRIPPER_ROWS, HOLD, STOP, PadMap
-from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadNews, PadReader
+from tui.gamepad.reader import Came, EvdevPad, Gone, PadEvent, PadNews, PadReader
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import AXIS_KEYS
-from tui.screens import Screens
 from tui.settings import JogSettings
 
 PAD = "gamepad"
@@ -136,15 +134,20 @@ class PadHost(Protocol):
 
     keys: Keyboard
     settings: JogSettings
-    link: ArmLink
-    screens: Screens
     input: InputFilter
+
+    @property
+    def pad_hand(self) -> DeskJogging | None:
+        """The hand on the jog keys, where they are shown and the arm can be reached."""
 
     def say(self, message: str) -> None:
         """Say something on whatever screen is shown."""
 
     def action_stop_arm(self) -> None:
         """Stop the arm."""
+
+    def do_on_screen(self, row: str) -> None:
+        """Do what a row of the table of keys does on the current screen."""
 
     def call_from_thread(self, callback: Callable[..., Any], *args: Any) -> Any:
         """Call in the desk's own thread, and wait until that is done."""
@@ -153,14 +156,14 @@ class PadHost(Protocol):
 class PadDesk:
     """Brings the events of a gamepad into the desk's own thread."""
 
-    def __init__(self, desk: PadHost, find: Callable[[], Pad | None]) -> None:
+    def __init__(self, desk: PadHost, find: Callable[[], EvdevPad | None]) -> None:
         """`find` opens a gamepad, or returns None."""
         self._desk = desk
         self._reader = PadReader(find, self._tell)
         self.hand = PadHand(
             desk.keys.pad,
             settings=lambda: desk.settings,
-            hand=lambda: None if desk.link.lost else desk.screens.hand,
+            hand=lambda: desk.pad_hand,
             say=desk.say,
             do=self._do,
         )
@@ -195,10 +198,7 @@ class PadDesk:
 
     def _do(self, row: str) -> None:
         """Do what a row of the table of keys does: the stop anywhere, others where keys jog."""
-        screens = self._desk.screens
         if row == STOP:
             self._desk.action_stop_arm()
-        elif screens.hand is not None and screens.uncovered:
-            call = action_call(self._desk.keys.row(row).action, screens.current)
-            if call is not None:
-                call()
+        elif self._desk.pad_hand is not None:
+            self._desk.do_on_screen(row)

@@ -1,16 +1,21 @@
 """Reads a gamepad in a thread of its own, and looks for one while there is none.
 
-The thread only forwards events: whether anything moves is decided where the keys are.
+The thread only forwards events: whether anything moves is decided where the keys are. The optional
+package evdev reads the gamepads of Linux; this is the only file that knows it.
 """
 
 from __future__ import annotations
 
+import contextlib
+import select
+import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, BadRequest
+from tui.gamepad.map import BUTTONS, STICKS
 
 LOOK_EVERY_S = 2.0
 """The reader looks for a gamepad at this interval while there is none."""
@@ -26,26 +31,6 @@ class PadEvent:
     code: int
     value: float
     button: bool = False
-
-
-class Pad(Protocol):
-    """One gamepad that is open."""
-
-    @property
-    def name(self) -> str:
-        """The name that the device reports."""
-
-    def sticks(self) -> Mapping[int, float]:
-        """Return where its sticks stand, from -1 to 1."""
-
-    def events(self) -> Iterator[PadEvent | None]:
-        """Yield events, and None from time to time while there are none.
-
-        Raises `OSError` when it was unplugged, and `Uncounted` when events were lost.
-        """
-
-    def close(self) -> None:
-        """Close it."""
 
 
 class Uncounted(Exception):
@@ -74,12 +59,14 @@ PadNews = PadEvent | Came | Gone
 class PadReader:
     """Forwards the events of a gamepad until it is closed."""
 
-    def __init__(self, find: Callable[[], Pad | None], tell: Callable[[PadNews], None]) -> None:
+    def __init__(
+        self, find: Callable[[], EvdevPad | None], tell: Callable[[PadNews], None]
+    ) -> None:
         """`find` opens a gamepad, or returns None; `tell` is called in the reader's own thread."""
         self._find = find
         self._tell = tell
         self._closed = threading.Event()
-        self._said = ""
+        self._reported = ""
 
     def start(self) -> None:
         """Begin to look for one."""
@@ -100,16 +87,16 @@ class PadReader:
                 if pad is None:
                     self._say_once(NONE_THERE)
             if pad is not None:
-                self._said = ""
+                self._reported = ""
                 self._read(pad)
             self._closed.wait(LOOK_EVERY_S)
 
     def _say_once(self, reason: str) -> None:
-        if reason != self._said:
-            self._said = reason
+        if reason != self._reported:
+            self._reported = reason
             self._tell(Gone(reason))
 
-    def _read(self, pad: Pad) -> None:
+    def _read(self, pad: EvdevPad) -> None:
         reason = "unplugged"
         try:
             self._tell(Came(pad.name, pad.sticks()))
@@ -125,3 +112,100 @@ class PadReader:
         finally:
             self._tell(Gone(f"{pad.name}: {reason}"))
             pad.close()
+
+
+EV_SYN, EV_KEY, EV_ABS = 0, 1, 3
+SYN_DROPPED = 3
+"""Numbers of Linux's input-event-codes.h."""
+
+WAKE_S = 0.5
+"""Timeout of a read."""
+
+
+def check_gamepads() -> Any:
+    """Return the package that reads gamepads. Raises `BadRequest` where that cannot be done."""
+    if sys.platform != "linux":
+        raise BadRequest("gamepads are read on Linux alone; jog with the keys or the mouse")
+    try:
+        import evdev
+    except ModuleNotFoundError:
+        raise BadRequest("gamepads need evdev: pip install 'armdrive[gamepad]'") from None
+    return evdev
+
+
+class EvdevPad:
+    """One gamepad that is open."""
+
+    def __init__(self, device: Any) -> None:
+        """`device` is an `evdev.InputDevice`, or has its `name`, `fd`, `read` and so on."""
+        self._device = device
+        self.name = str(device.name)
+        self._ranges = {
+            code: (info.min, info.max)
+            for code, info in device.capabilities(absinfo=True).get(EV_ABS, [])
+            if code in STICKS.values() and info.max > info.min
+        }
+
+    def sticks(self) -> Mapping[int, float]:
+        """Return where the sticks stand, from -1 to 1."""
+        return {code: self._share(code, self._device.absinfo(code).value) for code in self._ranges}
+
+    def _share(self, code: int, value: int) -> float:
+        low, high = self._ranges[code]
+        share: float = (2 * value - low - high) / (high - low)
+        return min(max(share, -1.0), 1.0)
+
+    def events(self) -> Iterator[PadEvent | None]:
+        """Yield what it tells; raises `OSError` when it was unplugged, and `Uncounted`."""
+        while True:
+            if not select.select([self._device.fd], [], [], WAKE_S)[0]:
+                yield None
+                continue
+            for event in self._ready():
+                if event.type == EV_SYN and event.code == SYN_DROPPED:
+                    raise Uncounted
+                if event.type == EV_KEY and event.value in (0, 1):  # 2 is a repeat
+                    yield PadEvent(event.code, float(event.value), button=True)
+                elif event.type == EV_ABS and event.code in self._ranges:
+                    yield PadEvent(event.code, self._share(event.code, event.value))
+
+    def _ready(self) -> Iterator[Any]:
+        """Yield the events that are there; there may be none."""
+        with contextlib.suppress(BlockingIOError):
+            yield from self._device.read()
+
+    def close(self) -> None:
+        """Close it."""
+        self._device.close()
+
+
+def is_gamepad(device: Any) -> bool:
+    """Tell whether a device has two axes of a stick and a button of a gamepad."""
+    able = device.capabilities(absinfo=False)
+    sticks = {STICKS["left-x"], STICKS["left-y"]} <= set(able.get(EV_ABS, []))
+    return sticks and bool(set(BUTTONS.values()) & set(able.get(EV_KEY, [])))
+
+
+def open_gamepad(wanted: str, evdev: Any) -> EvdevPad | None:
+    """Open the gamepad whose name has these letters, or the only one; None where there is none.
+
+    Raises `BadRequest` where there are several: the first one is as likely the wrong one.
+    """
+    found = []
+    for path in evdev.list_devices():
+        try:
+            device = evdev.InputDevice(path)
+        except OSError:
+            continue  # unplugged meanwhile, or readable by another user only
+        if is_gamepad(device) and wanted.lower() in str(device.name).lower():
+            found.append(device)
+        else:
+            device.close()
+    if len(found) == 1:
+        return EvdevPad(found[0])
+    names = ", ".join(str(device.name) for device in found)
+    for device in found:
+        device.close()
+    if found:
+        raise BadRequest(f"there are {names}: name one, --gamepad NAME")
+    return None

@@ -11,10 +11,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Protocol
 
+from armdrive import Arm
 from armdrive.errors import ArmError
 from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, HeldKey, Increment
 from armdrive.moves import Jog
-from tui.arm_port import DeskArm
 from tui.keys.presses import StaleInput
 from tui.settings import JogSettings
 
@@ -48,7 +48,7 @@ class DeskJogging:
 
     def __init__(
         self,
-        arm: DeskArm,
+        arm: Arm,
         *,
         clock: Callable[[], float],
         say: Callable[[str], None],
@@ -65,7 +65,7 @@ class DeskJogging:
         self._active_s = clock()
         self._button = ""
         self._aim: Aim = _nowhere
-        self._heard_s = -math.inf
+        self._last_event_s = -math.inf
         self._renew_s = math.inf
         self._renewed_s = -math.inf
         self._stale = StaleInput()
@@ -147,7 +147,7 @@ class DeskJogging:
 
     def moved(self) -> None:
         """Note an event of the mouse while it holds a button."""
-        self._heard_s = self._active_s = self._clock()
+        self._last_event_s = self._active_s = self._clock()
 
     def lift(self) -> None:
         """Let go of the button."""
@@ -158,7 +158,7 @@ class DeskJogging:
 
     def _renew(self) -> None:
         now_s = self._clock()
-        left_s = self._heard_s + MOUSE_HOLDS_S - now_s
+        left_s = self._last_event_s + MOUSE_HOLDS_S - now_s
         if left_s <= 0.0:
             source = "mouse" if self._settings().pair_of(self._button) else self._button
             self.lift()

@@ -1,23 +1,270 @@
-"""The panels of the jog screen that show axes: the tip, the joints, the gripper."""
+"""The panels of the jog screen, made from a status: axes, what is near, and details."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import TypeAlias
 
 from textual.app import ComposeResult
 
+from armdrive import Grasped
+from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.motion.frames import BASE, TOOL
-from armdrive.status import Status
-from kinematics.spaces import Pose
-from tui.axes import AxisRow, AxisTable
+from armdrive.registry import DIALECTS
+from armdrive.status import LinkStats, Status
+from kinematics.presets import ArmModel
+from kinematics.spaces import Joints, Pose
+from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
+from tui.desk import Desk
 from tui.gamepad.jogging import PAD
 from tui.jog.jogging import DeskJogging
-from tui.jog.rows import Limits, Lit, grip_line, gripper_row, joint_rows, tip_limits, tip_rows
-from tui.keys.table import JogPair, words
-from tui.screens import ScreenHost
+from tui.keys.table import MM_AXES, JogPair, words
 from tui.settings import JogSettings
+from tui.widgets import Span
+
+CHANGED_S = 0.4
+"""A row whose value has changed is highlighted for this long."""
+
+TABLE_NEAR_MM = 30.0
+RIM_NEAR_MM = 40.0
+"""The table, the rim of the reach and the base are marked as near from these distances on."""
+
+Limits = tuple[float, float]
+
+
+class RecentChange:
+    """Remembers which values have just changed, so that their rows are highlighted."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._values: dict[str, float | None] = {}
+        self._changed_s: dict[str, float] = {}
+
+    def __call__(self, name: str, value: float | None) -> bool:
+        """Return whether this value has changed within the last moment."""
+        now_s, before = self._clock(), self._values.get(name)
+        self._values[name] = value
+        if value is not None and before is not None and abs(value - before) > 0.02:
+            self._changed_s[name] = now_s
+        return now_s - self._changed_s.get(name, -math.inf) < CHANGED_S
+
+
+def joint_rows(
+    status: Status, model: ArmModel, settings: JogSettings, changed: RecentChange
+) -> tuple[AxisRow, ...]:
+    """Return a row for each joint, with its keys where they move joints."""
+    angles = status.joints or (None,) * len(model.arm.limits)
+    rows = zip(settings.rows[:-1], angles, model.arm.limits, strict=True)
+    return tuple(
+        AxisRow(
+            pair.joint,
+            value := None if angle is None else math.degrees(angle),
+            DEGREE,
+            (math.degrees(limit.low_rad), math.degrees(limit.high_rad)),
+            None if settings.cartesian else pair,
+            changed(pair.joint, value),
+        )
+        for pair, angle, limit in rows
+    )
+
+
+def tip_rows(
+    pose: Pose | None, limits: Sequence[Limits | None], settings: JogSettings, changed: RecentChange
+) -> tuple[AxisRow, ...]:
+    """Return a row for each coordinate of the tip, with its keys in Cartesian mode."""
+    values = (None,) * len(limits) if pose is None else coordinates(pose)
+    pairs = settings.rows[:-1]
+    return tuple(
+        AxisRow(
+            pair.cartesian,
+            value,
+            "mm" if pair.cartesian in MM_AXES else DEGREE,
+            limit,
+            pair if settings.cartesian and pose is not None else None,
+            changed(f"tip {pair.cartesian}", value),
+        )
+        for pair, value, limit in zip(pairs, values, limits, strict=False)
+    )
+
+
+def gripper_row(
+    status: Status, model: ArmModel, settings: JogSettings, changed: RecentChange
+) -> AxisRow:
+    """Return the gripper's row; its keys move it in either mode."""
+    opening_mm = status.gripper_mm
+    pair, bounds = settings.rows[-1], model.gripper_range_mm
+    return AxisRow("opening", opening_mm, "mm", bounds, pair, changed("opening", opening_mm))
+
+
+def coordinates(pose: Pose) -> tuple[float, ...]:
+    """Return a pose in the order of the tip's rows."""
+    yaw = () if pose.yaw_deg is None else (pose.yaw_deg,)
+    return pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_deg, pose.roll_deg, *yaw
+
+
+def tip_limits(model: ArmModel) -> tuple[Limits, ...]:
+    """Return how far each coordinate of the tip in the base's frame can go at most.
+
+    The arm stretched out, as far as its base turns; the table below, where a guard keeps it clear.
+    """
+    arm = model.arm
+    middle = tuple((limit.low_rad + limit.high_rad) / 2 for limit in arm.limits)
+    points = arm.points(Joints(middle, arm.joint_names))
+    height_mm = points[1][2]
+    length_mm = sum(math.dist(a, b) for a, b in pairwise(points[1:]))
+    reach_mm = min(length_mm, model.guards.outer_radius_mm or length_mm)
+    base = arm.limits[0]
+    xs = [reach_mm * math.cos(angle) for angle in _turns(base.low_rad, base.high_rad, 0.0)]
+    ys = [reach_mm * math.sin(angle) for angle in _turns(base.low_rad, base.high_rad, math.pi / 2)]
+    low_mm = 0.0 if model.guards.table else height_mm - length_mm
+    turn = (-180.0, 180.0)
+    return (
+        (min(*xs, 0.0), max(xs)),
+        (min(ys), max(ys)),
+        (low_mm, height_mm + length_mm),
+        turn,
+        turn,
+        *([turn] if arm.has_yaw else []),
+    )
+
+
+def _turns(low_rad: float, high_rad: float, offset_rad: float) -> Iterator[float]:
+    """Yield the ends of a turn, and where between them its sine or cosine is greatest or least."""
+    yield low_rad
+    yield high_rad
+    for quarter in range(-4, 5):
+        angle = offset_rad + quarter * math.pi
+        if low_rad <= angle <= high_rad:
+            yield angle
+
+
+def near_lines(
+    status: Status, model: ArmModel, joints: Sequence[AxisRow], quick_stop: str
+) -> Iterator[Span]:
+    """Say what a person would want to know before the next key, warnings first."""
+    found = [*_near_limit(joints)]
+    if status.pose is not None:
+        found += _near_guards(status.pose, model)
+    yield from sorted(found, key=lambda line: not line[1])
+    if quick_stop:
+        yield quick_stop, "dim"
+
+
+def _near_limit(joints: Sequence[AxisRow]) -> Iterator[Span]:
+    nearest = min(joints, key=_margin_share, default=None)
+    if nearest is not None and nearest.value is not None and nearest.limits is not None:
+        low, high = nearest.limits
+        margin = min(nearest.value - low, high - nearest.value)
+        style = {"": "", "!": "$warning", "!!": "$error"}[nearest.sign]
+        yield f"{words(nearest.name)} {margin:.1f}{DEGREE} from its limit", style
+
+
+def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
+    guards, radius_mm = model.guards, math.hypot(pose.x_mm, pose.y_mm)
+    if guards.table:
+        near = pose.z_mm < TABLE_NEAR_MM
+        yield f"table {pose.z_mm:.0f} mm below the tip", "$warning" if near else ""
+    outer_mm = guards.outer_radius_mm
+    if outer_mm is not None and outer_mm - radius_mm < RIM_NEAR_MM:
+        yield f"end of the reach {outer_mm - radius_mm:.0f} mm away", "$warning"
+    inner_mm = guards.inner_radius_mm
+    if inner_mm is not None and pose.z_mm < guards.inner_height_mm:
+        gap_mm = radius_mm - inner_mm
+        if gap_mm < RIM_NEAR_MM:
+            yield f"the arm's own base {gap_mm:.0f} mm away", "$warning"
+
+
+def _margin_share(row: AxisRow) -> float:
+    if row.value is None or row.limits is None:
+        return math.inf
+    low, high = row.limits
+    return min(row.value - low, high - row.value) / (high - low)
+
+
+def quicker(dialect: str) -> str:
+    """Say what stops this arm quicker than the program does, in short; empty where nothing does."""
+    row = DIALECTS.get(dialect)
+    return "" if row is None else row.quick_stop.partition(":")[0]
+
+
+def grip_line(gripping: bool | None, force_n: float) -> str:
+    """Say how the grip switch stands and how hard the fingers press."""
+    force = f"pressing {force_n:.1f} N" if force_n > 0.0 else ""
+    switch = "" if gripping is None else f"grip switch {'CLOSED' if gripping else 'open'}"
+    return "  ".join(filter(None, (switch, force)))
+
+
+def detail_lines(status: Status, load: float | None) -> str:
+    """Return what a technician asks for: why the position is trusted, motors, inputs, the wire.
+
+    `load` is the share of the wire's capacity in use, None where that is not known.
+    """
+    row = DIALECTS.get(status.dialect)
+    lines = (
+        f"position {status.trust.value} {status.trust_age}: {status.trust_reason}",
+        _if_silent(status),
+        "" if row is None else row.quick_stop,
+        f"motors {status.current.value}  steps {_steps(status.acknowledged)}",
+        _bits("inputs", status.inputs, 0 if row is None else row.abilities.inputs)
+        + _bits("outputs", status.outputs, OUTPUTS),
+        "" if load is None else f"wire {load:.0%} of {status.link_stats.baud} baud",
+        f"sent {status.last_sent or '-'}",
+        f"answer {status.last_answer or '-'}",
+    )
+    return "\n".join(line.strip() for line in lines if line)
+
+
+def _bits(name: str, value: int | None, lines: int) -> str:
+    """Show digital lines, the lowest first: by its number where one is on, else by a dot."""
+    if value is None or not lines:
+        return ""
+    shown = (str(n + 1) if value >> n & 1 else "." for n in range(lines))
+    return f"{name} {' '.join(shown)}  "
+
+
+def _if_silent(status: Status) -> str:
+    """Say how far the tip goes if this program dies, where that is farther than after a stop."""
+    if status.silent_time_s <= status.stop_time_s:
+        return ""
+    return f"if the link dies {status.silent_time_s:.2f} s, {status.silent_distance_mm:.0f} mm"
+
+
+def _steps(steps: Sequence[int] | None) -> str:
+    return UNKNOWN if steps is None else " ".join(map(str, steps))
+
+
+def grasped(found: Grasped) -> str:
+    """Say what the fingers found."""
+    if not found.holding:
+        return "the fingers met each other: nothing is between them"
+    return f"grasped: {found.width_mm:.1f} mm wide, pressed with {found.force_n:.1f} N"
+
+
+OVER_S = 1.0
+"""The load is measured over at least this long, so that it does not flicker."""
+
+
+class Load:
+    """The share of the wire's capacity in use, from two statuses."""
+
+    def __init__(self) -> None:
+        self._then: LinkStats | None = None
+        self._then_s = 0.0
+        self._load: float | None = None
+
+    def of(self, now: LinkStats, now_s: float) -> float | None:
+        """Return the share of the wire that is used; None where that cannot be known yet."""
+        then = self._then
+        if then is None or then.baud != now.baud or now.sent < then.sent:
+            self._then, self._then_s, self._load = now, now_s, None  # another wire
+        elif now_s - self._then_s >= OVER_S:
+            self._load = now.load(then, now_s - self._then_s)
+            self._then, self._then_s = now, now_s
+        return self._load
+
 
 PoseLimits: TypeAlias = Sequence[Limits | None]
 
@@ -25,10 +272,10 @@ PoseLimits: TypeAlias = Sequence[Limits | None]
 class AxisPanels:
     """Shows every axis with its value, limits and key caps; pressing a key cap jogs."""
 
-    def __init__(self, desk: ScreenHost, hand: DeskJogging) -> None:
+    def __init__(self, desk: Desk, hand: DeskJogging) -> None:
         self._desk = desk
         self._hand = hand
-        self._lit = Lit(desk.clock)
+        self._changed = RecentChange(desk.clock)
         self._limits = tip_limits(desk.arm.model)
         self._tip, self._joints, self._gripper = (
             AxisTable(self._push, hand.moved, hand.lift, cap=desk.keys.jog, id=name)
@@ -44,12 +291,12 @@ class AxisPanels:
         settings, model = self._desk.settings, self._desk.arm.model
         held = self._hand.held_button not in ("", PAD)
         pose, limits = self._pose(status)
-        joints = joint_rows(status, model, settings, self._lit)
-        self._tip.show_axes(tip_rows(pose, limits, settings, self._lit), held=held)
+        joints = joint_rows(status, model, settings, self._changed)
+        self._tip.show_axes(tip_rows(pose, limits, settings, self._changed), held=held)
         self._joints.show_axes(joints, held=held)
         force_n = self._desk.arm.gripper.force_n
         self._gripper.show_axes(
-            (gripper_row(status, model, settings, self._lit),),
+            (gripper_row(status, model, settings, self._changed),),
             grip_line(status.gripping, force_n),
             held=held,
         )
@@ -88,7 +335,8 @@ class AxisPanels:
 
     def _push(self, pair: JogPair, plus: bool) -> None:
         """Hold the key cap of an axis."""
-        if not self._desk.link.says_lost():
+        with self._desk.acting():
+            self._desk.link.require()
             self._hand.push(pair.plus if plus else pair.minus)
 
 

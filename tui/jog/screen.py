@@ -9,19 +9,20 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
+from armdrive.errors import BadRequest
 from armdrive.moves import GripperMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE
-from tui.frame import FACT_GAP
+from tui.desk import Desk, DeskScreen
 from tui.jog.jogging import DeskJogging
-from tui.jog.panels import AxisPanels
-from tui.jog.rows import Load, detail_lines, grasped, near_lines, quicker
+from tui.jog.panels import AxisPanels, Load, detail_lines, grasped, near_lines, quicker
 from tui.keys.keyboard import bindings
-from tui.screens import DeskScreen, ScreenHost, panels
+from tui.safety import FACT_GAP
 from tui.settings import JogSettings
+from tui.widgets import panels
 
 TALL = 34
 """A terminal with this many rows has room for everything."""
@@ -30,7 +31,7 @@ TALL = 34
 class Adjustments:
     """The keys that change how jog keys move the arm."""
 
-    def __init__(self, desk: ScreenHost, hand: DeskJogging) -> None:
+    def __init__(self, desk: Desk, hand: DeskJogging) -> None:
         self._desk = desk
         self._hand = hand
 
@@ -38,7 +39,6 @@ class Adjustments:
         """Change settings. Whatever is held was meant with the old ones, so it ends."""
         self._hand.release()
         self._desk.settings = settings
-        self._desk.show()
 
     def switch_mode(self) -> None:
         """Switch between joint and Cartesian mode."""
@@ -48,62 +48,50 @@ class Adjustments:
         """Go on to the next frame in which the tip is jogged."""
         if not self._desk.settings.cartesian:
             mode = self._desk.keys.label("mode")
-            self._desk.say(f"frames are for Cartesian mode: press {mode} first")
-            return
+            raise BadRequest(f"frames are for Cartesian mode: press {mode} first")
         self._set(self._desk.settings.with_next_frame())
 
-    def finer(self) -> None:
-        """Make the step of the present mode smaller."""
-        self._set(self._desk.settings.with_step(-1))
+    def change_step(self, by: int) -> None:
+        """Make the step of the present mode smaller or larger."""
+        self._set(self._desk.settings.with_step(by))
 
-    def coarser(self) -> None:
-        """Make it larger."""
-        self._set(self._desk.settings.with_step(1))
-
-    def slower(self) -> None:
-        """Jog more slowly."""
-        self._set(self._desk.settings.with_speed(-1))
-
-    def faster(self) -> None:
-        """Jog faster."""
-        self._set(self._desk.settings.with_speed(1))
+    def change_speed(self, by: int) -> None:
+        """Jog more slowly or faster."""
+        self._set(self._desk.settings.with_speed(by))
 
 
 class Fingers:
     """The keys that open or close the fingers by themselves, once the keys are armed."""
 
-    def __init__(self, desk: ScreenHost, hand: DeskJogging) -> None:
+    def __init__(self, desk: Desk, hand: DeskJogging) -> None:
         self._desk = desk
         self._hand = hand
         self._felt = ""
 
     def preset(self, share: float) -> None:
         """Bring the fingers to a share of their range: 1 is open, 0 is closed."""
-        if self._may_move():
-            arm = self._desk.arm
-            low_mm, high_mm = arm.model.gripper_range_mm
-            goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
-            move = partial(arm.start, goal, stops=arm.stops)
-            self._desk.call(lambda: move().wait(), lambda status: opened(status.gripper_mm))
+        self._prepare()
+        arm = self._desk.arm
+        low_mm, high_mm = arm.model.gripper_range_mm
+        goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
+        move = partial(arm.start, goal, stops=arm.stops)
+        self._desk.call(lambda: move().wait(), lambda status: opened(status.gripper_mm))
 
     def grasp(self) -> None:
         """Close the fingers on what is between them."""
-        if self._may_move():
-            self._desk.call(self._feel, lambda _: self._felt)
+        self._prepare()
+        self._desk.call(self._feel, lambda _: self._felt)
 
     def _feel(self) -> None:
         self._felt = grasped(self._desk.arm.gripper.feel())
 
-    def _may_move(self) -> bool:
-        """Return whether the keys are armed; then disarm them, since the fingers move alone."""
-        if self._desk.link.says_lost():
-            return False
+    def _prepare(self) -> None:
+        """Disarm armed keys, since the fingers move alone. Raises `BadRequest` if they are not."""
+        self._desk.link.require()
         if not self._hand.armed:
             arm = self._desk.keys.label("arm")
-            self._desk.say(f"this moves the fingers: {arm} arms the keys first")
-            return False
+            raise BadRequest(f"this moves the fingers: {arm} arms the keys first")
         self._hand.disarm("the fingers move by themselves")
-        return True
 
 
 class JogScreen(DeskScreen):
@@ -200,18 +188,16 @@ class JogScreen(DeskScreen):
 
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
-        if not self.desk.link.says_lost():
-            self.hand.press(key)
+        self.desk.link.require()
+        self.hand.press(key)
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
-        if self.desk.link.says_lost():
-            return
-        if self.hand.arm_keys():
-            self.desk.say("armed: let go of a key and the arm stops")
-        else:
+        self.desk.link.require()
+        if not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
-            self.desk.say(f"keys are still arriving: let go of all keys, then press {arm} again")
+            raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")
+        self.desk.say("armed: let go of a key and the arm stops")
 
     def action_park(self) -> None:
         """Ask whether the arm may go to its park posture."""
@@ -222,7 +208,6 @@ class JogScreen(DeskScreen):
         details = self.text("details")
         details.display = not details.display
         self.query_one("#near").display = not details.display or self.size.height > TALL
-        self.desk.show()
 
 
 def opened(opening_mm: float | None) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from armdrive.errors import KeyFileError
 from armdrive.storage import files as places
@@ -21,8 +21,9 @@ from armdrive.text.reading import is_there, read_toml
 from kinematics.errors import suggestion
 from tui.gamepad.map import read_pad
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, key_named, label
-from tui.keys.rows import DeskKey
-from tui.keys.table import SCREENS, STOP, TABLE
+from tui.keys.table import SCREENS, STOP, TABLE, DeskKey
+
+AnyKeyboard = TypeVar("AnyKeyboard", bound=Keyboard)
 
 PAD = "gamepad"
 TABLES = ("layout", "keys", PAD)
@@ -59,7 +60,7 @@ def load_keys(source: str | None) -> Keyboard:
     Raises `KeyFileError`. Without a file, returns the table as it stands.
     """
     if source in LAYOUTS:
-        return _checked(_of_layout(str(source)), f"the layout {source}")
+        return checked(_of_layout(str(source)), f"the layout {source}")
     path = places.key_file() if source is None else Path(source)
     if source is None and not is_there(path):
         return DEFAULT_KEYS
@@ -90,7 +91,7 @@ def _of_table(table: dict[str, Any], where: str) -> Keyboard:
         raise KeyFileError(f'{where}: keys is a table: `[keys]`, and below it `arm = "f9"`')
     keys = {name: _keys(name, value, where) for name, value in given.items()}
     keyboard = replace(_of_layout(layout).changed(keys), pad=read_pad(table.get(PAD, {}), where))
-    return _checked(keyboard, where)
+    return checked(keyboard, where)
 
 
 def _of_layout(name: str) -> Keyboard:
@@ -121,8 +122,8 @@ def _keys(name: str, value: object, where: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys((STOP_KEYS[0], *keys, *STOP_KEYS[1:]))) if name == STOP else keys
 
 
-def _checked(keyboard: Keyboard, where: str) -> Keyboard:
-    """Return the keyboard if no key does two things at one place, else raise."""
+def checked(keyboard: AnyKeyboard, where: str) -> AnyKeyboard:
+    """Return the keyboard if no key does two things at one place, else raise `KeyFileError`."""
     owners: dict[tuple[str, str], DeskKey] = {}
     for place in {row.place for row in keyboard.rows}:
         for row in _heard_at(keyboard, place):

@@ -10,19 +10,28 @@ from typing import ClassVar
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Vertical, VerticalScroll
+from textual.containers import Vertical
 from textual.screen import ModalScreen
 
+from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable
 from armdrive.errors.table import CatalogueEntry, found
 from armdrive.status import Status
 from armdrive.trace.entries import Topic
 from armdrive.trace.log import LogLine
+from tui.desk import DeskScreen
+from tui.dialogs import TextDialog
 from tui.keys.keyboard import Keyboard, bindings
-from tui.log import text as log_text
-from tui.log.view import LogView
-from tui.painting import PlainText
-from tui.screens import DeskScreen, panels
+from tui.log.lines import (
+    LogView,
+    asked_text,
+    catalogue_text,
+    log_head,
+    log_row,
+    nothing_text,
+    whole_line,
+)
+from tui.widgets import PlainText, panels
 
 # The dialogs: a line in full, the text that lines must have, and every error there is.
 
@@ -30,37 +39,21 @@ LONGEST = 40
 """Characters of a search."""
 
 
-class LineScreen(ModalScreen[None]):
+class LineScreen(TextDialog):
     """One line in full, with cause and remedy where it is an error."""
 
     BINDINGS: ClassVar[list[BindingType]] = bindings("line")
+    text_id = "line-text"
 
     def __init__(self, keys: Keyboard, line: LogLine) -> None:
         super().__init__()
         self._keys = keys
         self._line = line
 
-    def compose(self) -> ComposeResult:
-        """Lay the dialog out."""
-        with VerticalScroll(classes="dialog"):
-            yield PlainText(id="line-text")
-
-    def on_mount(self) -> None:
-        """Say all of it as soon as the width is known."""
-        self.call_after_refresh(self._fill)
-
-    def on_resize(self) -> None:
-        """Fit it to another width."""
-        self.call_after_refresh(self._fill)
-
-    def _fill(self) -> None:
-        text = self.query_one("#line-text", PlainText)
+    def words(self, width: int) -> str:
+        """Say all that is known of the line."""
         close = f"{self._keys.label('line-close')} closes"
-        text.show(f"{log_text.whole(self._line, text.content_size.width, self._keys)}\n\n{close}")
-
-    def action_close(self) -> None:
-        """Go back to the log."""
-        self.dismiss()
+        return f"{whole_line(self._line, width, self._keys)}\n\n{close}"
 
 
 class Typing(ModalScreen[None]):
@@ -116,7 +109,7 @@ class FindScreen(Typing):
         """Show the text, and have the log follow it."""
         super().typed(text)
         done = f"{self._keys.label('find-done')}: done"
-        prompt = log_text.asked_text("only lines with", text)
+        prompt = asked_text("only lines with", text)
         self.query_one("#find-text", PlainText).show(f"{prompt}\n{done}")
         self._use(text)
 
@@ -161,10 +154,10 @@ class CatalogueScreen(Typing):
     def _fill(self) -> None:
         width, height = self.query_one("#catalogue").content_size
         close = self._keys.label("catalogue-close")
-        prompt = f"{log_text.asked_text('errors with', self.text)}\n{close}: close"
+        prompt = f"{asked_text('errors with', self.text)}\n{close}: close"
         self.query_one("#catalogue-find", PlainText).show(prompt)
         room = height - 1 - prompt.count("\n") - 1
-        listed = log_text.catalogue(self._rows, self._at, width, room, self._keys)
+        listed = catalogue_text(self._rows, self._at, width, room, self._keys)
         self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
 
 
@@ -208,17 +201,17 @@ class LogScreen(DeskScreen):
     def _paint(self) -> None:
         self._painted_s = self.desk.clock()
         view, keys = self.log_view, self.desk.keys
-        head = log_text.head(view.book, keys, following=view.following, held=view.held)
+        head = log_head(view.book, keys, following=view.following, held=view.held)
         self.text("log-head").show(head)
         listed = self.text("log-lines")
         width, height = listed.content_size
         chosen = None if view.following else view.line
         rows = [
-            (log_text.row(line, width, chosen=line is chosen), STYLES.get(line.topic, ""))
+            (log_row(line, width, chosen=line is chosen), STYLES.get(line.topic, ""))
             for line in view.visible(height)
         ]
         if not rows:
-            rows = [(log_text.nothing(view.book.filter), "")]
+            rows = [(nothing_text(view.book.filter), "")]
         # cut once more: an escape is longer than what it stands for
         listed.show_lines((printable(text)[: len(text)], style) for text, style in rows)
 
@@ -233,10 +226,9 @@ class LogScreen(DeskScreen):
         """Show all of the chosen line, or of the newest one."""
         line = self.log_view.line
         if line is None:
-            self.desk.say("there is no line to be opened")
-        else:
-            self.log_view.choose(line)
-            self.app.push_screen(LineScreen(self.desk.keys, line))
+            raise BadRequest("there is no line to be opened")
+        self.log_view.choose(line)
+        self.app.push_screen(LineScreen(self.desk.keys, line))
 
     def action_catalogue(self) -> None:
         """Show all errors."""

@@ -9,34 +9,32 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, BadRequest
 from armdrive.motion.frames import BASE, TOOL
 from armdrive.motion.preview import Preview
 from armdrive.moves import Motion
 from armdrive.status import Status
 from kinematics.spaces import Joints, Pose
 from tui.arm_view import SpaceView
+from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import bindings
-from tui.move import text as move_text
-from tui.move.fields import GoalFields
-from tui.move.form import DIGITS, GoalForm, present_of
-from tui.move.planned import PlannedMove
-from tui.painting import PlainText
-from tui.screens import DeskScreen, ScreenHost, panels
-from tui.settings import Manner
+from tui.move.form import DIGITS, GoalFields, GoalForm, present_of
+from tui.move.planned import NOTHING_ASKED, PlannedMove, preview_text, way_text
+from tui.settings import MoveSettings
+from tui.widgets import PlainText, panels
 
 
 class GoalEntry:
     """The form as it is filled in. Every change takes the first press of a confirmation back."""
 
-    def __init__(self, desk: ScreenHost) -> None:
-        geometry, manner = desk.arm.model.arm, desk.manner
+    def __init__(self, desk: Desk) -> None:
+        geometry, settings = desk.arm.model.arm, desk.move_settings
         self.form = GoalForm(
             geometry.joint_names,
             geometry.has_yaw,
             desk.arm.frames,
-            cartesian=manner.cartesian,
-            speed=manner.speed,
+            cartesian=settings.cartesian,
+            speed=settings.speed,
         )
         self.planned = PlannedMove(desk, self.goal)
         """The motion to this goal."""
@@ -64,8 +62,7 @@ class GoalEntry:
         """Take another form; a first press was meant for the one before."""
         self.planned.forget_press()
         self.form = form
-        self._desk.manner = Manner(form.cartesian, form.speed)
-        self._desk.show()
+        self._desk.move_settings = MoveSettings(form.cartesian, form.speed)
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -87,7 +84,8 @@ class GoalEntry:
 
     def choose_field(self, at: int) -> None:
         """Go to the field that was clicked."""
-        self._change(self.form.moved(at - self.form.at))
+        with self._desk.acting():
+            self._change(self.form.moved(at - self.form.at))
 
     def step(self, sign: int) -> None:
         """Change the field by a step."""
@@ -108,37 +106,33 @@ class GoalEntry:
 
     def switch_line(self) -> None:
         """Switch between a straight line and a joint motion."""
-        if self.form.cartesian:
-            self._change(self.form.other_way())
-        else:
-            self._desk.say("a straight line is of a pose: switch the mode first")
+        if not self.form.cartesian:
+            raise BadRequest("a straight line is of a pose: switch the mode first")
+        self._change(self.form.other_way())
 
     def next_frame(self) -> None:
         """Mean the pose in the next frame."""
-        if self.form.cartesian:
-            self._change(self.form.next_frame())
-        else:
-            self._desk.say("frames are of poses: switch the mode first")
+        if not self.form.cartesian:
+            raise BadRequest("frames are of poses: switch the mode first")
+        self._change(self.form.next_frame())
 
     def take_nearest(self) -> None:
         """Ask for what is possible instead of a goal that was refused."""
         preview = self.planned.preview
         nearest = preview.nearest if preview is not None else None
         if nearest is None:
-            self._desk.say("nothing was refused for which there is something nearer")
-        elif self.form.cartesian:
-            self._change(self.form.at_pose(nearest.pose))
-        else:
-            self._change(self.form.at_joints(nearest.joints))
+            raise BadRequest("nothing was refused for which there is something nearer")
+        form = self.form
+        cartesian = form.cartesian
+        self._change(form.at_pose(nearest.pose) if cartesian else form.at_joints(nearest.joints))
 
     def take_next_posture(self) -> None:
         """Ask for the next posture at this goal that is allowed, by its joints."""
         preview = self.planned.preview
         others = [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
         if not others:
-            self._desk.say("no other posture that is allowed holds the hand there")
-        else:
-            self._change(self.form.at_joints(others[0].joints))
+            raise BadRequest("no other posture that is allowed holds the hand there")
+        self._change(self.form.at_joints(others[0].joints))
 
 
 class MoveScreen(DeskScreen):
@@ -175,7 +169,7 @@ class MoveScreen(DeskScreen):
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         form, present = self.entry.form, self.entry.present(status)
-        self.text("goal").show(move_text.way_text(form, self.desk.keys))
+        self.text("goal").show(way_text(form, self.desk.keys))
         self.query_one(GoalFields).show_form(form, present)
         self.show_panel("foreseen", self.desk.spoken(self._foreseen_text(fresh)))
         self.show_panel("going", self.planned.text(status, fresh))
@@ -186,14 +180,15 @@ class MoveScreen(DeskScreen):
         if wrong := self.entry.form.wrong():
             return wrong
         if fresh is not None:
-            return move_text.preview_text(fresh, self.desk.keys)
-        return "working it out ..." if self.planned.working else move_text.NOTHING_ASKED
+            return preview_text(fresh, self.desk.keys)
+        return "working it out ..." if self.planned.working else NOTHING_ASKED
 
     def take_typed(self, event: events.Key) -> bool:
         """Type into the field; other keys go on to the table of keys."""
         if event.character is None or event.character not in DIGITS:
             return False
-        self.entry.type(event.character)
+        with self.desk.acting():
+            self.entry.type(event.character)
         return True
 
     def on_screen_resume(self) -> None:

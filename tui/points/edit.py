@@ -9,26 +9,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from armdrive.errors import ArmError, BadRequest
-from armdrive.storage.points import Step, StepList
-from kinematics.errors import KinematicsError
+from armdrive.errors import BadRequest
+from armdrive.storage.points import Point, Step, StepList
+from tui.desk import Desk
 from tui.keys.presses import Confirmation
 from tui.points.list import NameEntry, PointNaming, PointSelection
-from tui.screens import ScreenHost
 from tui.settings import SPEEDS, neighbour
 
 Change = Callable[[list[Step], int], str]
 """Changes the steps at a marked one, and says in words what was done."""
-
-
-def write(desk: ScreenHost, change: Callable[[], object], message: str) -> None:
-    """Change the file, and say so, or why not."""
-    try:
-        change()
-    except (ArmError, KinematicsError) as error:
-        desk.say(str(error))
-    else:
-        desk.say(message)
 
 
 class StepEdits:
@@ -36,70 +25,52 @@ class StepEdits:
 
     def __init__(
         self,
-        desk: ScreenHost,
+        desk: Desk,
         selection: PointSelection,
         names: NameEntry,
         confirmation: Confirmation,
-        says_busy: Callable[[], bool],
+        require_standstill: Callable[[], None],
     ) -> None:
-        """`says_busy` returns whether the arm is under way, and then says so."""
+        """`require_standstill` raises `BadRequest` while the arm is under way."""
         self._desk = desk
         self._selection = selection
         self._names = names
         self._confirmation = confirmation
-        self._says_busy = says_busy
-
-    @property
-    def _steps(self) -> StepList | None:
-        return self._selection.listed.sequence
+        self._require_standstill = require_standstill
 
     def mark(self, by: int) -> None:
         """Mark the next step, or the one before; the first press marks the first or the last."""
-        steps = self._steps
-        if steps is None or not steps.steps:
-            self._desk.say("choose a sequence that has steps")
-            return
+        steps = self._steps().steps
         self._confirmation.forget()
         before = self._selection.marked
-        first = 0 if by > 0 else len(steps.steps) - 1
-        self._selection.mark(first if before is None else (before + by) % len(steps.steps))
-        self._desk.show()
+        first = 0 if by > 0 else len(steps) - 1
+        self._selection.mark(first if before is None else (before + by) % len(steps))
 
     def shift(self, by: int) -> None:
         """Carry the marked step out sooner or later: it changes places with its neighbour."""
-        at, steps = self._selection.marked, self._steps
-        if at is None or steps is None:
-            self._ask_for_mark()
-        elif not 0 <= at + by < len(steps.steps):
+        at, steps = self._marked()
+        if not 0 <= at + by < len(steps.steps):
             end = "last" if by > 0 else "first"
-            self._desk.say(f"it is the {end} step of {self._selection.listed.name}")
-        else:
-            self._change(partial(_shifted, by=by))
-            if self._selection.marked is not None:  # else another program had changed the sequence
-                self._selection.mark(at + by)
+            raise BadRequest(f"it is the {end} step of {self._selection.listed.name}")
+        self._change(partial(_shifted, by=by))
+        if self._selection.marked is not None:  # else another program had changed the sequence
+            self._selection.mark(at + by)
 
     def drop(self) -> None:
         """Take the marked step out, after a second press."""
-        at, steps = self._selection.marked, self._steps
-        if at is None or steps is None:
-            self._ask_for_mark()
-            return
+        at, steps = self._marked()
         effect = f"takes step {at + 1} ({steps.steps[at]}) out of {self._selection.listed.name}"
         self._confirmation.press(effect, partial(self._change, _dropped))
-        self._desk.show()
 
     def shorten(self) -> None:
         """Take away the last step of the sequence; of a name being typed, the last letter."""
-        name, steps = self._selection.listed.name, self._steps
         if self._names.naming is not None:
             self._names.erase()
-        elif steps is None or not steps.steps:
-            self._desk.say("choose a sequence that has steps")
-        else:
-            shorter = StepList(steps.steps[:-1], steps.note)
-            put = self._desk.arm.points.put_sequence
-            message = f"{name} ends a step sooner: {steps.steps[-1]} is gone"
-            write(self._desk, partial(put, name, shorter, instead_of=steps), message)
+            return
+        name, steps = self._selection.listed.name, self._steps()
+        shorter = StepList(steps.steps[:-1], steps.note)
+        self._desk.arm.points.put_sequence(name, shorter, instead_of=steps)
+        self._desk.say(f"{name} ends a step sooner: {steps.steps[-1]} is gone")
 
     def add_grip(self) -> None:
         """Ask what the fingers shall do in a further step."""
@@ -111,90 +82,89 @@ class StepEdits:
 
     def change(self) -> None:
         """Ask what the marked step shall be instead."""
-        at, steps = self._selection.marked, self._steps
-        if at is None or steps is None:
-            self._ask_for_mark()
-        else:
-            self._ask(_changing(steps.steps[at]))
+        at, steps = self._marked()
+        self._ask(_changing(steps.steps[at]))
 
     def retime(self, change: Callable[[Step], Step]) -> bool:
         """Change the way or the speed of the marked step; return whether one is marked."""
-        at, steps = self._selection.marked, self._steps
+        at, steps = self._selection.marked, self._selection.listed.sequence
         if at is None or steps is None:
             return False
-        try:
-            self._change(partial(_changed, new=change(steps.steps[at])))
-        except BadRequest as error:
-            self._desk.say(str(error))
+        self._change(partial(_changed, new=change(steps.steps[at])))
         return True
 
+    def _steps(self) -> StepList:
+        """Return the chosen sequence. Raises `BadRequest` without one that has steps."""
+        steps = self._selection.listed.sequence
+        if steps is None or not steps.steps:
+            raise BadRequest("choose a sequence that has steps")
+        return steps
+
+    def _marked(self) -> tuple[int, StepList]:
+        """Return the marked step and its sequence. Raises `BadRequest` where none is marked."""
+        at, steps = self._selection.marked, self._selection.listed.sequence
+        if at is None or steps is None:
+            following, before = map(
+                self._desk.keys.label, ("points-step-next", "points-step-previous")
+            )
+            raise BadRequest(f"mark a step of a sequence first: {following} or {before}")
+        return at, steps
+
     def _ask(self, naming: PointNaming) -> None:
-        if self._steps is None:
-            self._desk.say("choose a sequence to put it into; a point begins one")
-        else:
-            marked = self._selection.marked
-            self._names.ask(naming, self._take)
-            self._selection.mark(marked)
+        if self._selection.listed.sequence is None:
+            raise BadRequest("choose a sequence to put it into; a point begins one")
+        marked = self._selection.marked
+        self._names.ask(naming, self._take)
+        self._selection.mark(marked)
 
     def _take(self, naming: PointNaming) -> None:
         """Put the step that was typed into the chosen sequence."""
-        at, steps = self._selection.marked, self._steps
+        at, steps = self._selection.marked, self._selection.listed.sequence
         if steps is None or (naming.changes and at is None):
             self._names.clear()
-            self._desk.say("another program has changed the sequence: look at it, and mark a step")
-            return
+            raise BadRequest(
+                "another program has changed the sequence: look at it, and mark a step"
+            )
         before = steps.steps[at] if naming.changes and at is not None else None
-        try:
-            opening_mm = self._desk.link.status.gripper_mm
-            step = naming.step(opening_mm, before.speed if before else 1.0)
-            if before is not None and step.point:
-                step = replace(step, how=before.how)
-        except BadRequest as error:
-            self._desk.say(str(error))  # what was typed can still be mended
-            return
-        self._names.clear()
+        opening_mm = self._desk.link.status.gripper_mm
+        step = naming.step(opening_mm, before.speed if before else 1.0)
+        if before is not None and step.point:
+            step = replace(step, how=before.how)
+        self._names.clear()  # only now: what was refused can still be corrected
         if before is not None:
             self._change(partial(_changed, new=step))
-        else:
-            self._add(step, len(steps.steps) if at is None else at + 1)
-
-    def _add(self, step: Step, at: int) -> None:
-        marked = self._selection.marked is not None
-        if self._write(partial(_added, new=step), at) and marked:
-            self._selection.mark(at)
-
-    def _ask_for_mark(self) -> None:
-        keys = self._desk.keys
-        both = f"{keys.label('points-step-next')} or {keys.label('points-step-previous')}"
-        self._desk.say(f"mark a step of a sequence first: {both}")
+            return
+        place = len(steps.steps) if at is None else at + 1
+        self._write(partial(_added, new=step), place)
+        if at is not None:
+            self._selection.mark(place)
 
     def _change(self, change: Change) -> None:
         """Write the sequence with its marked step changed, unless a program has changed it."""
         if (at := self._selection.marked) is not None:
             self._write(change, at)
 
-    def _write(self, change: Change, at: int) -> bool:
-        """Write the sequence changed at a place; return whether that could be tried."""
-        steps, name = self._steps, self._selection.listed.name
-        if steps is None or self._says_busy():
-            return False
+    def _write(self, change: Change, at: int) -> None:
+        """Write the sequence changed at a place."""
+        self._require_standstill()
+        steps, name = self._selection.listed.sequence, self._selection.listed.name
+        if steps is None:
+            return
         changed = list(steps.steps)
         message = change(changed, at)
         new = StepList(tuple(changed), steps.note)
         self._selection.written = new
-        put = self._desk.arm.points.put_sequence
-        write(self._desk, partial(put, name, new, instead_of=steps), f"{name}: {message}")
-        return True
+        self._desk.arm.points.put_sequence(name, new, instead_of=steps)
+        self._desk.say(f"{name}: {message}")
 
 
 class PointMotion:
     """How points are gone to: in a line or by a joint motion, and how fast."""
 
-    def __init__(self, desk: ScreenHost, steps: StepEdits, forget: Callable[[], None]) -> None:
+    def __init__(self, steps: StepEdits, forget: Callable[[], None]) -> None:
         """`forget` takes back a first press, which was meant for another motion."""
         self.line = False
         self.speed = 0.5
-        self._desk = desk
         self._steps = steps
         self._forget = forget
 
@@ -203,14 +173,12 @@ class PointMotion:
         self._forget()
         if not self._steps.retime(_other_way):
             self.line = not self.line
-            self._desk.show()
 
     def change_speed(self, by: int) -> None:
         """Go faster or more slowly, also in a marked step."""
         self._forget()
         if not self._steps.retime(partial(_other_speed, by=by)):
             self.speed = neighbour(SPEEDS, self.speed, by)
-            self._desk.show()
 
 
 class PointEdits:
@@ -218,7 +186,7 @@ class PointEdits:
 
     def __init__(
         self,
-        desk: ScreenHost,
+        desk: Desk,
         selection: PointSelection,
         names: NameEntry,
         confirmation: Confirmation,
@@ -245,49 +213,61 @@ class PointEdits:
 
     def teach_again(self) -> None:
         """Move the chosen point to where the arm stands, after a second press."""
-        name, point = self._selection.listed.name, self._selection.listed.point
-        if point is None:
-            self._desk.say("choose a point to teach again")
-            return
+        name, _ = self._chosen("choose a point to teach again")
         change = partial(self._desk.arm.points.teach, name, again=True)
         self._confirm(f"moves {name} to where the arm stands", change, f"{name} is here now")
-
-    def _confirm(self, effect: str, change: Callable[[], object], message: str) -> None:
-        self._confirmation.press(effect, partial(write, self._desk, change, message))
-        self._desk.show()
 
     def teach(self) -> None:
         """Ask for the name of the place where the arm stands."""
         naming = PointNaming("teach", self._selection.listed.free_name(), offered=True)
         self._names.ask(naming, self._teach)
 
-    def _teach(self, naming: PointNaming) -> None:
-        self._names.clear()
-        name = naming.text
-        write(self._desk, partial(self._desk.arm.points.teach, name), f"{name} is here")
-        self._selection.choose_name(name)
-
     def rename(self) -> None:
         """Ask for another name of the chosen point."""
-        if self._selection.listed.point is None:
-            self._desk.say("choose a point to rename; sequences are renamed in the file")
-        else:
-            self._names.ask(PointNaming("rename", self._selection.listed.name), self._rename)
+        name, _ = self._chosen("choose a point to rename; sequences are renamed in the file")
+        self._names.ask(PointNaming("rename", name), self._rename)
+
+    def append(self) -> None:
+        """Ask for the sequence that the chosen point is put at the end of."""
+        self._chosen("choose a point to put into a sequence")
+        naming = PointNaming("append", self._last_sequence, offered=True)
+        self._names.ask(naming, self._append)
+
+    def move_there(self) -> None:
+        """Ask for the chosen point on the move screen, to change it there."""
+        mark = self._desk.keys.label("points-step-next")
+        _, point = self._chosen(f"choose a point to change; {mark} marks a step of a sequence")
+        self._desk.goal = point.joints
+        self._desk.go_to("move")
+
+    def _chosen(self, otherwise: str) -> tuple[str, Point]:
+        """Return the chosen point. Raises `BadRequest` with this sentence where there is none."""
+        listed = self._selection.listed
+        if listed.point is None:
+            raise BadRequest(otherwise)
+        return listed.name, listed.point
+
+    def _confirm(self, effect: str, change: Callable[[], object], message: str) -> None:
+        """Change the file and say so, after a second press."""
+
+        def act() -> None:
+            change()
+            self._desk.say(message)
+
+        self._confirmation.press(effect, act)
+
+    def _teach(self, naming: PointNaming) -> None:
+        self._names.clear()
+        self._desk.arm.points.teach(naming.text)
+        self._desk.say(f"{naming.text} is here")
+        self._selection.choose_name(naming.text)  # once the list has been read again
 
     def _rename(self, naming: PointNaming) -> None:
         self._names.clear()
         before, name = self._selection.listed.name, naming.text
-        change = partial(self._desk.arm.points.rename, before, name)
-        write(self._desk, change, f"it is {name} now")
+        self._desk.arm.points.rename(before, name)
+        self._desk.say(f"it is {name} now")
         self._selection.choose_name(name)
-
-    def append(self) -> None:
-        """Ask for the sequence that the chosen point is put at the end of."""
-        if self._selection.listed.point is None:
-            self._desk.say("choose a point to put into a sequence")
-        else:
-            naming = PointNaming("append", self._last_sequence, offered=True)
-            self._names.ask(naming, self._append)
 
     def _append(self, naming: PointNaming) -> None:
         self._names.clear()
@@ -297,18 +277,8 @@ class PointEdits:
         step = Step(listed.name, "line" if motion.line else "joint", motion.speed)
         steps, note = ((), "") if before is None else (before.steps, before.note)
         made = StepList((*steps, step), note)
-        put = partial(self._desk.arm.points.put_sequence, name, made, instead_of=before)
-        write(self._desk, put, f"step {len(made.steps)} of {name}: {step}")
-
-    def move_there(self) -> None:
-        """Ask for the chosen point on the move screen, to change it there."""
-        point = self._selection.listed.point
-        if point is None:
-            mark = self._desk.keys.label("points-step-next")
-            self._desk.say(f"choose a point to change; {mark} marks a step of a sequence")
-            return
-        self._desk.goal = point.joints
-        self._desk.screens.go_to("move")
+        self._desk.arm.points.put_sequence(name, made, instead_of=before)
+        self._desk.say(f"step {len(made.steps)} of {name}: {step}")
 
 
 def _shifted(steps: list[Step], at: int, by: int) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from armdrive.errors import ArmError, BadRequest
 from armdrive.programs.teaching.steps import parse_step
 from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught
-from tui.screens import ScreenHost
+from tui.desk import Desk
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
 """What a name is typed with; a space is never one of them."""
@@ -154,7 +154,7 @@ class PointList:
 class PointSelection:
     """The chosen row and the marked step, which follow the file as it changes around them."""
 
-    def __init__(self, desk: ScreenHost, changed: Callable[[PointList], None]) -> None:
+    def __init__(self, desk: Desk, changed: Callable[[PointList], None]) -> None:
         """`changed` is called with the list as it was before, when another one is shown."""
         self.listed = PointList()
         self.written: StepList | None = None
@@ -203,17 +203,15 @@ class PointSelection:
 class NameEntry:
     """The name or number that is being typed, and what is done with it."""
 
-    def __init__(self, desk: ScreenHost, disarm: Callable[[str], None]) -> None:
+    def __init__(self, disarm: Callable[[str], None]) -> None:
         self.naming: PointNaming | None = None
-        self._desk = desk
         self._disarm = disarm
-        self._take: Callable[[PointNaming], None] | None = None
+        self._take: Callable[[PointNaming], None] = _ignore
 
     def ask(self, naming: PointNaming, take: Callable[[PointNaming], None]) -> None:
         """Ask for a name; once it is entered, `take` uses it, and clears it if it will do."""
         self._disarm("a name is asked for")
         self.naming, self._take = naming, take
-        self._desk.show()
 
     def clear(self) -> None:
         """Ask for no name any more."""
@@ -224,16 +222,18 @@ class NameEntry:
         if self.naming is None or not self.naming.takes(letter):
             return False
         self.naming = self.naming.typed(letter)
-        self._desk.show()
         return True
 
     def erase(self) -> None:
         """Take away the last letter."""
         if self.naming is not None:
             self.naming = self.naming.erased()
-            self._desk.show()
 
     def enter(self) -> None:
         """Use the name as it stands."""
-        if self.naming is not None and self._take is not None:
+        if self.naming is not None:
             self._take(self.naming)
+
+
+def _ignore(naming: PointNaming) -> None:
+    """Do nothing: no name has been asked for."""

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import Protocol
 
+from armdrive.errors import BadRequest
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
+from tui.desk import Desk
 from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.points.list import PointList
-from tui.screens import ScreenHost
 
-
-class StepCall(Protocol):
-    """A call of a stepper; it does nothing if a stop was asked for since it was decided on."""
-
-    def __call__(self, *, since: int) -> object:
-        """Make it."""
+StepCall = Callable[..., object]
+"""Carries out a step; does nothing if a stop was asked for after the count `since`."""
 
 
 class SequenceRun:
     """Carries out the chosen sequence. A stop that comes first lets a step not begin."""
 
-    def __init__(self, desk: ScreenHost) -> None:
+    def __init__(self, desk: Desk) -> None:
         self.stepper: Stepper | None = None
         """Goes through the chosen sequence; None where a point or nothing is chosen."""
         self.stepping = False
@@ -51,19 +48,16 @@ class SequenceRun:
         if self.stepper is not None:
             self.stepper.halt()
 
-    def says_busy(self) -> bool:
-        """Return whether the arm is moving, and if so say how to stop it."""
+    def require_standstill(self) -> None:
+        """Raise `BadRequest` while the arm is under way."""
         if self.busy:
-            self._desk.say("the arm is under way: space stops it")
-        return self.busy
+            raise BadRequest("the arm is under way: space stops it")
 
     def switch_stepping(self) -> None:
         """Let the step keys move the arm, or no longer."""
         if self.stepper is None:
-            self._desk.say("choose a sequence to step through")
-            return
+            raise BadRequest("choose a sequence to step through")
         self.stepping = not self.stepping
-        self._desk.show()
 
     def forward(self) -> None:
         """Carry out the next step."""
@@ -82,19 +76,21 @@ class SequenceRun:
 
     def rewind(self) -> None:
         """Start the sequence over. Moves nothing."""
-        if self.stepper is not None and not self.says_busy():
+        if self.stepper is not None:
+            self.require_standstill()
             self.stepper.rewind()
-            self._desk.show()
 
     def _may_step(self) -> bool:
-        """Return whether a step key counts: while stepping, and not as the repeat of a held key."""
+        """Return whether a step key counts: not as the repeat of a held key.
+
+        Raises `BadRequest` where the step keys do not move the arm.
+        """
         counts = self._press.counts()
-        if self._desk.link.says_lost() or self.says_busy():
-            return False
+        self._desk.link.require()
+        self.require_standstill()
         if not self.stepping:
             key = self._desk.keys.label("points-stepping")
-            self._desk.say(f"{key} lets this key move the arm")
-            return False
+            raise BadRequest(f"{key} lets this key move the arm")
         return counts
 
     def _begin(self, step: StepCall) -> None:
@@ -102,7 +98,7 @@ class SequenceRun:
         self._desk.message = ""
         if self.stepper is not None:
             self._desk.arm.program = partial(_program, self._name, self.stepper)
-        self._desk.call(partial(self._carry_out, step, self._desk.arm.stops), self._said)
+        self._desk.call(partial(self._carry_out, step, self._desk.arm.stops), self._progress_words)
 
     def _carry_out(self, step: StepCall, stops: int) -> None:
         try:
@@ -111,7 +107,7 @@ class SequenceRun:
             self.busy = False
             self._desk.arm.program = None
 
-    def _said(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
+    def _progress_words(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
         if self.stepper is None:
             return ""
         step = self.stepper.next

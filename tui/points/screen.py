@@ -11,20 +11,122 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
 from armdrive.moves import JointMove, LineMove, Motion
+from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
 from armdrive.storage.points import Point, StepList
+from kinematics.geometry import ArmGeometry
 from tui.arm_view import SpaceView
-from tui.choices import ChoiceList
-from tui.keys.keyboard import bindings
+from tui.desk import DeskScreen
+from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.presses import Confirmation
-from tui.move import text as move_text
-from tui.move.planned import PlannedMove
-from tui.painting import Span
-from tui.points import text as point_text
+from tui.keys.table import words
+from tui.move.planned import PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
-from tui.points.list import NameEntry, PointList, PointSelection
+from tui.points.list import NameEntry, PointList, PointNaming, PointSelection
 from tui.points.run import SequenceRun
-from tui.screens import DeskScreen, panels
+from tui.program.lines import CURRENT_STYLE, DONE_STYLE
+from tui.widgets import ChoiceList, Span, panels
+
+NAME_WIDTH = 16
+STEPS_SHOWN = 9
+"""Steps of a sequence that are shown about the next one."""
+
+_PURPOSES = {
+    "teach": "name of this place",
+    "rename": "new name",
+    "append": "sequence to put it at the end of",
+    "to": "point to go to",
+    "gripper": "fingers: open, close, grasp, here, point, or mm",
+    "wait": "seconds to wait",
+}
+_WRONG = {
+    "to": "no name of a point",
+    "gripper": "none of these",
+    "wait": "no time",
+}
+_WRONG_NAME = "a letter first, then letters, digits, - _"
+
+
+def list_rows(listed: PointList, arm: ArmGeometry) -> list[str]:
+    """Return a row for each point and sequence."""
+    return [
+        f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} "
+        + (
+            f"sequence, {len(listed.taught.sequences[name].steps)} steps"
+            if is_sequence
+            else _tip(listed.taught.points[name], arm)
+        )
+        for is_sequence, name in listed.rows
+    ]
+
+
+def none_yet(keys: Keyboard) -> str:
+    """Say how the first point is made."""
+    return f"no points yet: {keys.label('points-teach')} names the place where the arm stands"
+
+
+def _tip(point: Point, arm: ArmGeometry) -> str:
+    x, y, z = arm.points(point.joints)[-1]
+    return f"x {x:.0f}  y {y:.0f}  z {z:.0f}"
+
+
+def point_text(point: Point) -> str:
+    """Say all that is known of a point."""
+    lines = [words(str(point.joints))]
+    if point.opening_mm is not None:
+        lines.append(f"gripper {point.opening_mm:.1f} mm (unchanged)")
+    taught = "" if point.taught is None else f"taught {point.taught:%Y-%m-%d %H:%M}"
+    lines += [part for part in (taught, point.note) if part]
+    return "\n".join(lines)
+
+
+def sequence_lines(
+    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None = None
+) -> Iterator[Span]:
+    """Lay the steps out around the next or the marked one, and say what the keys would do."""
+    total, middle = len(stepper.steps), stepper.at if marked is None else marked
+    first = max(min(middle - STEPS_SHOWN // 2, total - STEPS_SHOWN), 0)
+    for index, step in enumerate(stepper.steps[first : first + STEPS_SHOWN], first):
+        mark = (">" if index == stepper.at else " ") + ("*" if index == marked else " ")
+        style = CURRENT_STYLE if index == stepper.at else DONE_STYLE * (index < stepper.at)
+        yield f"{mark}{index + 1:>3} {'done ' * (index < stepper.at)}{step}", style
+    for line in _step_keys(stepper, keys, stepping=stepping, marked=marked is not None):
+        yield line, ""
+
+
+def _step_keys(stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: bool) -> Iterator[str]:
+    if marked:
+        drop, sooner = keys.label("points-step-drop"), keys.label("points-step-sooner")
+        later, change = keys.label("points-step-later"), keys.label("points-step-change")
+        yield f"* {change} changes it, {drop} twice: out; {sooner} {later}: sooner, later"
+    grip, wait = keys.label("points-grip"), keys.label("points-wait")
+    yield f"{grip} adds a gripper step, {wait} a wait"
+    if stepper.at == len(stepper.steps):
+        yield f"at its end: {keys.label('points-rewind')} starts over"
+    switch = keys.label("points-stepping")
+    if not stepping:
+        yield f"{switch} lets single steps be made"
+        return
+    yield f"STEPPING [{switch}]  {keys.label('points-forward')} next step"
+    if stepper.before is not None:
+        yield f"{keys.label('points-backward')} back to {stepper.before[1]}"
+
+
+def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
+    """Say how a point is gone to."""
+    way = "straight line" if line else "joint motion"
+    slower, faster = keys.label("points-slower"), keys.label("points-faster")
+    return f"{way} [{keys.label('points-line')}]  speed {speed:.0%} [{slower} {faster}]"
+
+
+def naming_text(naming: PointNaming, keys: Keyboard) -> str:
+    """Show the name as it is typed."""
+    enter, stop = keys.label("points-go"), keys.label("stop")
+    reason = _WRONG.get(naming.purpose, _WRONG_NAME)
+    wrong = "" if naming.good or not naming.text else f"  ({reason})"
+    hint = "  (or type another)" if naming.offered else wrong
+    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"
+
 
 OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
 OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
@@ -44,11 +146,11 @@ class PointsScreen(DeskScreen):
         self.planned = PlannedMove(desk, self.goal)
         self.sequence = SequenceRun(desk)
         self.selection = PointSelection(desk, self._selection_changed)
-        self.names = NameEntry(desk, self.disarm)
+        self.names = NameEntry(self.disarm)
         self.steps = StepEdits(
-            desk, self.selection, self.names, self.confirmation, self.sequence.says_busy
+            desk, self.selection, self.names, self.confirmation, self.sequence.require_standstill
         )
-        self.motion = PointMotion(desk, self.steps, self.planned.forget_press)
+        self.motion = PointMotion(self.steps, self.planned.forget_press)
         self.points = PointEdits(desk, self.selection, self.names, self.confirmation, self.motion)
 
     def disarm(self, reason: str) -> None:  # noqa: ARG002 - as every screen
@@ -96,44 +198,43 @@ class PointsScreen(DeskScreen):
     def show_body(self, status: Status) -> None:
         """Show the list, what is chosen, and what the motion to it would be."""
         self.selection.reread()
-        self.confirmation.act_if_due()
+        with self.desk.reporting_refusals():
+            self.confirmation.act_if_due()
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, arm = self.desk.keys, self.desk.arm.model.arm
         listed = self.selection.listed
-        rows = point_text.list_rows(listed, arm)
-        self.query_one(ChoiceList).show_rows(
-            rows or [point_text.none_yet(keys)], listed.at if rows else None
-        )
+        rows = list_rows(listed, arm)
+        self.query_one(ChoiceList).show_rows(rows or [none_yet(keys)], listed.at if rows else None)
         self.text("chosen").show_lines(self._chosen_lines())
         self.text("chosen").display = bool(self.text("chosen").shown)
         self.show_panel("how", self._how_text())
-        ahead = move_text.short_text(fresh) if fresh is not None else ""
+        ahead = short_text(fresh) if fresh is not None else ""
         self.show_panel("ahead", self.desk.spoken(ahead))
         self.show_panel("begin", self._begin_text(status, fresh is not None))
 
     def _chosen_lines(self) -> Iterator[Span]:
         sequence, point = self.sequence, self.selection.listed.point
         if sequence.stepper is not None:
-            yield from point_text.sequence_lines(
+            yield from sequence_lines(
                 sequence.stepper,
                 self.desk.keys,
                 stepping=sequence.stepping,
                 marked=self.selection.marked,
             )
         elif point is not None:
-            yield point_text.point_text(point), ""
+            yield point_text(point), ""
 
     def _how_text(self) -> str:
         if self.selection.listed.point is None:
             return ""
         motion = self.motion
-        return point_text.how_text(line=motion.line, speed=motion.speed, keys=self.desk.keys)
+        return how_text(line=motion.line, speed=motion.speed, keys=self.desk.keys)
 
     def _begin_text(self, status: Status, fresh: bool) -> str:
         keys = self.desk.keys
         if self.names.naming is not None:
-            return point_text.naming_text(self.names.naming, keys)
+            return naming_text(self.names.naming, keys)
         if self.sequence.busy:
             paused = "PAUSED: " * status.paused
             return f"{paused}UNDER WAY, {keys.label('points-pause')} pauses or goes on, space stops"
@@ -158,17 +259,18 @@ class PointsScreen(DeskScreen):
 
     def take_typed(self, event: events.Key) -> bool:
         """Type the name that is asked for; other keys go on to the table of keys."""
-        return event.character is not None and self.names.type(event.character)
+        with self.desk.acting():
+            return event.character is not None and self.names.type(event.character)
 
     def action_choose(self, by: int) -> None:
         """Go to another row."""
-        if not self.sequence.says_busy():
-            self.selection.show(self.selection.listed.moved(by))
-            self.desk.show()
+        self.sequence.require_standstill()
+        self.selection.show(self.selection.listed.moved(by))
 
     def _choose(self, row: int) -> None:
         """Go to the row that was clicked."""
-        self.action_choose(row - self.selection.listed.at)
+        with self.desk.acting():
+            self.action_choose(row - self.selection.listed.at)
 
     def action_press_go(self) -> None:
         """Take the name, or one press of the two that move the arm."""
@@ -176,9 +278,10 @@ class PointsScreen(DeskScreen):
             self.names.enter()
         elif self.sequence.stepper is None:
             self.planned.press()
-        elif not self.desk.link.says_lost() and not self.sequence.says_busy():
+        else:
+            self.desk.link.require()
+            self.sequence.require_standstill()
             self.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
-            self.desk.show()
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or let it go on."""

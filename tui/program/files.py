@@ -13,7 +13,7 @@ from armdrive.programs.problems import ProgramError, lines_of
 from armdrive.programs.program import ENDING, ArmProgram, Program, read_program
 from armdrive.storage.files import stamp_of
 from armdrive.text.reading import read_text
-from tui.screens import ScreenHost
+from tui.desk import Desk
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class ProgramFiles:
     """Lists the programs of a folder, and reads the chosen one again whenever it has changed."""
 
     def __init__(
-        self, desk: ScreenHost, folder: Path, named: Path | None, changed: Callable[[], None]
+        self, desk: Desk, folder: Path, named: Path | None, changed: Callable[[], None]
     ) -> None:
         """`named` is chosen at first. `changed` is called when another program is shown."""
         self.folder = folder

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.text.reading import read_text
-from tui.conduct import View
-from tui.painting import PlainText, Span
+from tui.safety import View
+from tui.widgets import PlainText, Span
 
 CURRENT_STYLE = "bold reverse $primary"
 DONE_STYLE = "dim"

@@ -1,31 +1,116 @@
-"""Runs a program from the desk, and knows for the screen where it is and what it waits for.
+"""Rehearses and runs a program from the desk, and knows where it is and what it waits for.
 
-The program runs in a thread. It ends as other motion of the desk does: a stop ends it at once.
-Leaving the screen, a dialog, a lost focus or link let a motion that is under way come to its end,
-begin no other one, and end a wait.
+A rehearsal happens on a simulated copy of the arm, in a thread; nothing moves. The program itself
+runs in a thread as well. It ends as other motion of the desk does: a stop ends it at once. Leaving
+the screen, a dialog, or a lost focus or link let a motion that is under way come to its end, begin
+no other one, and end a wait.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
 
-from armdrive.errors import ArmError, Stopped
+from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal
-from armdrive.programs.problems import mark_of
-from armdrive.programs.program import Machine
+from armdrive.programs.problems import ProgramError, mark_of
+from armdrive.programs.program import ArmProgram, Machine, Program
 from armdrive.programs.progress import RunView, duration, line_words
-from armdrive.programs.rehearsal import Rehearsal
-from armdrive.programs.running import BREATH_S, Performer, ProgramRun
+from armdrive.programs.rehearsal import (
+    CHECK_S,
+    Patience,
+    Rehearsal,
+    RehearsedSoFar,
+    SeenArm,
+    rehearse,
+)
+from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunPlan
+from armdrive.status import Status
 from kinematics.errors import KinematicsError
+from tui.desk import Desk
 from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.program.files import CheckedProgram
-from tui.program.rehearsing import arm_of, plan_of
-from tui.program.text import reason
-from tui.screens import ScreenHost
+
+
+def reason(error: Exception) -> str:
+    """Return what went wrong, without the lines of the program, which the screen shows."""
+    problems = error.problems if isinstance(error, ProgramError) else ()
+    return problems[0].text if problems else str(error)
+
+
+def plan_of(program: Program, desk: Desk) -> RunPlan:
+    """Return the plan of one run of a program on the desk's arm."""
+    return RunPlan(ArmProgram(program, desk.arm.config).machine)
+
+
+class ProgramRehearsal:
+    """The rehearsal of the chosen program. It holds as long as the arm stands where it stood."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.far: RehearsedSoFar | None = None
+        """How far the rehearsal under way has come, after its first second."""
+        self._desk = desk
+        self._number = 0  # of the rehearsal that counts: earlier ones end, and are dropped
+        self._working = False
+        self._found: Rehearsal | None = None
+        self._of: object = None
+
+    @property
+    def working(self) -> bool:
+        """Whether a rehearsal is under way."""
+        return self._working
+
+    def fresh(self, program: Program, status: Status) -> Rehearsal | None:
+        """Return what was found, if program and arm are still as they were rehearsed."""
+        return self._found if self._of == _seen(program, status) else None
+
+    def forget(self) -> None:
+        """Drop what was found, and end a rehearsal that is under way."""
+        self._number += 1
+        self._working, self._found, self._of, self.far = False, None, None, None
+
+    def begin(self, program: Program) -> None:
+        """Rehearse a program from where the arm stands."""
+        self.forget()
+        self._working, seen = True, _seen(program, self._desk.link.status)
+        self._desk.in_thread(partial(self._rehearse, program, seen, self._number))
+
+    def _rehearse(self, program: Program, seen: object, number: int) -> None:
+        found, message = None, ""
+        patience = Patience(CHECK_S, partial(self._note, number), partial(self._now_s, number))
+        try:
+            plan = plan_of(program, self._desk)
+            found = rehearse(SeenArm.of(self._desk.arm), plan, patience)
+        except ArmError as error:
+            message = str(error)
+        finally:
+            self._desk.call_from_thread(self._keep, number, seen, found, message)
+
+    def _now_s(self, number: int) -> float:
+        """Return the time; a rehearsal that does not count any more has run out of it."""
+        return time.monotonic() if number == self._number else math.inf
+
+    def _note(self, number: int, far: RehearsedSoFar) -> None:
+        if number == self._number:
+            self.far = far
+
+    def _keep(self, number: int, seen: object, found: Rehearsal | None, message: str) -> None:
+        if number != self._number:
+            return
+        self._working, self.far = False, None
+        self._found, self._of = found, seen
+        if message:
+            self._desk.message = message
+        self._desk.show()
+
+
+def _seen(program: Program, status: Status) -> object:
+    return program.digest, status.acknowledged, status.trust
+
 
 PRINTS_KEPT = 50
 """Lines that a program has printed and that are kept for the screen."""
@@ -37,7 +122,7 @@ PLACE = "program"
 class DeskRun:
     """The run of a program, or how the last one ended."""
 
-    def __init__(self, desk: ScreenHost) -> None:
+    def __init__(self, desk: Desk) -> None:
         self.busy = False
         """Whether a program is running."""
         self.stepping = False
@@ -94,27 +179,25 @@ class DeskRun:
     def switch_stepping(self) -> None:
         """Have the program wait before each motion, or no longer."""
         self.stepping = not self.stepping
-        self._desk.show()
 
     def switch_pause(self) -> None:
         """Pause the program, or let it go on."""
-        if self.busy:
-            self._desk.link.switch_pause(PLACE)
-        else:
-            self._desk.say("no program is running")
+        if not self.busy:
+            raise BadRequest("no program is running")
+        self._desk.link.switch_pause(PLACE)
 
     def forward(self) -> None:
         """Let a program go on that waits for the person; a key that is held does not count."""
         counts = self._press.counts()
         if not self.asks:
-            self._desk.say("the program does not wait for you")
-        elif counts:
+            raise BadRequest("the program does not wait for you")
+        if counts:
             self._desk.arm.resume()
 
     # -- the run, in its thread ---------------------------------------------------------------
 
     def _carry_out(self, checked: CheckedProgram, stops: int) -> None:
-        program, arm = checked.program, arm_of(self._desk)
+        program, arm = checked.program, self._desk.arm
         if program is None:
             return
         try:
@@ -178,7 +261,7 @@ class DeskRun:
 
     def hold(self, text: str, over: Callable[[], bool]) -> None:
         """Pause the arm until a key or another program resumes it, or until `over()`."""
-        arm = arm_of(self._desk)
+        arm = self._desk.arm
         self._desk.link.paused_at = PLACE
         arm.pause()
         self.asks = text or "the program waits for you"

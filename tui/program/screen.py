@@ -3,26 +3,107 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 
+from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable
+from armdrive.programs.progress import RunView, duration
+from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
 from tui.arm_view import SpaceView
-from tui.choices import ChoiceList
-from tui.keys.keyboard import bindings
+from tui.desk import Desk, DeskScreen
+from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.presses import DoublePress
-from tui.painting import Span
-from tui.program import text as program_text
+from tui.move.planned import progress_bar
 from tui.program.files import ProgramFiles
 from tui.program.lines import LinesToShow, ProgramLines
-from tui.program.rehearsing import ProgramRehearsal
-from tui.program.running import DeskRun
-from tui.screens import DeskScreen, ScreenHost, panels
+from tui.program.running import DeskRun, ProgramRehearsal, reason
+from tui.widgets import ChoiceList, Span, panels
+
+WARN = "$warning"
+WRONG = "$error"
+
+
+def file_name(path: Path, folder: Path) -> str:
+    """Return the name of a file, with its folder if that is another one."""
+    return path.name if path.parent == folder else str(path)
+
+
+def mistakes(error: str, path: Path) -> str:
+    """Return what is wrong with a program, without the name of its file in each line."""
+    return error.replace(f"{path}: ", "")
+
+
+def none_found(folder: Path) -> str:
+    """Say that there is no program, and how one is named."""
+    return f"no program (.arm) in {folder}: `armdrive jog --program FILE` names one"
+
+
+def checked_lines(keys: Keyboard) -> Iterator[Span]:
+    """Say what can be done with a program that was read and has no mistakes."""
+    yield "checked: no mistakes", "$success"
+    yield f"{keys.label('program-rehearse')} rehearses it: nothing moves", ""
+
+
+def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
+    """Say how far a rehearsal has come."""
+    yield "REHEARSING: nothing moves", "$primary"
+    if far is not None:
+        yield f"line {far.mark.line}, {far.acts} acts, {duration(far.took_s)} of the arm's time", ""
+
+
+def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator[Span]:
+    """Say what a rehearsal found; `half` means that one press of two has been made."""
+    if found.refusal is not None:
+        where = "" if found.at is None else f" IN LINE {found.at.line}"
+        yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
+    else:
+        acts = sum(map(len, found.loops))
+        yield f"rehearsed: {duration(found.took_s)}, {acts} acts{found.end_words}", "$success"
+        go = keys.label("program-go")
+        if half:
+            yield f"{go} AGAIN RUNS IT; a change takes that back", WARN
+        else:
+            yield f"{go} twice runs it: THE ARM MOVES", ""
+    for each in found.assumptions:
+        yield f"assumed: {each}", "dim"
+
+
+def running_lines(
+    run: RunView, asks: str, keys: Keyboard, *, paused: bool, stepping: bool
+) -> Iterator[Span]:
+    """Say where a running program is, what it waits for, and how it is stopped."""
+    view = run.view()
+    percent, left_s = view.get("percent"), view.get("left_s")
+    if percent is not None:
+        left = "" if left_s is None else f", {duration(left_s)} left"
+        yield f"{progress_bar(percent / 100)}{left}", "$primary"
+    forward, pause, stop = (
+        keys.label(name) for name in ("program-forward", "program-pause", "stop")
+    )
+    if asks:
+        yield f"WAITS FOR YOU: {asks}", WARN
+        yield f"{forward} or {pause} lets it go on, {stop} ends it", ""
+        return
+    if view.get("waiting"):
+        yield f"{view['waiting']} ({duration(run.under_way_s)} so far)", WARN
+    yield f"{'PAUSED: ' * paused}{pause} pauses or goes on, {stop} stops", WARN if paused else ""
+    if stepping:
+        yield "STEPPING: waits for you before the next motion", ""
+
+
+def ended_lines(outcome: str, file: str, *, failed: bool) -> Iterator[Span]:
+    """Say how the last run ended, and how to resume one that ended early."""
+    yield outcome, WRONG if failed else "$success"
+    if failed:
+        yield f"`armdrive run {file} --resume`, on the same arm, goes on from there", ""
+
 
 PAGE = 8
 """Lines by which a page key scrolls the program."""
@@ -34,7 +115,7 @@ PRINTS_SHOWN = 4
 class ProgramStart:
     """The way from a chosen program to its run: a rehearsal, then two presses of a key."""
 
-    def __init__(self, desk: ScreenHost, files: ProgramFiles, run: DeskRun) -> None:
+    def __init__(self, desk: Desk, files: ProgramFiles, run: DeskRun) -> None:
         self.rehearsal = ProgramRehearsal(desk)
         self._desk = desk
         self._files = files
@@ -59,32 +140,27 @@ class ProgramStart:
     def rehearse(self) -> None:
         """Rehearse the chosen program. Nothing moves."""
         self.forget_press()
-        program = None if self._files.checked is None else self._files.checked.program
         if self._run.busy:
-            self._desk.say("the program is running: space stops it")
-        elif program is None:
-            self._desk.say("choose a program without mistakes first")
-        else:
-            self._desk.message = ""
-            self._run.forget()
-            self.rehearsal.begin(program)
-            self._desk.show()
+            raise BadRequest("the program is running: space stops it")
+        program = None if self._files.checked is None else self._files.checked.program
+        if program is None:
+            raise BadRequest("choose a program without mistakes first")
+        self._desk.message = ""
+        self._run.forget()
+        self.rehearsal.begin(program)
 
     def press(self) -> None:
         """Take one press of the two that run the program, or rehearse it first."""
-        desk = self._desk
-        if desk.link.says_lost():
-            return
-        if (why := self._why_not()) is None:
+        self._desk.link.require()
+        why = self._why_not()
+        if why is None:
             self._presses.press()
-            desk.show()
             return
         self._presses.refuse()
         if why:
-            desk.say(why)
-        else:
-            self.rehearse()
-            desk.say("it is rehearsed first; then pressed twice, this key runs it")
+            raise BadRequest(why)
+        self.rehearse()
+        self._desk.message = "it is rehearsed first; then pressed twice, this key runs it"
 
     def _why_not(self) -> str | None:
         """Return why the program cannot run now: empty if it is to be rehearsed; None if it can."""
@@ -181,7 +257,7 @@ class ProgramScreen(DeskScreen):
         run, files = self.run, self.files
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
         programs = self.query_one(ChoiceList)
-        names = [program_text.file_name(each, files.folder) for each in files.paths]
+        names = [file_name(each, files.folder) for each in files.paths]
         programs.show_rows(names, files.at if names else None)
         programs.display = bool(files.paths) and not run.busy
         self._show_lines()
@@ -204,27 +280,27 @@ class ProgramScreen(DeskScreen):
     def _run_lines(self, status: Status) -> Iterator[Span]:
         run, keys, checked = self.run, self.desk.keys, self.files.checked
         if run.busy:
-            yield from program_text.running_lines(
+            yield from running_lines(
                 run.view, run.asks, keys, paused=status.paused, stepping=run.stepping
             )
             return
         if not self.files.paths:
-            yield program_text.none_found(self.files.folder), ""
+            yield none_found(self.files.folder), ""
         elif checked is None:
             yield "reading it ...", ""
         elif checked.program is None:
-            yield program_text.mistakes(checked.error, checked.path), program_text.WRONG
+            yield mistakes(checked.error, checked.path), WRONG
         else:
             if run.outcome:
-                file, failed = program_text.file_name(checked.path, self.files.folder), run.failed
-                yield from program_text.ended_lines(run.outcome, file, failed=failed)
+                file, failed = file_name(checked.path, self.files.folder), run.failed
+                yield from ended_lines(run.outcome, file, failed=failed)
             found = self.start.rehearsal.fresh(checked.program, status)
             if self.start.rehearsal.working:
-                yield from program_text.rehearsing_lines(self.start.rehearsal.far)
+                yield from rehearsing_lines(self.start.rehearsal.far)
             elif found is not None:
-                yield from program_text.rehearsed_lines(found, keys, half=self.start.half_confirmed)
+                yield from rehearsed_lines(found, keys, half=self.start.half_confirmed)
             elif not run.outcome:
-                yield from program_text.checked_lines(keys)
+                yield from checked_lines(keys)
         if run.stepping:
             yield f"STEPPING [{keys.label('program-stepping')}]: waits before each motion", ""
 
@@ -232,19 +308,18 @@ class ProgramScreen(DeskScreen):
 
     def action_choose(self, by: int) -> None:
         """Choose another program."""
-        self._choose(self.files.at + by)
+        if self.run.busy:
+            raise BadRequest("the program is running: space stops it")
+        self.desk.message = ""
+        self.files.choose(self.files.at + by)
 
     def _choose(self, row: int) -> None:
-        if self.run.busy:
-            self.desk.say("the program is running: space stops it")
-        else:
-            self.desk.message = ""
-            self.files.choose(row)
-            self.desk.show()
+        """Choose the program that was clicked."""
+        with self.desk.acting():
+            self.action_choose(row - self.files.at)
 
     def action_turn_page(self, by: int) -> None:
         """Scroll the lines of the program."""
         checked = self.files.checked
         last = 0 if checked is None else max(len(checked.lines) - PAGE, 0)
         self._top = min(max(self._top + by * PAGE, 0), last)
-        self.desk.show()

@@ -9,10 +9,9 @@ from armdrive.render.scene import Moment
 from armdrive.setup.directions import TRIAL_SPEED, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
+from tui.desk import Desk
 from tui.keys.presses import SinglePress
-from tui.screens import ScreenHost
-from tui.setup.arm_file import Correction
-from tui.setup.stage import Go, SetupStage, StageText
+from tui.setup.stages import Correction, Go, SetupStage, StageText
 
 HELD_S = 0.5
 """A press sooner than this after the one before is a key that is held: it turns nothing."""
@@ -24,7 +23,7 @@ ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "set
 class MotorsStage(SetupStage):
     """Each motor alone: `t` turns it and brings it back, other keys say what was seen."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage) -> None:
+    def __init__(self, desk: Desk, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
         status = desk.link.status
         known = status.joints if status.trust is Trust.REFERENCED else None
@@ -143,8 +142,9 @@ class MotorsStage(SetupStage):
 
     def turn(self) -> None:
         """Turn the motor there, or back: one press, one turn; a key that is held is none."""
-        if not self._press.counts() or self._turning or self.desk.link.says_lost():
+        if not self._press.counts() or self._turning:
             return
+        self.desk.link.require()
         state, keys = self.desk.link.status.state, self.desk.keys
         if state is not State.STANDBY:
             mends = {State.DISABLED: f": {keys.label('motors')} switches the motors on",

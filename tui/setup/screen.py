@@ -11,20 +11,17 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
 from armdrive.setup.directions import SawMotion
 from armdrive.setup.filing import file_of
 from armdrive.status import Status
-from kinematics.errors import KinematicsError
 from tui.arm_view import SpaceView
-from tui.choices import ChoiceList
+from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import bindings
-from tui.painting import PlainText
-from tui.screens import DeskScreen, ScreenHost
-from tui.setup.arm_file import InterviewAsking, Ports
 from tui.setup.motors import ANSWERS, MotorsStage
-from tui.setup.stage import Go, SetupStage, StageText
+from tui.setup.stages import Go, InterviewAsking, Ports, SetupStage, StageText
+from tui.widgets import ChoiceList, PlainText
 
 # The first stage of setting up: the steps, which of them can be taken here, and why not.
 
@@ -40,7 +37,7 @@ STEPS = (
 class Steps(SetupStage):
     """The steps. Those that need another arm than the desk's say how to come to it."""
 
-    def __init__(self, desk: ScreenHost, go: Go, path: Path | None) -> None:
+    def __init__(self, desk: Desk, go: Go, path: Path | None) -> None:
         super().__init__(desk, go)
         self.path = path
         self._motors: MotorsStage | None = None
@@ -156,7 +153,8 @@ class SetupScreen(DeskScreen):
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
         del status
-        self.stages.try_to(self.stage.due)
+        with self.desk.reporting_refusals():
+            self.stage.due()
         view, moment = self.query_one(SpaceView), self.stage.moment()
         self.query_one("#arm").display = moment is not None
         view.show(moment or Moment())
@@ -171,7 +169,8 @@ class SetupScreen(DeskScreen):
         character = event.character
         if not (self.stage.typing and character and character.isprintable() and character != " "):
             return False
-        self.stages.do(lambda: self.stage.type(character))
+        with self.desk.acting():
+            self.stages.do(lambda: self.stage.type(character))
         return True
 
 
@@ -182,18 +181,10 @@ class StageKeys:
         self._screen = screen
         self._desk = screen.desk
 
-    def try_to(self, action: Callable[[], object]) -> None:
-        """Do this, and show an error as the message."""
-        try:
-            action()
-        except (ArmError, KinematicsError, OSError) as error:
-            self._desk.message = str(error)
-
     def do(self, action: Callable[[], object]) -> None:
-        """Do what a key means, and show what came of it."""
+        """Do what a key means; the last message was about another one."""
         self._desk.message = ""
-        self.try_to(action)
-        self._desk.show()
+        action()
 
     def enter(self) -> None:
         """Do what is marked."""
@@ -201,14 +192,14 @@ class StageKeys:
 
     def mark(self, by: int) -> None:
         """Mark another line, or scroll a text."""
-        if self._screen.stage.mark(by):
-            self.do(lambda: None)
-        else:
+        self._desk.message = ""
+        if not self._screen.stage.mark(by):
             self._screen.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
 
     def mark_row(self, row: int) -> None:
         """Mark the line that was clicked."""
-        self.mark(row - (self._screen.stage.text().marked or 0))
+        with self._desk.acting():
+            self.mark(row - (self._screen.stage.text().marked or 0))
 
     def skip(self) -> None:
         """Go on without opening the port."""
@@ -224,21 +215,19 @@ class StageKeys:
 
     def turn(self) -> None:
         """Turn the motor, or bring it back."""
-        if motors := self._motors():
-            self.do(motors.turn)
+        self.do(self._motors().turn)
 
     def saw(self, what: str) -> None:
         """Take what was seen of the motor."""
-        if motors := self._motors():
-            self.do(lambda: motors.saw(SawMotion[what]))
+        motors = self._motors()
+        self.do(lambda: motors.saw(SawMotion[what]))
 
     def another(self) -> None:
         """Take that another motor's part moved."""
-        if motors := self._motors():
-            self.do(motors.another)
+        self.do(self._motors().another)
 
-    def _motors(self) -> MotorsStage | None:
-        if isinstance(self._screen.stage, MotorsStage):
-            return self._screen.stage
-        self._desk.say("that is for checking motors: choose that step first")
-        return None
+    def _motors(self) -> MotorsStage:
+        """Return the stage that checks motors. Raises `BadRequest` at another one."""
+        if not isinstance(self._screen.stage, MotorsStage):
+            raise BadRequest("that is for checking motors: choose that step first")
+        return self._screen.stage

@@ -14,20 +14,17 @@ from textual.binding import BindingType
 from textual.containers import Container
 from textual.screen import Screen
 
-from armdrive.errors import KeyFileError
 from armdrive.render.canvas import can_braille
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
-from tui.dialogs import Dialogs
-from tui.frame import KeyLine
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of, label
-from tui.keys.rows import DeskKey
-from tui.keys.table import LETTERS, STOP, JogPair, words
-from tui.painting import PlainText
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
+from tui.keys.remap import checked
+from tui.keys.table import LETTERS, STOP, DeskKey, JogPair, words
 from tui.settings import INCREMENTS
 from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
+from tui.widgets import KeyLine, PlainText
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
@@ -64,17 +61,7 @@ def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
     Raises `KeyFileError` where a file of keys gives one key to two of them: on the desk they may
     be far apart.
     """
-    rows = tuple(_rows(keys))
-    owners: dict[str, DeskKey] = {}
-    for row in rows:
-        for key in row.keys if row.place in ("", PLACE) else ():
-            other = owners.setdefault(key, row)
-            if other is not row:
-                raise KeyFileError(
-                    f"with a model, {label(key)} would be both {other.id} and {row.id}: give one "
-                    "of them another key"
-                )
-    return ModelKeyboard(rows)
+    return checked(ModelKeyboard(tuple(_rows(keys))), "with a model")
 
 
 def model_pairs(joints: Sequence[str], axes: Sequence[str]) -> tuple[JogPair, ...]:
@@ -207,14 +194,9 @@ class ModelAdjustments:
         self._hand.cartesian = not self._hand.cartesian
         self._say("")
 
-    def finer(self) -> None:
-        """Make the increment smaller."""
-        self._hand.coarser(-1)
-        self._say("")
-
-    def coarser(self) -> None:
-        """Make the increment larger."""
-        self._hand.coarser(1)
+    def change_step(self, by: int) -> None:
+        """Make the increment smaller or larger."""
+        self._hand.coarser(by)
         self._say("")
 
 
@@ -240,7 +222,7 @@ class ModelScreen(Screen[None]):
         yield PlainText(id="title")
         with Container(id="body"):
             yield TheoryPanel(self.desk.hand.subject, self._numbers, braille=self.desk.braille)
-        yield PlainText(id="remarks")
+        yield PlainText(id="messages")
         yield KeyLine(id="footer")
 
     def on_mount(self) -> None:
@@ -263,7 +245,7 @@ class ModelScreen(Screen[None]):
         desk, width = self.desk, self.size.width
         step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
         self._text("title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
-        self._text("remarks").show(f"{step}\n! {desk.message}" if desk.message else step)
+        self._text("messages").show(f"{step}\n! {desk.message}" if desk.message else step)
         self.query_one(KeyLine).show_keys(desk.keys.next_keys(PLACE), width)
         self.panel.show(desk.hand.study)
 
@@ -320,33 +302,32 @@ class ModelDesk(KeyApp):
     )
 
     def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
-        super().__init__()
+        super().__init__(model_keys(keys))
         self.hand = ModelHand(subject)
+        self.pairs = self.hand.pairs
         self.braille = braille
-        self.keys = model_keys(keys)
-        self.stop_keys = self.keys.of(STOP)
-        self.dialogs = Dialogs(
-            self, self.keys, self.hand.pairs, place=lambda: PLACE, disarm=lambda _: None
-        )
-        self.message = ""
+
+    @property
+    def place(self) -> str:
+        """The one place where all keys of a model count."""
+        return PLACE
+
+    @property
+    def keys_bound(self) -> Sequence[DeskKey]:
+        """The rows of a model, as the table has them."""
+        return model_keys().rows
 
     def get_default_screen(self) -> ModelScreen:
         """Return the only screen."""
         return ModelScreen()
 
-    def on_mount(self) -> None:
-        """Take the keys of the user's own file."""
-        self.set_keymap(self.keys.keymap(model_keys().rows))
-
-    def say(self, message: str) -> None:
-        """Show the model with a remark; an empty one takes the last away."""
-        self.message = message
+    def show(self) -> None:
+        """Show the model as it stands."""
         cast("ModelScreen", self.screen_stack[0]).show()
 
     def action_stop_arm(self) -> None:
         """Close what lies over the model, and say that nothing moves."""
-        while len(self.screen_stack) > 1:
-            self.pop_screen()
+        self.close_dialogs()
         self.say("there is nothing to stop: no arm is connected")
 
     def action_leave(self) -> None:

@@ -1,4 +1,7 @@
-"""The theory of a posture: the arm in space, its joints, and pages of matrices."""
+"""The theory of a posture: the arm in space, its joints, and pages of matrices.
+
+The theory screen says what the lecture notes say of the arm as it stands. It moves nothing.
+"""
 
 from __future__ import annotations
 
@@ -6,29 +9,34 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import zip_longest
-from typing import cast
+from typing import ClassVar, cast
 
 from textual.app import ComposeResult
+from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
+from textual.geometry import Size
 
 from armdrive.render.camera import Dome
 from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.frame_steps import StepDrawing
 from armdrive.render.scene import Moment, SceneSpace
+from armdrive.status import Status
 from kinematics.chains.assignment import assign_frames
 from kinematics.chains.links import Convention, JointKind
 from kinematics.presets import ArmModel
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections, wrapped
-from kinematics.textbook.study import Study, Subject, searched
+from kinematics.textbook.stepping import axes_of
+from kinematics.textbook.study import Study, Subject, searched, study, subject_of_arm
 from kinematics.textbook.systems.named import NamedSingularity
 from kinematics.textbook.thirteen_steps import assignment_steps, axes_lines, result_lines
 from kinematics.textbook.worked_example import ExampleSection
 from tui.app import HoldAlarm, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import bar
-from tui.keys.keyboard import Keyboard
+from tui.desk import DeskScreen
+from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import JogPair, spoken, words
-from tui.painting import PlainText
+from tui.widgets import PlainText
 
 Numbers = Callable[[Study, int], str]
 
@@ -89,7 +97,7 @@ class TheoryPanel(Horizontal):
         view = self.query_one(SpaceView)
         view.show(Moment(joints))
         view.show_drawing(None if self._walk is None else self._walk.drawing)
-        walks = self._walk is not None  # at zero: the present joints are no matter there
+        walks = self._walk is not None  # it shows the zero posture, not the present one
         left = self.query_one("#theory-left").size.width
         numbers, short = self._text("theory-numbers"), self._text("theory-summary")
         numbers.display = short.display = not walks
@@ -361,3 +369,66 @@ def _value(value: float, unit: str) -> str:
     if unit == "rad":
         return f"{round(math.degrees(value), 1) + 0.0:.1f}\N{DEGREE SIGN}"
     return f"{round(value, 1) + 0.0:.1f}mm"
+
+
+LOOK_S = 0.2
+"""Matrices of a moving arm are worked out no more often: its own thread comes first."""
+
+READ_ONLY = "read only: nothing here moves it"
+UNKNOWN_BUILD = "no theory is known of an arm of this build"
+
+
+class TheoryScreen(DeskScreen):
+    """Link table, matrices, Jacobian, singularities and solutions of the present posture."""
+
+    place = "theory"
+    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.subject: Subject | None = subject_of_arm(
+            self.desk.link.status.title, self.desk.arm.model.arm
+        )
+        self._key: tuple[tuple[float, ...] | None, Size] = (None, Size())
+        self._shown_s = -math.inf
+
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out; it says so where nothing is known of the arm's build."""
+        if self.subject is None:
+            yield PlainText(id="no-theory")
+        else:
+            yield TheoryPanel(self.subject, _numbers, braille=self.desk.braille)
+
+    def show_body(self, status: Status) -> None:
+        """Show what follows from the posture, as soon as it or the size has changed."""
+        if self.subject is None:
+            self.text("no-theory").show(UNKNOWN_BUILD)
+            return
+        panel = self.query_one(TheoryPanel)
+        values = None if status.joints is None else status.joints.angles_rad
+        key, now_s = (values, panel.size), self.desk.clock()
+        soon = key[1] == self._key[1] and now_s - self._shown_s < LOOK_S
+        if key == self._key or soon:
+            return
+        self._key, self._shown_s = key, now_s
+        panel.show(None if values is None else study(self.subject, values))
+
+    def action_turn(self, by: int) -> None:
+        """Turn pages."""
+        for panel in self.query(TheoryPanel):
+            panel.turn(by)
+
+    def action_symbols(self) -> None:
+        """Switch between numbers and symbols."""
+        for panel in self.query(TheoryPanel):
+            panel.switch_symbols()
+
+    def action_axes(self) -> None:
+        """Go on from the numbers to the thirteen steps, the other convention, and back."""
+        for panel in self.query(TheoryPanel):
+            panel.switch_axes()
+
+
+def _numbers(of: Study, width: int) -> str:
+    rows = joint_rows(of, width), axis_rows(of, axes_of(of.subject))
+    return "\n".join((READ_ONLY, *rows))

@@ -12,8 +12,13 @@ from armdrive.cli.learn.models import find_model
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.render.canvas import can_braille
-from armdrive.render.reach import reach_sketches, section_sketch
-from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from armdrive.render.sketch import (
+    Sketch,
+    reach_sketches,
+    save_sketches,
+    section_sketch,
+    sketch_rows,
+)
 from kinematics.presets import PRESETS, preset
 
 MOST_COLUMNS, MOST_ROWS = 110, 36

@@ -27,8 +27,9 @@ from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced
 from armdrive.registry import DEFAULT
 from armdrive.registry.simulate import simulate
 from armdrive.render.canvas import can_braille
-from armdrive.render.side_view import ArmScene, DrawnBox, side_view, top_view
+from armdrive.render.scene import Moment, posture_cameras, posture_rows
 from armdrive.sim.simulated_arm import SimulatedArm
+from kinematics.guards.shapes import Box
 
 FRAME_S = 1.0 / 15.0
 MOST_COLUMNS, MOST_ROWS = 110, 22
@@ -62,10 +63,16 @@ def _draw(
     columns, rows = shutil.get_terminal_size()
     width, height = min(columns - 1, MOST_COLUMNS), max(min(rows - 4, MOST_ROWS), 4)
     with between_steps(arm):
-        scene = _scene(twin)
+        joints, blocks = twin.world.joints, _blocks(twin)
+        moment = Moment(joints, twin.world.opening_mm)
     left = width * 3 // 5
-    side = side_view(scene, left, height, braille)
-    top = top_view(scene, width - left - 1, height, braille)
+    cameras = zip(posture_cameras(joints), (left, width - left - 1), strict=True)
+    side, top = (
+        posture_rows(
+            arm.config.model, moment, camera, cells, height, braille=braille, blocks=blocks
+        )
+        for camera, cells in cameras
+    )
     picture = [f"{a:<{left}} {b}" for a, b in zip(side, top, strict=True)]
     status = arm.status
     picture.append(f"{status.which}, shown {pace:g} times faster"[:width])
@@ -77,20 +84,17 @@ def _draw(
     return len(picture)
 
 
-def _scene(twin: SimulatedArm) -> ArmScene:
-    """Return the physical world as there is to draw."""
-    world = twin.world
-    geometry = world.body.arm
-    return ArmScene(
-        points=geometry.points(world.joints),
-        opening_mm=world.opening_mm,
-        base_rad=world.joints[0],
-        reach_mm=geometry.levers_mm(None)[0],
-        blocks=tuple(
-            DrawnBox(b.name, b.x_mm, b.y_mm, b.z_mm, b.width_mm, b.height_mm)
-            for b in world.scene.blocks.values()
-        ),
-    )
+def _blocks(twin: SimulatedArm) -> list[Box]:
+    """Return the blocks of the physical world as they lie, or are held, now."""
+    return [
+        Box(
+            block.name,
+            (block.x_mm - half, block.y_mm - half, block.z_mm),
+            (block.x_mm + half, block.y_mm + half, block.z_mm + block.height_mm),
+        )
+        for block in twin.world.scene.blocks.values()
+        for half in (block.width_mm / 2.0,)
+    ]
 
 
 # The simulated arm takes three blocks, measures each with its fingers, and stacks them.

@@ -12,7 +12,7 @@ from cli_calls import TRACEBACK, write_bench
 from running_bench import Keys, table_arm
 
 from armdrive import Arm
-from armdrive.arm import standing_in, stood_in
+from armdrive.arm import override_connections, overriding_arm
 from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
@@ -260,7 +260,10 @@ def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     ran = homed("run", write(STEPPED), "--step", code=0).out
     assert keys.taken == 3
-    assert "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): press" in ran
+    assert (
+        "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): press Enter"
+        in ran
+    )
     assert all(f"line {line}: arm." in ran for line in (4, 5))
 
 
@@ -330,13 +333,13 @@ def test_calls_within_calls_are_not_the_scripts(write):
 
 def test_the_latest_override_applies_and_none_remains_afterwards():
     one, two = object(), object()
-    with standing_in(lambda *_: one):
-        with standing_in(lambda *_: two):
+    with override_connections(lambda *_: one):
+        with override_connections(lambda *_: two):
             assert Arm.connect("sim:grbl") is two
         assert Arm.connect() is one
-        with standing_in(lambda *_: None), Arm.connect("sim:grbl") as arm:
+        with override_connections(lambda *_: None), Arm.connect("sim:grbl") as arm:
             assert arm.status.dialect == "grbl"
-    assert stood_in(None, {}) is None
+    assert overriding_arm(None, {}) is None
 
 
 def test_only_simulated_arms_meanwhile(monkeypatch):

@@ -1,4 +1,4 @@
-"""Lines, views and the choice of characters."""
+"""Lines, clipping, postures as rows of characters, and the choice of characters."""
 
 import math
 
@@ -6,91 +6,79 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.render.canvas import Canvas, can_braille
-from armdrive.render.side_view import ArmScene, DrawnBox, side_view, top_view
+from armdrive.render.camera import VIEWS
+from armdrive.render.canvas import Ink, can_braille, clip, raster
+from armdrive.render.scene import Moment, posture_cameras, posture_rows
+from kinematics import Joints, preset
+from kinematics.guards.shapes import Box
 
-REACH_MM = 452.0
-
-
-def posture(*, base_deg=0.0, links_deg=(60.0, -20.0, -80.0)):
-    """Points of an arm whose links stand at these elevations."""
-    base = math.radians(base_deg)
-    r, z = 0.0, 195.0
-    points = [(0.0, 0.0, 0.0), (0.0, 0.0, z)]
-    for length, elevation in zip((177.8, 177.8, 96.5), links_deg, strict=True):
-        r += length * math.cos(math.radians(elevation))
-        z += length * math.sin(math.radians(elevation))
-        points.append((r * math.cos(base), r * math.sin(base), z))
-    return tuple(points)
+MODEL = preset("teachmover")
 
 
-def scene(base_deg=0.0, opening_mm=30.0, **more):
-    return ArmScene(
-        posture(base_deg=base_deg), opening_mm, math.radians(base_deg), REACH_MM, **more
-    )
+def posture(base_deg=0.0, links_deg=(60.0, -80.0, -60.0)):
+    return Joints.of(base_deg, *links_deg, 0.0)
 
 
-def ink(rows):
+def drawn(joints, view, size=(60, 20), *, braille=True, opening_mm=30.0, **more):
+    camera = posture_cameras(joints)[view]
+    return posture_rows(MODEL, Moment(joints, opening_mm), camera, *size, braille=braille, **more)
+
+
+SIDE, TOP = 0, 1
+
+
+def marks(rows):
     """Cells that are not blank, as (column, row)."""
     return {(x, y) for y, row in enumerate(rows) for x, cell in enumerate(row) if cell != " "}
 
 
-def drawn(width, height, braille, *calls):
-    """Call the methods of an empty canvas, and return its rows."""
-    canvas = Canvas(width, height, braille=braille)
-    for method, *values in calls:
-        options = values.pop() if isinstance(values[-1], dict) else {}
-        getattr(canvas, method)(*values, **options)
-    return canvas.rows()
+def lines(width, height, *points, braille, ink=Ink.BASE):
+    """Draw a line through points, given in dots, on an empty raster."""
+    canvas = raster(width, height, braille=braille)
+    canvas.line(points, ink)
+    return canvas.painted().rows()
 
 
-SMALL_PICTURES = {
-    "a line along the top fills the upper dots of every braille cell": (
-        (3, 1, True), [("line", 0, 0, 5, 0)], ["⠉⠉⠉"],
-    ),
-    "a full braille cell has all eight dots": (
-        (1, 1, True), [("line", 0, row, 1, row) for row in range(4)], ["⣿"],
-    ),
-    "crossing ASCII lines meet in a plus": (
-        (3, 3, False), [("line", 0, 1, 2, 1), ("line", 1, 0, 1, 2)], [" | ", "-+-", " | "],
-    ),
-    "a faint mark gives way to a stroke drawn later": (
-        (3, 1, False), [("line", 0, 0, 2, 0, {"stroke": "."}), ("line", 0, 0, 2, 0)], ["---"],
-    ),
-    "a faint mark gives way to a stroke that is there": (
-        (3, 1, False), [("line", 0, 0, 2, 0), ("line", 0, 0, 2, 0, {"stroke": "."})], ["---"],
-    ),
-    "a marked joint is not crossed out by a line": (
-        (3, 1, False), [("dot", 1, 0, "o"), ("line", 0, 0, 2, 0)], ["-o-"],
-    ),
-    "text is clipped at every edge": (
-        (4, 1, True),
-        [("text", -1, 0, "abc"), ("text", 3, 0, "xyz"), ("text", 0, 1, "below"),
-         ("text", 0, -1, "above")],
-        ["bc x"],
-    ),
-    "a sparse line leaves dots out": (
-        (6, 1, False), [("line", 0, 0, 5, 0, {"every": 3})], ["-  -  "],
-    ),
-    "nothing is drawn on an empty canvas": (
-        (0, 0, True), [("line", 0, 0, 5, 5), ("dot", 0, 0)], [],
-    ),
-}  # fmt: skip
+@pytest.mark.parametrize(
+    ("size", "points", "braille", "rows"),
+    [
+        pytest.param((3, 1), [(0, 0), (5, 0)], True, ["⠉⠉⠉"], id="upper dots of braille cells"),
+        pytest.param(
+            (1, 1), [(0, 0), (0, 3), (1, 3), (1, 0)], True, ["⣿"], id="a full braille cell"
+        ),
+        pytest.param((0, 0), [(0, 0), (5, 5)], True, [], id="an empty canvas"),
+    ],
+)
+def test_a_small_picture(size, points, braille, rows):
+    assert lines(*size, *points, braille=braille) == rows
 
 
-@pytest.mark.parametrize(("size", "calls", "rows"), SMALL_PICTURES.values(), ids=SMALL_PICTURES)
-def test_a_small_picture(size, calls, rows):
-    assert drawn(*size, *calls) == rows
+@pytest.mark.parametrize(("above", "below"), [(Ink.BASE, Ink.TABLE), (Ink.JOINT, Ink.ARM)])
+@pytest.mark.parametrize("flipped", [False, True])
+def test_the_greater_ink_is_seen_whichever_was_drawn_first(above, below, flipped):
+    canvas = raster(3, 1, braille=False)
+    for ink in (below, above) if flipped else (above, below):
+        canvas.line([(0, 0), (2, 0)], ink)
+    assert canvas.painted().inks == bytes([above] * 3)
+
+
+@pytest.mark.parametrize(
+    ("column", "row", "text", "shown"),
+    [(-1, 0, "abc", "bc  "), (3, 0, "xyz", "   x"), (0, 1, "below", "    "), (0, -1, "up", "    ")],
+)
+def test_text_is_clipped_at_every_edge(column, row, text, shown):
+    canvas = raster(4, 1, braille=True)
+    canvas.text(column, row, text, Ink.WORD)
+    assert canvas.painted().rows() == [shown]
 
 
 @pytest.mark.parametrize(
     ("end", "stroke"), [((4, 0), "-"), ((0, 4), "|"), ((4, 4), "\\"), ((4, -4), "/")]
 )
 def test_ascii_lines_take_the_stroke_of_their_slope(end, stroke):
-    canvas = Canvas(5, 5, braille=False)
     down = 0 if end[1] >= 0 else 4
-    canvas.line(0, down, end[0], down + end[1])
-    assert {canvas.rows()[y][x] for x, y in ink(canvas.rows())} == {stroke}
+    rows = lines(5, 5, (0, down), (end[0], down + end[1]), braille=False)
+    assert {rows[y][x] for x, y in marks(rows)} == {stroke}
 
 
 anywhere = st.floats(-1e6, 1e6)
@@ -98,26 +86,19 @@ anywhere = st.floats(-1e6, 1e6)
 
 @given(anywhere, anywhere, anywhere, anywhere, st.booleans())
 def test_any_line_leaves_a_picture_of_the_right_size(x0, y0, x1, y1, braille):
-    canvas = Canvas(7, 3, braille=braille)
-    canvas.line(x0, y0, x1, y1)
-    assert [len(row) for row in canvas.rows()] == [7, 7, 7]
+    assert [len(row) for row in lines(7, 3, (x0, y0), (x1, y1), braille=braille)] == [7, 7, 7]
 
 
 @given(st.integers(0, 13), st.integers(0, 11), st.integers(0, 13), st.integers(0, 11))
-def test_a_line_is_the_same_from_either_end_at_its_ends(x0, y0, x1, y1):
+def test_a_line_is_drawn_at_its_ends_from_either_side(x0, y0, x1, y1):
     for start, end in (((x0, y0), (x1, y1)), ((x1, y1), (x0, y0))):
-        canvas = Canvas(7, 3, braille=True)
-        canvas.line(*start, *end)
-        cells = ink(canvas.rows())
-        assert (x0 // 2, y0 // 4) in cells
-        assert (x1 // 2, y1 // 4) in cells
+        cells = marks(lines(7, 3, start, end, braille=True))
+        assert {(x0 // 2, y0 // 4), (x1 // 2, y1 // 4)} <= cells
 
 
 @given(st.floats(-300, 300), st.floats(-300, 300))
 def test_every_dot_of_a_clipped_line_lies_on_the_whole_one(x, y):
-    canvas = Canvas(40, 20, braille=False)
-    canvas.line(20, 10, x, y)
-    dots = ink(canvas.rows())
+    dots = marks(lines(40, 20, (20, 10), (x, y), braille=False))
     dx, dy = x - 20, y - 10
     length = math.hypot(dx, dy)
     assert dots
@@ -126,75 +107,73 @@ def test_every_dot_of_a_clipped_line_lies_on_the_whole_one(x, y):
         assert off <= 1.0
 
 
-@pytest.mark.parametrize("view", [side_view, top_view])
+@given(anywhere, anywhere, anywhere, anywhere)
+def test_a_clipped_line_ends_on_the_canvas(x0, y0, x1, y1):
+    kept = clip((x0, y0, x1, y1), 30.0, 20.0)
+    assert kept is None or all(
+        0.0 <= value <= edge for value, edge in zip(kept, (30, 20) * 2, strict=True)
+    )
+
+
+# Postures, as a question shows them.
+
+
+@pytest.mark.parametrize("view", [SIDE, TOP])
 @pytest.mark.parametrize("braille", [True, False])
 @pytest.mark.parametrize("size", [(0, 0), (1, 1), (38, 11), (120, 40), (10, 60)])
 def test_a_view_fills_exactly_the_cells_it_was_given(view, braille, size):
-    rows = view(scene(), *size, braille)
+    rows = drawn(posture(), view, size, braille=braille)
     assert [len(row) for row in rows] == [size[0]] * size[1]
-
-
-def test_ascii_views_hold_nothing_but_ascii():
-    assert "".join(side_view(scene(), 60, 20, False) + top_view(scene(), 60, 20, False)).isascii()
+    assert braille or "".join(rows).isascii()
 
 
 def test_the_side_view_is_the_arms_own_plane_whatever_the_base():
-    assert side_view(scene(0.0), 60, 20, True) == side_view(scene(70.0), 60, 20, True)
+    """The letters of the table's axes alone go round."""
+    straight, turned, lower = (
+        drawn(joints, SIDE)[:17]  # without table and legend
+        for joints in (posture(), posture(70.0), posture(links_deg=(20.0, -80.0, -60.0)))
+    )
+    assert straight == turned
+    assert straight != lower
 
 
 def test_turning_the_base_left_moves_the_drawing_left():
-    arm_only = {}
+    middle = {}
     for base_deg in (60.0, -60.0):
-        rows = top_view(scene(base_deg), 61, 20, False)
-        arm_only[base_deg] = [x for x, y in ink(rows) if rows[y][x] in "o/\\"]
-    assert sum(arm_only[60.0]) / len(arm_only[60.0]) < 30
-    assert sum(arm_only[-60.0]) / len(arm_only[-60.0]) > 30
+        rows = drawn(posture(base_deg), TOP, (61, 20), braille=False)[1:-1]  # without words
+        middle[base_deg] = [x for x, y in marks(rows) if rows[y][x] in "o/\\"]
+    assert sum(middle[60.0]) / len(middle[60.0]) < 30 < sum(middle[-60.0]) / len(middle[-60.0])
 
 
 def test_both_axes_have_one_scale():
     """A square block is as many dots wide as it is high, with ASCII dots twice as tall."""
-    block = DrawnBox("", 0.0, 0.0, 400.0, 200.0, 200.0)
-    far = ArmScene(((0.0, 0.0, 0.0), (0.0, 0.0, 195.0)), 0.0, 0.0, REACH_MM, (block,))
-    rows = side_view(far, 100, 40, False)
-    cells = [(x, y) for x, y in ink(rows) if rows[y][x] == "#"]
-    wide = max(x for x, _ in cells) - min(x for x, _ in cells)
-    high = max(y for _, y in cells) - min(y for _, y in cells)
+    block = Box(" ", (-100.0, -100.0, 400.0), (100.0, 100.0, 600.0))
+    bare, blocked = (
+        drawn(posture(), SIDE, (100, 40), braille=False, blocks=blocks) for blocks in ([], [block])
+    )
+    cells = [(x, y) for x, y in marks(blocked) if blocked[y][x] != bare[y][x]]
+    wide, high = (max(axis) - min(axis) for axis in zip(*cells, strict=True))
     assert wide == pytest.approx(2 * high, abs=2)
 
 
-def test_opening_the_gripper_changes_the_fork():
-    assert side_view(scene(opening_mm=0.0), 60, 20, True) != side_view(
-        scene(opening_mm=76.0), 60, 20, True
-    )
+def test_opening_the_gripper_changes_the_fingers():
+    assert drawn(posture(), TOP, opening_mm=0.0) != drawn(posture(), TOP, opening_mm=76.0)
 
 
-def test_blocks_carry_their_initial_and_the_goal_its_cross():
-    rows = side_view(
-        scene(blocks=(DrawnBox("red", 250.0, 0.0, 0.0, 60.0, 60.0),), goal=(-200.0, 0.0, 100.0)),
-        60,
-        20,
-        False,
-    )
-    assert any("r" in row for row in rows)
-    assert any("X" in row for row in rows)
+def test_blocks_carry_their_names():
+    block = Box("red", (220.0, -30.0, 0.0), (280.0, 30.0, 60.0))
+    assert any("red" in row for row in drawn(posture(), SIDE, braille=False, blocks=[block]))
 
 
-def test_range_lines_are_dotted():
-    bare = top_view(scene(), 60, 20, True)
-    bounded = top_view(scene(range_lines=(((0, 0, 0), (0, 400, 0)),)), 60, 20, True)
-    assert len(ink(bounded)) > len(ink(bare))
+def test_an_unknown_posture_is_seen_from_the_usual_side():
+    assert posture_cameras(None) == (VIEWS["side"], VIEWS["top"])
 
 
-@given(
-    st.floats(-180, 180),
-    st.tuples(st.floats(-180, 180), st.floats(-180, 180), st.floats(-180, 180)),
-    st.floats(0, 76),
-)
+@given(st.floats(-180, 180), st.tuples(*(st.floats(-180, 180) for _ in "seh")), st.floats(0, 76))
 def test_every_posture_can_be_drawn(base_deg, links_deg, opening_mm):
-    points = posture(base_deg=base_deg, links_deg=links_deg)
-    drawn = ArmScene(points, opening_mm, math.radians(base_deg), REACH_MM)
-    for view in (side_view, top_view):
-        assert len(ink(view(drawn, 30, 10, True))) > 10
+    for view in (SIDE, TOP):
+        joints = posture(base_deg, links_deg)
+        assert len(marks(drawn(joints, view, (30, 10), opening_mm=opening_mm))) > 10
 
 
 @pytest.mark.parametrize(

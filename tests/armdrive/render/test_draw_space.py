@@ -17,8 +17,7 @@ from space_cases import (
 )
 
 from armdrive.render.camera import VIEWS
-from armdrive.render.inks import PATTERNS, Ink, Layer, Letters, Stroke
-from armdrive.render.raster import raster
+from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Stroke, raster
 from armdrive.render.scene import ArmDrawing, Moment, SceneSpace, Studio
 from kinematics import Joints
 from kinematics.guards.shapes import Box

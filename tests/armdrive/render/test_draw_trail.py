@@ -9,9 +9,17 @@ from hypothesis import strategies as st
 from space_cases import HERE, guarded, six_axes
 
 from armdrive.render.figure import dome
-from armdrive.render.reach import key_of, outline
-from armdrive.render.scene import MOST_OUTLINES, ArmDrawing, Moment
-from armdrive.render.surroundings import LEAP, MOST_PIECES, PIECE, Trail
+from armdrive.render.scene import (
+    LEAP,
+    MOST_OUTLINES,
+    MOST_PIECES,
+    PIECE,
+    ArmDrawing,
+    Moment,
+    Trail,
+    key_of,
+    outline,
+)
 from kinematics import Joints
 from kinematics.five_axis.workspace import section
 

@@ -10,7 +10,7 @@ from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, 
 
 from armdrive import Jog
 from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
-from armdrive.motion.idle import set_outputs
+from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
 from armdrive.status import State, Trust
 from armdrive.tasks import MoveBy
@@ -223,7 +223,7 @@ def test_a_reset_with_a_late_answer_on_the_line_takes_it_for_nothing_else():
 def test_the_pendants_stop_ends_a_burst_and_the_position_is_still_known():
     arm = ready_arm()
     device = arm.twin.device
-    device.at(device.now_s + 0.8, lambda: device.board.pendant.press(Key.STOP))
+    device.at(device.now_s + 0.8, lambda: device.board.press(Key.STOP))
     with pytest.raises(ArmError, match="STOP key"):
         arm.move_j(base_deg=60)
     assert arm.status.state is State.ERROR_STOP
@@ -245,7 +245,7 @@ def test_motors_that_a_stop_left_off_their_way_are_not_believed():
             device.jog((0, 0, 40, 0, 0, 0))
 
     def press():
-        device.board.pendant.press(Key.STOP)
+        device.board.press(Key.STOP)
         link.on_write = moves_it
 
     device.at(device.now_s + 0.8, press)

@@ -13,11 +13,20 @@ from waiting import until_seen
 from armdrive.errors import BadRequest, KeyFileError
 from armdrive.moves import Jog, Space
 from armdrive.status import State
-from tui.gamepad import evdev as pad_evdev
 from tui.gamepad import map as pad_map
-from tui.gamepad.evdev import EvdevPad, check_gamepads, is_gamepad, open_gamepad
+from tui.gamepad import reader as pad_evdev
 from tui.gamepad.map import BUTTONS, DEFAULT_PAD, STICKS
-from tui.gamepad.reader import Came, Gone, PadEvent, PadReader, Uncounted
+from tui.gamepad.reader import (
+    Came,
+    EvdevPad,
+    Gone,
+    PadEvent,
+    PadReader,
+    Uncounted,
+    check_gamepads,
+    is_gamepad,
+    open_gamepad,
+)
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, STEER_S
 from tui.keys.remap import load_keys
 
@@ -82,8 +91,8 @@ class PadSession(Session):
     @property
     def moving(self):
         """Whether the last thing that was asked of the arm was to go on."""
-        deeds = [call for call in self.arm.calls if call[0] in ("hold", "release", "stop")]
-        return bool(deeds) and deeds[-1][0] == "hold"
+        done = [call for call in self.arm.calls if call[0] in ("hold", "release", "stop")]
+        return bool(done) and done[-1][0] == "hold"
 
 
 async def test_a_stick_jogs_only_while_armed_and_while_the_button_is_held():
@@ -174,7 +183,7 @@ ENDS = {
     "unplugged": lambda s: s.tell(Gone("Fake Pad: unplugged")),
     "another pad": lambda s: s.tell(Came("Other", {LEFT_X: -1.0})),
     "link lost": lambda s: s.lose(),
-    "disarmed": lambda s: s.desk.screens.disarm("x"),
+    "disarmed": lambda s: s.desk.disarm("x"),
     "suspended": lambda s: s.desk.input.on_resumed(3.0),
     "its stop button": lambda s: s.tell(pressed(BUTTONS["east"])),
     "other settings": lambda s: s.tell(pressed(BUTTONS["north"])),
@@ -196,7 +205,7 @@ async def test_whatever_ends_a_jog_ends_that_of_a_pad_and_only_its_button_begins
         session.arm.set(state=State.STANDBY)
         session.desk.poll()
         session.clock.now_s += 10.0
-        session.desk.place.hand.arm_keys()
+        session.desk.current.hand.arm_keys()
         session.tell(PadEvent(LEFT_X, -0.8))
         session.tick()
         assert not session.moving
@@ -230,7 +239,7 @@ async def test_its_stop_button_stops_on_any_screen_and_its_others_count_at_the_j
         await session.press("f3")
         session.tell(pressed(BUTTONS["east"]), pressed(BUTTONS["north"]))
         assert session.arm.asked("stop") == [("stop",)]
-        assert session.desk.place.entry.form.cartesian, "the mode button is of the jog screen"
+        assert session.desk.current.entry.form.cartesian, "the mode button is of the jog screen"
         await session.press("f2")
         session.tell(pressed(BUTTONS["select"]), pressed(BUTTONS["north"]))
         assert session.desk.settings.cartesian

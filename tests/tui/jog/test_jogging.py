@@ -10,10 +10,10 @@ from armdrive.errors import Refused
 from armdrive.moves import GripperMove, Jog, ParkMove, Space
 from armdrive.status import LinkStats, State
 from tui.axes import AxisRow, AxisTable
-from tui.conduct import stopping_text
-from tui.jog import rows as tables
+from tui.jog import panels as tables
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
-from tui.jog.rows import Load
+from tui.jog.panels import Load
+from tui.safety import stopping_text
 from tui.settings import JogSettings
 
 
@@ -91,7 +91,7 @@ def test_a_button_is_dead_while_the_keys_are():
 
 def button(session, table, row, *, plus):
     """Return the place of a button on the screen."""
-    inner = session.desk.place.query_one(f"#{table}", AxisTable).content_region
+    inner = session.desk.current.query_one(f"#{table}", AxisTable).content_region
     return inner.x + (1 if plus else 4), inner.y + row
 
 
@@ -135,7 +135,7 @@ async def test_in_cartesian_mode_the_buttons_are_those_of_the_tip():
         assert ("stop",) in session.arm.calls
         assert session.arm.calls[-1] == ("release",)
         await session.poll()
-        assert session.desk.place.query_one("#tip", AxisTable).held is None
+        assert session.desk.current.query_one("#tip", AxisTable).held is None
 
 
 @pytest.mark.parametrize("ends", ["question_mark", "f3", "T"])
@@ -145,7 +145,7 @@ async def test_what_takes_the_screen_away_lets_go_of_a_button(ends):
         await mouse(session, events.MouseDown, button(session, "joints", 0, plus=True))
         await session.press(ends)
         held = ends == "T"  # other colours take nothing away
-        assert bool(session.desk.MODES and session.arm.calls[-1][0] == "hold") == held
+        assert (session.arm.calls[-1][0] == "hold") == held
 
 
 async def test_a_lost_link_lets_go_of_a_button():
@@ -161,20 +161,20 @@ async def test_a_lost_link_lets_go_of_a_button():
 async def test_an_unknown_pose_has_no_buttons_for_the_tip():
     async with Session(FakeArm(**unknown_position())) as session:
         await session.press("m")
-        assert session.desk.place.query_one("#tip", AxisTable).at(1, 0) is None
+        assert session.desk.current.query_one("#tip", AxisTable).at(1, 0) is None
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
     async with Session() as session:
         await session.press("G")
         assert session.arm.asked("grasp") == []
-        assert "enter arms the keys first" in session.text("remarks")
+        assert "enter arms the keys first" in session.text("messages")
         await session.arm_keys()
         await session.press("G")
         await session.settle()
         assert session.arm.asked("grasp") == [("grasp",)]
         assert not session.desk.armed
-        assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("remarks")
+        assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("messages")
         assert "pressing 8.9 N" in session.text("gripper")
 
 
@@ -240,7 +240,7 @@ async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed(key, o
     async with Session(PlannerArm()) as session:
         await session.press(key)
         assert session.arm.asked_for == []
-        assert "enter arms the keys first" in session.text("remarks")
+        assert "enter arms the keys first" in session.text("messages")
         await session.arm_keys()
         await session.press(key)
         await session.settle()
@@ -266,16 +266,16 @@ async def test_parking_an_arm_that_may_not_move_says_why_and_asks_nothing():
     async with Session(arm) as session:
         await session.press("K")
         assert len(session.desk.screen_stack) == 1
-        assert "the position is only restored" in session.text("remarks")
+        assert "the position is only restored" in session.text("messages")
 
 
 async def test_the_wire_and_the_motors_are_shown_on_asking():
     async with Session(size=(120, 40)) as session:
-        assert not session.desk.place.query_one("#details").display
+        assert not session.desk.current.query_one("#details").display
         await session.press("D")
         assert "sent @STEP" in session.text("details")
         await session.press("D")
-        assert not session.desk.place.query_one("#details").display
+        assert not session.desk.current.query_one("#details").display
 
 
 @pytest.mark.parametrize(

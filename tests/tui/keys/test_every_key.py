@@ -3,8 +3,8 @@
 from contextlib import asynccontextmanager
 
 import pytest
-from desk_fake import MODEL, FakeArm
-from desk_logged import storied
+from desk_fake import END, MODEL, FakeArm, FakeHolder
+from desk_logged import busy_arm
 from desk_planner import CONFIG, PlannerArm
 from desk_session import Session
 
@@ -27,19 +27,9 @@ OPENED_BY = {
 """Dialogs, by the keys that lead to them."""
 
 
-class Silent:
-    """A program that drives an arm and says how it stands, once."""
-
-    def views(self):
-        yield status_view(FakeArm().status)
-
-    def ask(self, request, **words):
-        return {}
-
-
 @asynccontextmanager
 async def at_screen(name):
-    arm = storied() if name == "log" else PlannerArm()
+    arm = busy_arm() if name == "log" else PlannerArm()
     arm.config = CONFIG
     async with Session(arm) as session:
         await session.press(SCREEN_KEYS[name])
@@ -49,7 +39,7 @@ async def at_screen(name):
 
 @asynccontextmanager
 async def at_dialog(name, memory):
-    arm = storied()
+    arm = busy_arm()
     arm.set(simulated=False)
     first = {"memory": memory / "none.json"} if name == "first" else {}
     async with Session(arm, **first) as session:
@@ -73,7 +63,7 @@ def place(name, memory):
     if name in SCREEN_KEYS:
         return at_screen(name)
     if name == "watch":
-        app = Watching("sim", MODEL, Silent(), braille=True)
+        app = Watching("sim", MODEL, FakeHolder(status_view(FakeArm().status), END), braille=True)
         return running(app, tuple(row for row in app.keys.rows if row.place in ("watch", "")))
     if name == "model":
         rows = tuple(row for row in model_keys().rows if row.place in ("theory", ""))
@@ -144,9 +134,9 @@ def test_every_row_of_the_table_counts_at_one_of_these_places():
         (PlannerArm, ("ctrl+p", "r", "e", "s")),
         (PlannerArm, ("ctrl+p", "f", "down", "down")),
         (PlannerArm, ("f6", "question_mark")),
-        (storied, ("f7", "slash", "a")),
-        (storied, ("f7", "e", "a")),
-        (storied, ("f7", "enter")),
+        (busy_arm, ("f7", "slash", "a")),
+        (busy_arm, ("f7", "e", "a")),
+        (busy_arm, ("f7", "enter")),
     ],
 )
 async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(make, keys):
@@ -154,11 +144,11 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
         session.arm.set(state=State.MOVING)
         await session.press(*keys)
         await session.settle()
-        where = session.desk.place.place
+        where = session.desk.current.place
         session.arm.calls.clear()
         await session.press("space")
         await session.settle()
         assert [call for call in session.arm.calls if call != ("release",)] == [("stop",)]
         assert len(session.desk.screen_stack) == 1
-        assert session.desk.place.place == where
-        assert "STOP was asked for" in session.text("remarks")
+        assert session.desk.current.place == where
+        assert "STOP was asked for" in session.text("messages")

@@ -2,9 +2,9 @@
 
 import pytest
 
-from tui.frame import KeyLine
 from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, bindings, label
 from tui.keys.table import ALL_JOG_KEYS, JOG_PAIRS, SCREENS, TABLE
+from tui.widgets import KeyLine
 
 PLACES = sorted({row.place for row in TABLE})
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from desk_logged import LoggedArm, storied
+from desk_logged import LoggedArm, busy_arm
 from desk_planner import at_rest
 from desk_session import Session
 from textual.screen import ModalScreen
@@ -14,18 +14,17 @@ from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
 from tui.keys.keyboard import DEFAULT_KEYS
-from tui.keys.rows import LOG_DIALOG_KEYS, LOG_KEYS
+from tui.keys.table import LOG_DIALOG_KEYS, LOG_KEYS
+from tui.log.lines import PORTION, Window, catalogue_text, cut, log_row, whole_line
 from tui.log.screen import GLANCE_S
-from tui.log.text import catalogue, cut, row, whole
-from tui.log.view import PORTION, Window
-from tui.painting import PlainText
+from tui.widgets import PlainText
 
 
 class LogSession(Session):
     """A desk at its log screen."""
 
     def __init__(self, arm=None, **more):
-        super().__init__(arm or storied(), **({"size": (120, 46)} | more))
+        super().__init__(arm or busy_arm(), **({"size": (120, 46)} | more))
 
     async def __aenter__(self):
         await super().__aenter__()
@@ -90,7 +89,7 @@ async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands
         poll_at_rest(arm, "420 370")
         await session.poll()
         assert len(session.rows) == 5 + 4 + 4, "what moves the arm, and what it led to, is shown"
-        assert session.desk.place.log_view.book.total == 92
+        assert session.desk.current.log_view.book.total == 92
 
 
 async def test_answers_that_differ_are_never_folded():
@@ -122,7 +121,7 @@ async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
         for _ in range(2000 // PORTION + 1):
             await session.poll()
         assert session.rows[-1].endswith("number 2799")
-        assert session.desk.place.log_view.book.total == 2000
+        assert session.desk.current.log_view.book.total == 2000
         await session.press("home")
         assert "number 800" in session.rows[0]
 
@@ -266,7 +265,7 @@ async def test_nothing_can_be_opened_where_there_is_nothing():
         assert session.shown == "nothing has passed yet"
         await session.press("enter", "up", "home", "pagedown")
         assert not session.open
-        assert "no line to be opened" in session.text("remarks")
+        assert "no line to be opened" in session.text("messages")
 
 
 async def test_the_catalogue_begins_at_the_line_and_is_searched():
@@ -292,11 +291,11 @@ async def test_saving_says_where_or_why_not():
     async with LogSession() as session:
         await session.press("s")
         await session.settle()
-        assert f"written: {session.arm.saved}" in session.text("remarks")
+        assert f"written: {session.arm.saved}" in session.text("messages")
         session.arm.saved = None
         await session.press("s")
         await session.settle()
-        assert "the disk is full" in session.text("remarks")
+        assert "the disk is full" in session.text("messages")
 
 
 async def test_an_arm_without_a_recorder_says_so():
@@ -305,7 +304,7 @@ async def test_an_arm_without_a_recorder_says_so():
             raise WrongState("this arm was connected without a flight recorder")
 
     async with LogSession(Unrecorded()) as session:
-        assert "without a flight recorder" in session.text("remarks")
+        assert "without a flight recorder" in session.text("messages")
 
 
 async def test_every_key_of_the_log_is_tried_here():
@@ -319,7 +318,7 @@ async def test_no_key_of_the_log_moves_the_arm():
     async with LogSession() as session:
         for each in LOG_KEYS:
             await session.press(each.keys[0])
-            session.desk.screens.close_dialogs()
+            session.desk.close_dialogs()
         assert {call[0] for call in session.arm.calls} <= {"release"}
 
 
@@ -329,18 +328,25 @@ async def test_nothing_is_wider_than_the_screen(size):
         assert len(session.rows) <= size[1] - 5
         for text in (session.shown, session.text("log-head"), session.text("footer")):
             assert max(map(len, text.splitlines())) <= size[0]
+        head = session.desk.current.query_one("#log-head")
+        assert head.content_size.height == len(head.shown.splitlines()), "a line is cut off"
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
-def test_the_log_screen(snap_compare, size):
-    session = Session(storied())
-    assert snap_compare(session.desk, press=["f7"], terminal_size=size)
+def test_the_log_screen(snap_compare):
+    session = Session(busy_arm())
+    assert snap_compare(session.desk, press=["f7"], terminal_size=(120, 40))
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
-@pytest.mark.parametrize("keys", [["enter"], ["e"], ["slash", "b", "a", "s", "e"]])
+@pytest.mark.parametrize(
+    ("keys", "size"),
+    [
+        (["enter"], (80, 24)),
+        (["e"], (120, 40)),
+        (["slash", "b", "a", "s", "e"], (80, 24)),
+    ],
+)
 def test_the_dialogs_of_the_log(snap_compare, keys, size):
-    session = Session(storied())
+    session = Session(busy_arm())
 
     async def opened(pilot):
         await pilot.press("f7")
@@ -368,7 +374,7 @@ def test_what_does_not_fit_is_cut_with_a_sign():
     assert cut("abcdef", 6) == "abcdef"
     assert cut("abcdef", 5) == "abcd~"
     long = line(1, EntryKind.SENT, "w" * 200, shown="b" * 200)
-    told = row(long, 80, chosen=True)
+    told = log_row(long, 80, chosen=True)
     assert len(told) == 80
     assert told.count("~") == 2
     assert told.startswith(">")
@@ -376,7 +382,7 @@ def test_what_does_not_fit_is_cut_with_a_sign():
 
 def test_a_whole_line_keeps_everything():
     long = line(1, EntryKind.SENT, "word " * 60, shown="bytes " * 60)
-    text = whole(long, 60, DEFAULT_KEYS)
+    text = whole_line(long, 60, DEFAULT_KEYS)
     assert text.count("word") == text.count("bytes") == 60
     assert max(map(len, text.splitlines())) <= 60
 
@@ -406,7 +412,7 @@ def test_the_catalogue_fits_its_room_wherever_it_is():
     from armdrive.errors.table import ENTRIES
 
     for at in range(0, len(ENTRIES), 7):
-        text = catalogue(ENTRIES, at, 76, 18, DEFAULT_KEYS)
+        text = catalogue_text(ENTRIES, at, 76, 18, DEFAULT_KEYS)
         assert f"> {ENTRIES[at].code}" in text
         assert max(map(len, text.splitlines())) <= 76
     assert DEFAULT_KEYS.label("log-catalogue") == "e"

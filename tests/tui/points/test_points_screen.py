@@ -7,7 +7,7 @@ from desk_session import Session
 from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
 from tui.app import action_call
-from tui.keys.rows import POINT_KEYS
+from tui.keys.table import POINT_KEYS
 from tui.points.list import PointList, PointNaming
 
 LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
@@ -39,7 +39,7 @@ class PointSession(Session):
 
     @property
     def screen(self):
-        return self.desk.place
+        return self.desk.current
 
     async def choose(self, name):
         for _ in range(10):
@@ -130,7 +130,7 @@ async def test_the_present_place_is_named_and_the_name_typed():
         await session.settle()
         assert session.screen.selection.listed.name == "rt2-x"
         assert session.point("rt2-x").joints.deg["base"] == pytest.approx(20.0)
-        assert "rt2-x is here" in session.text("remarks")
+        assert "rt2-x is here" in session.text("messages")
 
 
 async def test_the_first_letter_takes_the_place_of_a_name_that_was_only_offered():
@@ -161,9 +161,9 @@ async def test_letters_of_a_name_are_no_keys_and_space_is_still_the_stop():
 async def test_a_name_that_is_taken_or_none_is_refused():
     async with PointSession() as session:
         await session.press("t", "backspace", "backspace", "u", "p", "enter")
-        assert "already" in session.text("remarks")
+        assert "already" in session.text("messages")
         await session.press("t", "backspace", "backspace", "enter")
-        assert "is not a valid name" in session.text("remarks")
+        assert "is not a valid name" in session.text("messages")
         assert session.point("up").joints.deg["shoulder"] == pytest.approx(80.0)
 
 
@@ -182,7 +182,7 @@ async def test_teaching_again_and_deleting_take_two_presses():
         assert session.point("left").joints.deg["base"] == pytest.approx(20.0)
         assert session.point("left").note == "by the wall"
         await session.twice("delete")
-        assert "used by stack" in session.text("remarks")
+        assert "used by stack" in session.text("messages")
         await session.choose("stack")
         await session.twice("delete")
         assert not session.arm.points.sequences
@@ -230,7 +230,7 @@ async def test_what_somebody_else_changes_is_shown_and_not_overwritten():
         session.arm.points.path.write_text("[points\n", encoding="utf-8")
         await session.settle()
         await session.settle()
-        assert "line 1" in session.text("remarks")
+        assert "line 1" in session.text("messages")
         assert "new" in session.text("list")
 
 
@@ -242,7 +242,7 @@ async def test_points_of_a_newer_format_are_said_and_no_key_writes_them():
         before = path.read_bytes()
         await session.settle()
         await session.settle()
-        assert "Update armdrive" in session.text("remarks")
+        assert "Update armdrive" in session.text("messages")
         await session.choose("up")
         for keys in (["t", "n", "enter"], ["r", "p", "enter"], ["l", "a", "enter"]):
             await session.press(*keys)
@@ -276,17 +276,17 @@ async def test_points_are_put_into_a_sequence_and_taken_out():
         await session.settle()
         assert len(session.arm.points.sequence("sequence").steps) == 1
         await session.press("backspace", "backspace")
-        assert "has steps" in session.text("remarks")
+        assert "has steps" in session.text("messages")
 
 
 async def test_a_marked_step_is_taken_out_and_changes_places():
     async with PointSession() as session:
         await session.choose("up")
         await session.press("pagedown")
-        assert "has steps" in session.text("remarks")
+        assert "has steps" in session.text("messages")
         await session.choose("stack")
         await session.press("D")
-        assert "mark a step" in session.text("remarks")
+        assert "mark a step" in session.text("messages")
         await session.press("pagedown", "pagedown", "pagedown", "K")
         await session.settle()
         left, open_, right, up = STACK.steps
@@ -310,9 +310,9 @@ async def test_a_marked_step_stays_within_the_sequence_and_marks_go_round():
     async with PointSession() as session:
         await session.choose("stack")
         await session.press("pageup", "J")
-        assert "the last step of stack" in session.text("remarks")
+        assert "the last step of stack" in session.text("messages")
         await session.press("pagedown", "K")
-        assert "the first step of stack" in session.text("remarks")
+        assert "the first step of stack" in session.text("messages")
         assert session.arm.points.sequence("stack") == STACK
         await session.press("up", "down")
         assert session.screen.selection.marked is None
@@ -330,7 +330,7 @@ async def test_steps_that_somebody_else_has_changed_are_not_overwritten():
         assert session.screen.selection.marked is None, "what was marked is another step by now"
         session.screen.sequence.busy = True
         await session.press("pagedown", "J")
-        assert "under way" in session.text("remarks")
+        assert "under way" in session.text("messages")
         assert session.arm.points.sequence("stack") == other
 
 
@@ -338,7 +338,7 @@ async def test_fingers_and_waits_are_put_into_a_sequence():
     async with PointSession() as session:
         await session.choose("up")
         await session.press("g")
-        assert "choose a sequence" in session.text("remarks")
+        assert "choose a sequence" in session.text("messages")
         await session.choose("stack")
         await session.press("g")
         assert "fingers: open, close, grasp, here, point, or mm: open_" in session.text("begin")
@@ -351,7 +351,7 @@ async def test_fingers_and_waits_are_put_into_a_sequence():
         await session.press("g", *"here", "enter")
         await session.settle()
         assert session.arm.points.sequence("stack").steps[-1] == Step(gripper=38.0)
-        assert "stack: step 7 is gripper 38 mm" in session.text("remarks")
+        assert "stack: step 7 is gripper 38 mm" in session.text("messages")
         assert session.arm.asked_for == []
         assert not session.arm.asked("open")
 
@@ -401,7 +401,7 @@ async def test_the_way_and_the_speed_of_a_marked_step_are_changed_and_not_those_
         await session.settle()
         assert session.arm.points.sequence("stack").steps[0].speed == 1.0
         await session.press("pagedown", "l")
-        assert "how belongs to a step that leads to a point" in session.text("remarks")
+        assert "how belongs to a step that leads to a point" in session.text("messages")
         assert (session.screen.motion.line, session.screen.motion.speed) == (False, 0.5)
 
 
@@ -419,7 +419,7 @@ async def test_what_is_no_step_is_refused_and_can_be_mended(key, typed, said):
         await session.choose("stack")
         await session.press("pagedown", key, *["backspace"] * 8)
         await session.press(*(each if each != "-" else "minus" for each in typed), "enter")
-        assert said in session.text("remarks")
+        assert said in session.text("messages")
         assert session.arm.points.sequence("stack") == STACK
         await session.press("space")
         assert session.screen.names.naming is None
@@ -434,13 +434,13 @@ async def test_stepping_forwards_and_backwards():
         await session.choose("stack")
         await session.step("right")
         assert session.arm.asked_for == []
-        assert "lets this key move" in session.text("remarks")
+        assert "lets this key move" in session.text("messages")
         await session.press("s")
         await session.poll()
         assert "STEPPING" in session.text("chosen")
         await session.step("right")
         assert session.stands_at(session.point("left"))
-        assert "next: gripper open" in session.text("remarks")
+        assert "next: gripper open" in session.text("messages")
         await session.step("right")
         assert session.arm.asked("open")
         await session.step("right")
@@ -479,7 +479,7 @@ async def test_a_sequence_is_run_after_two_presses():
         await session.settle()
         await session.settle()
         assert session.stands_at(session.point("up"))
-        assert "at its end" in session.text("remarks")
+        assert "at its end" in session.text("messages")
         assert [move.speed for move in session.arm.asked_for] == [1.0, 0.25, 1.0]
 
 
@@ -510,7 +510,7 @@ async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
     async with PointSession(arm) as session:
         await session.choose("stack")
         await session.twice("enter")
-        assert "stopped" in session.text("remarks")
+        assert "stopped" in session.text("messages")
         assert session.screen.sequence.stepper.at == 0
         assert not session.screen.sequence.busy
         assert len(arm.asked_for) == 1
@@ -519,7 +519,7 @@ async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
 async def test_leaving_the_screen_ends_a_run_behind_its_step_and_the_stepping():
     arm = taught_arm()
     async with PointSession(arm) as session:
-        arm.during = lambda _: session.desk.call_from_thread(session.desk.screens.go_to, "jog")
+        arm.during = lambda _: session.desk.call_from_thread(session.desk.go_to, "jog")
         await session.choose("stack")
         await session.press("s")
         screen = session.screen
@@ -553,8 +553,8 @@ async def test_a_point_is_changed_on_the_move_screen():
         await session.choose("right")
         await session.press("e")
         await session.settle()
-        assert session.desk.place.place == "move"
-        assert session.desk.place.entry.form.entry("base").value == pytest.approx(-20.0)
+        assert session.desk.current.place == "move"
+        assert session.desk.current.entry.form.entry("base").value == pytest.approx(-20.0)
 
 
 async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless():
@@ -568,12 +568,11 @@ async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless(
         assert not session.arm.points
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
-def test_the_points_screen(snap_compare, size):
+def test_the_points_screen(snap_compare):
     session = Session(taught_arm())
 
     assert snap_compare(
-        session.desk, press=["f4", "up", "s"], terminal_size=size, run_before=settled
+        session.desk, press=["f4", "up", "s"], terminal_size=(80, 24), run_before=settled
     )
 
 

@@ -13,7 +13,7 @@ from armdrive.setup.directions import sight
 from armdrive.setup.ports import ClosedPort
 from armdrive.setup.survey import Report
 from armdrive.storage import files as places
-from tui.setup import arm_file as setup_new
+from tui.setup import stages as setup_new
 
 FILE = 'model = "teachmover"\n\n[connection]\ndialect = "teachmover"\nport = ""\n'
 
@@ -73,7 +73,7 @@ class SetupSession(Session):
 
     @property
     def stage(self):
-        return self.desk.place.stage
+        return self.desk.current.stage
 
     @property
     def words(self):

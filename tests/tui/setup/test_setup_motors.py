@@ -9,9 +9,9 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.status import State
-from tui.setup.arm_file import Correction
 from tui.setup.motors import MotorsStage
 from tui.setup.screen import Steps
+from tui.setup.stages import Correction
 
 pytestmark = pytest.mark.usefixtures("own_home")
 
@@ -37,7 +37,7 @@ async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_differ
         assert "when it is next connected" in session.words
         await session.press("enter")
         await session.choose("4 check")
-        assert "was changed" in session.text("remarks")
+        assert "was changed" in session.text("messages")
 
 
 async def look_and_answer(session):
@@ -77,7 +77,7 @@ async def test_an_arm_whose_motors_count_otherwise_is_right_after_its_file_was_c
 async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
     async with SetupSession() as session:
         await session.press("t")
-        assert "choose that step first" in session.text("remarks")
+        assert "choose that step first" in session.text("messages")
         await session.choose("4 check")
         await session.press("y", "r", "d", "h", "a", "enter", "up", "down", "left")
         assert isinstance(session.stage, Steps)
@@ -113,7 +113,7 @@ async def test_a_stop_that_comes_before_the_motor_keeps_it_standing():
         await session.turn()
         assert session.simulated.arm.twin.world.opening_mm == before
         assert not session.stage.check.away
-        assert "stop" in session.text("remarks")
+        assert "stop" in session.text("messages")
 
 
 @pytest.mark.parametrize("state", [State.DISABLED, State.ERROR_STOP])
@@ -125,7 +125,8 @@ async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state):
         await session.choose("4 check")
         if state is State.DISABLED:
             session.desk.link.status = replace(session.desk.link.status, state=state)
-            session.desk.place.stages.turn()
+            with session.desk.acting():
+                session.desk.current.stages.turn()
         else:
             await session.turn()
         assert session.simulated.asked == []
@@ -159,4 +160,4 @@ async def test_a_check_without_a_file_says_why_nothing_is_written():
         await session.choose("4 check")
         await session.go_through({"base": "h"})
         await session.press("enter")
-        assert "no file to write it into" in session.text("remarks")
+        assert "no file to write it into" in session.text("messages")

@@ -12,9 +12,9 @@ from armdrive.registry.arm_files import load_arm
 from armdrive.setup.survey import Report
 from armdrive.storage import files as places
 from tui.keys.keyboard import DEFAULT_KEYS
-from tui.keys.rows import SETUP_KEYS
-from tui.setup.arm_file import InterviewAsking, NewFile, Ports, Written
+from tui.keys.table import SETUP_KEYS
 from tui.setup.screen import Steps
+from tui.setup.stages import InterviewAsking, NewFile, Ports, Written
 
 pytestmark = pytest.mark.usefixtures("own_home")
 
@@ -105,7 +105,7 @@ async def test_a_port_that_cannot_be_opened_is_said_and_can_be_described_all_the
     async with SetupSession() as session:
         await session.choose("1 find")
         await session.enter_twice()
-        assert "held by cura" in session.text("remarks")
+        assert "held by cura" in session.text("messages")
         await session.press("right")
         assert isinstance(session.stage, InterviewAsking)
         await session.press("left")
@@ -138,7 +138,7 @@ async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
         for step in ("1 find", "2 describe"):
             await session.choose(step)
             assert isinstance(session.stage, Steps)
-            assert "leave it (ctrl+q)" in session.text("remarks")
+            assert "leave it (ctrl+q)" in session.text("messages")
 
 
 async def test_a_click_marks_a_step():
@@ -173,7 +173,7 @@ async def test_a_name_that_is_taken_is_refused_and_its_file_left_alone():
         await session.choose("2 describe")
         await session.typed("bench")
         await session.press("enter")
-        assert "not overwritten" in session.text("remarks")
+        assert "not overwritten" in session.text("messages")
         assert session.stage.describing.question.key == "name"
     assert path.read_text(encoding="utf-8") == FILE
 
@@ -181,16 +181,13 @@ async def test_a_name_that_is_taken_is_refused_and_its_file_left_alone():
 async def test_referencing_asks_as_the_desk_does():
     async with SetupSession() as session:
         await session.choose("3 reference")
-        assert "referenced" in session.text("remarks")
+        assert "referenced" in session.text("messages")
 
 
 def test_every_key_of_the_screen_is_pressed_somewhere_here():
     pressed = {"enter", "down", "up", "right", "left", "backspace", *"tyrnadh"}
     assert {row.keys[0] for row in SETUP_KEYS} == pressed
     assert all(DEFAULT_KEYS.label(row.id) for row in SETUP_KEYS)
-
-
-SIZES = [(80, 24), (120, 40), (200, 60)]
 
 
 SHOWN = {
@@ -201,9 +198,11 @@ SHOWN = {
 }
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("what", SHOWN)
-def test_the_setup_screen(snap_compare, size, what, monkeypatch):
+@pytest.mark.parametrize(
+    ("what", "size"),
+    zip(SHOWN, ((80, 24), (120, 40), (80, 24), (120, 40)), strict=True),
+)
+def test_the_setup_screen(snap_compare, what, size, monkeypatch):
     found_at(monkeypatch, ROBKO)
     session = SetupSession()
 

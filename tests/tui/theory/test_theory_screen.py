@@ -11,15 +11,16 @@ from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui.desk import Desk
 from tui.keys.keyboard import label
-from tui.keys.rows import THEORY_KEYS
-from tui.theory.screen import LOOK_S, READ_ONLY, UNKNOWN_BUILD
+from tui.keys.table import THEORY_KEYS
+from tui.startup import SCREENS
+from tui.theory.panel import LOOK_S, READ_ONLY, UNKNOWN_BUILD
 
 
 async def opened(session):
     await session.press("f6")
     await session.pilot.pause()
     await session.poll()
-    assert session.desk.place.place == "theory"
+    assert session.desk.current.place == "theory"
 
 
 async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
@@ -51,7 +52,7 @@ async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
 async def test_every_key_of_the_screen_turns_a_page_or_changes_the_notation():
     async with Session() as session:
         await opened(session)
-        panel = session.desk.place.query_one("#theory")
+        panel = session.desk.current.query_one("#theory")
         for keys, page in ((("pagedown",), 1), (("N",), 2), (("pageup",), 1), (("B",), 0)):
             await session.press(*keys)
             assert panel.page == page
@@ -116,7 +117,7 @@ async def test_an_arm_of_another_build_says_that_nothing_is_known():
         assert session.text("no-theory") == UNKNOWN_BUILD
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+@pytest.mark.parametrize("size", [(80, 24), (200, 60)])
 def test_the_theory_screen(snap_compare, size):
-    desk = Desk(FakeArm(), braille=True, clock=Clock())
+    desk = Desk(FakeArm(), screens=SCREENS, braille=True, clock=Clock())
     assert snap_compare(desk, press=["f6"], terminal_size=size)

@@ -6,8 +6,7 @@ import sys
 
 import pytest
 
-from armdrive.render.reach import reach_sketches, section_sketch
-from armdrive.render.sketch import Sketch, sketch_rows
+from armdrive.render.sketch import Sketch, reach_sketches, section_sketch, sketch_rows
 from kinematics import PRESETS, preset
 from kinematics.textbook.systems import SYSTEMS, system
 

@@ -1,17 +1,23 @@
-"""What every screen says about the arm: which it is, its state, its position, what a stop takes."""
+"""The safety panel of every screen: which arm, its state, its position, what a stop takes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
+from textual.widgets import Static
+
+from armdrive.errors.printable import printable
 from armdrive.status import State, Status, Trust, coded, trust_words
-from tui.keys.keyboard import Keyboard
-from tui.keys.table import titled
-from tui.painting import Span
+from tui.keys.keyboard import Keyboard, label
+from tui.keys.table import STOP, titled
+from tui.widgets import PlainText, Span
 
 View = Mapping[str, Any]
 """What another program reports about its arm, or about the program it runs, as plain data."""
@@ -43,7 +49,7 @@ DOTS: Mapping[str, Span] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Conduct:
+class SafetyState:
     """What the safety panel shows: each field is a line of it, or a part of one.
 
     `forbids` replaces `says` while something forbids all motion.
@@ -59,35 +65,37 @@ class Conduct:
     stopping: str
 
 
-def conduct_of(
+def safety_state(
     status: Status,
     keys: Keyboard,
     *,
     armed: bool | None = None,
     says: str = "",
-    looked_for: bool = False,
+    reconnects: bool = False,
     paused_at: str = "",
     program: str = "",
-) -> Conduct:
+    spoken: Callable[[str], str] = str,
+) -> SafetyState:
     """Return what a desk says about its arm.
 
-    `armed` is None on a screen without jog keys. `says` follows the badge. `looked_for` means
-    that the desk looks for a lost link by itself; `paused_at` is its screen that paused the arm.
+    `armed` is None on a screen without jog keys. `says` follows the badge. `reconnects` means
+    that the arm looks for a lost link by itself; `paused_at` is the screen that paused the arm;
+    `spoken` puts a sentence into the words of the desk.
     """
     badge = BADGES[status.state.value]
     if status.paused and status.state is not State.DISCONNECTED:
         badge = PAUSED
     elif armed and status.state is State.STANDBY:
         badge = ARMED
-    forbids = banner(status, keys, looked_for=looked_for, paused_at=paused_at)
-    return Conduct(
+    forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
+    return SafetyState(
         arm="  ".join(filter(None, (which(status), program))),
         real=not status.simulated,
         badge=badge,
         says=says,
-        forbids=forbids,
+        forbids=spoken(forbids),
         dot=DOTS[status.trust.value],
-        position=position_text(status, keys),
+        position=spoken(position_text(status, keys)),
         stopping=stopping_text(status.stop_distance_mm, status.stop_time_s),
     )
 
@@ -120,12 +128,12 @@ def stopping_text(distance_mm: object, time_s: object) -> str:
     return f"a stop takes up to {far} mm, {number_text(time_s, 2)} s"
 
 
-def look_for_it(keys: Keyboard) -> str:
+def look_for_link(keys: Keyboard) -> str:
     """Say how to look for a lost link, and how to leave without it."""
     return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
 
 
-def banner(status: Status, keys: Keyboard, *, looked_for: bool = False, paused_at: str = "") -> str:
+def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
     reason = (
         coded(status.error, status.error_code)
@@ -135,7 +143,7 @@ def banner(status: Status, keys: Keyboard, *, looked_for: bool = False, paused_a
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
         looking = f"The desk is looking for it: {key} looks at once, {leave} leaves"
-        return f"{reason.rstrip('.')}. {looking if looked_for else look_for_it(keys)}."
+        return f"{reason.rstrip('.')}. {looking if reconnects else look_for_link(keys)}."
     if status.state is State.ERROR_STOP:
         return f"{reason}. {keys.label('reset')} resets, and moves nothing."
     if status.paused:
@@ -179,7 +187,7 @@ def after_reset(status: Status, keys: Keyboard) -> str:
     return "reset: nothing was moved" + more
 
 
-def remarks(status: Status, message: str, *, bannered: bool) -> str:
+def messages_of(status: Status, message: str, *, bannered: bool) -> str:
     """Return the messages of the desk and of the arm, each of them once."""
     if message and message in status.notice:
         message = ""  # the arm repeats as its notice what it answered the desk
@@ -187,7 +195,7 @@ def remarks(status: Status, message: str, *, bannered: bool) -> str:
     return "\n".join(each for each in dict.fromkeys(messages) if each)
 
 
-def at_work(program: View) -> str:
+def progress_of(program: View) -> str:
     """Name a program, and how far it has come: a share, else steps; empty without a program."""
     if not program:
         return ""
@@ -201,3 +209,51 @@ def number_text(value: object, digits: int = 1) -> str:
     """Return a number with this many digits, a question mark instead of anything else."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{float(value) + 0.0:.{digits}f}" if number else UNKNOWN  # type: ignore[arg-type]
+
+
+FACT_GAP = "   "
+"""Between two facts on one line."""
+
+
+class StopButton(Static, can_focus=False):
+    """Stops the arm. The app takes a mouse button that is pressed on it before anything else."""
+
+    def __init__(self, keys: Keyboard) -> None:
+        stop = label(keys.of(STOP)[0])
+        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), id="stop")
+
+
+class SafetyPanel(Horizontal):
+    """The one place for the arm's state, how far its position can be trusted, and the stop."""
+
+    def __init__(self, keys: Keyboard) -> None:
+        super().__init__(id="safety", classes="panel")
+        self.arm = ""
+        """Which arm the title of the panel names."""
+        self._keys = keys
+
+    def compose(self) -> ComposeResult:
+        """Lay the panel out: the button on the left, three lines on the right."""
+        yield StopButton(self._keys)
+        with Vertical(id="safety-lines"):
+            yield PlainText(id="state")
+            yield PlainText(id="trust")
+            yield PlainText(id="stopping")
+
+    def show(self, state: SafetyState, settings: str = "") -> None:
+        """Show the arm's state, and how the keys of this screen move it."""
+        word, colour = state.badge
+        says = state.forbids or state.says
+        self._text("state").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
+        self._text("trust").show((f"{state.dot[0]} ", state.dot[1]), state.position)
+        facts = [state.stopping, *([settings] if settings else [])]
+        self._text("stopping").show((FACT_GAP.join(facts), "dim"))
+        self.set_class(state.real, "-real")
+        self.set_class(bool(state.forbids), "-forbidden")
+        if state.arm != self.arm:
+            self.arm = state.arm
+            colour = " reverse $error" if state.real else ""
+            self.border_title = Content.styled(f" {printable(state.arm)} ", f"bold{colour}")
+
+    def _text(self, name: str) -> PlainText:
+        return self.query_one(f"#{name}", PlainText)

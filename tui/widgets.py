@@ -1,28 +1,92 @@
-"""What surrounds the body of every screen: tabs, the safety panel, the line of keys."""
+"""The widgets that the screens share: texts, lists, and what surrounds the body of each screen."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from textual import events
-from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical
 from textual.content import Content
-from textual.widgets import Static, Tab, Tabs
+from textual.widgets import OptionList, Static, Tab, Tabs
 
-from armdrive.errors.printable import printable
-from tui.conduct import Conduct
+from armdrive.errors.printable import printable, printable_lines
 from tui.keys.keyboard import KEYS_LAST, OWN_KEPT, PAIRS, Keyboard, label
-from tui.keys.rows import DeskKey
-from tui.keys.table import SCREENS, STOP, KeyEntry
-from tui.painting import PlainText, Span
+from tui.keys.table import SCREENS, DeskKey, KeyEntry
 
-FACT_GAP = "   "
-"""Between two facts on one line."""
+Span = tuple[str, str]
+"""A text and its style."""
 
 KEY_GAP = "  "
 """Between two groups of the line of keys."""
+
+
+class PlainText(Static):
+    """Text that is shown as it is, and repainted only when it has changed.
+
+    The framework's own widget would read square brackets as markup, paint every update, and send
+    an escape sequence in the text to the terminal: text may come from a file or a device.
+    """
+
+    def __init__(self, *, id: str, classes: str = "") -> None:  # noqa: A002
+        super().__init__("", id=id, classes=classes, markup=False)
+        self._spans: tuple[Span, ...] = ()
+
+    @property
+    def shown(self) -> str:
+        """The text as it stands."""
+        return "".join(text for text, _ in self._spans)
+
+    def show(self, *parts: str | Span) -> None:
+        """Show these texts from now on, one after the other."""
+        spans = tuple(_printable_span(part) for part in parts)
+        if spans != self._spans:
+            self._spans = spans
+            self.update(Content.assemble(*spans))
+
+    def show_lines(self, lines: Iterable[Span]) -> None:
+        """Show lines, each in its own style."""
+        ended = [(f"{text}\n", style) for text, style in lines]
+        self.show(*ended[:-1], *((text[:-1], style) for text, style in ended[-1:]))
+
+
+def _printable_span(part: str | Span) -> Span:
+    text, style = (part, "") if isinstance(part, str) else part
+    return printable_lines(text), style
+
+
+class ChoiceList(OptionList, can_focus=False):
+    """A titled list. It is never focused, so no key acts on it by itself; a click chooses a row."""
+
+    def __init__(self, chosen: Callable[[int], object], *, id: str) -> None:  # noqa: A002
+        """`chosen` is called with the row that was clicked."""
+        super().__init__(id=id, classes="panel", compact=True, markup=False)
+        self._clicked = chosen
+        self._rows: tuple[str, ...] = ()
+
+    @property
+    def shown(self) -> str:
+        """The rows as they stand, the chosen one with a mark."""
+        return "\n".join(
+            f"{'>' if at == self.highlighted else ' '} {row}" for at, row in enumerate(self._rows)
+        )
+
+    def show_rows(self, rows: Sequence[str], chosen: int | None) -> None:
+        """Show these rows, one of them chosen; repaint only what has changed."""
+        texts = tuple(printable(row) for row in rows)
+        if texts != self._rows:
+            self._rows = texts
+            self.set_options(Content(f"  {text}") for text in texts)
+            self.highlighted = None
+        if self.highlighted != chosen:
+            for at, mark in ((self.highlighted, " "), (chosen, ">")):
+                if at is not None:
+                    self.replace_option_prompt_at_index(at, Content(f"{mark} {texts[at]}"))
+            self.highlighted = chosen
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Choose the row that was clicked."""
+        event.stop()
+        self._clicked(event.option_index)
 
 
 class ScreenTabs(Tabs, can_focus=False):
@@ -45,50 +109,6 @@ class ScreenTabs(Tabs, can_focus=False):
 def _tab_text(entry: KeyEntry, keys: Keyboard) -> Content:
     key = keys.label(f"screen-{entry.id}").upper()
     return Content.assemble(key, f" {entry.title.capitalize()}")
-
-
-class StopButton(Static, can_focus=False):
-    """Stops the arm. The app takes a mouse button that is pressed on it before anything else."""
-
-    def __init__(self, keys: Keyboard) -> None:
-        stop = label(keys.of(STOP)[0])
-        super().__init__(Content(f"   STOP   \n          \n{stop:^10}"), id="stop")
-
-
-class SafetyPanel(Horizontal):
-    """The one place for the arm's state, how far its position can be trusted, and the stop."""
-
-    def __init__(self, keys: Keyboard) -> None:
-        super().__init__(id="safety", classes="panel")
-        self.arm = ""
-        """Which arm the title of the panel names."""
-        self._keys = keys
-
-    def compose(self) -> ComposeResult:
-        """Lay the panel out: the button on the left, three lines on the right."""
-        yield StopButton(self._keys)
-        with Vertical(id="safety-lines"):
-            yield PlainText(id="conduct")
-            yield PlainText(id="trust")
-            yield PlainText(id="stopping")
-
-    def show(self, conduct: Conduct, settings: str = "") -> None:
-        """Show the arm's conduct, and how the keys of this screen move it."""
-        word, colour = conduct.badge
-        says = conduct.forbids or conduct.says
-        self._text("conduct").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
-        self._text("trust").show((f"{conduct.dot[0]} ", conduct.dot[1]), conduct.position)
-        facts = [conduct.stopping, *([settings] if settings else [])]
-        self._text("stopping").show((FACT_GAP.join(facts), "dim"))
-        self.set_class(conduct.real, "-real")
-        self.set_class(bool(conduct.forbids), "-forbidden")
-        if conduct.arm != self.arm:
-            self.arm = conduct.arm
-            colour = " reverse $error" if conduct.real else ""
-            self.border_title = Content.styled(f" {printable(conduct.arm)} ", f"bold{colour}")
-
-    def _text(self, name: str) -> PlainText:
-        return self.query_one(f"#{name}", PlainText)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,3 +181,11 @@ def _least(groups: Sequence[KeyGroup]) -> KeyGroup:
 
 def _width(groups: Sequence[KeyGroup]) -> int:
     return sum(len(text) for group in groups for text in group.texts) - len(KEY_GAP)
+
+
+def panels(**titles: str) -> Iterator[PlainText]:
+    """Yield a titled panel of text for each id."""
+    for name, title in titles.items():
+        panel = PlainText(id=name, classes="panel")
+        panel.border_title = title
+        yield panel

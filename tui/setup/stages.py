@@ -1,11 +1,17 @@
-"""The stages that lead to an arm file: ports, what is behind one, questions, what is written."""
+"""The stages that lead to an arm file: ports, what is behind one, questions, what is written.
+
+Each stage is a list, a question, or a text; the screen shows one of them.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.registry.arm_files import arm_path
+from armdrive.render.scene import Moment
 from armdrive.setup.arm_text import ArmFiles
 from armdrive.setup.bus_survey import probe
 from armdrive.setup.filing import FileProposal, write
@@ -13,8 +19,100 @@ from armdrive.setup.interview import Describing
 from armdrive.setup.ports import ClosedPort, closed_ports, look_at
 from armdrive.setup.survey import Report
 from kinematics.errors import KinematicsError
-from tui.screens import ScreenHost
-from tui.setup.stage import WARNING, Go, SetupStage, StageText, first_of
+from tui.desk import Desk
+from tui.keys.presses import DoublePress
+
+WARNING = (
+    "Opening it can restart the board behind it: motors lose their current, and an arm that is "
+    "raised sags. Support it first. Nothing that is sent moves it."
+)
+"""The warning before a port is opened."""
+
+Go = Callable[["SetupStage"], None]
+"""Shows another stage."""
+
+
+@dataclass(frozen=True, slots=True)
+class StageText:
+    """What a stage says: a text, a list of which one row may be marked, and a text below it."""
+
+    head: str
+    rows: tuple[str, ...] = ()
+    marked: int | None = None
+    tail: str = ""
+
+
+class SetupStage:
+    """One stage. It knows the desk and how to go on to another one, and nothing of the screen."""
+
+    typing = False
+    """Whether printable keys are typed into it."""
+
+    def __init__(self, desk: Desk, go: Go, before: SetupStage | None = None) -> None:
+        self.desk = desk
+        self.go = go
+        self.before = before
+        self.marked = 0
+        self.twice = DoublePress(desk.clock)
+
+    def text(self) -> StageText:
+        """Say what the stage is about, what is marked, and what comes next."""
+        raise NotImplementedError
+
+    def moment(self) -> Moment | None:
+        """Return the posture to be drawn, if there is one."""
+        return None
+
+    def rows(self) -> int:
+        """Return how many lines there are to mark."""
+        return 0
+
+    def mark(self, by: int) -> bool:
+        """Mark another line; tell whether there are lines to mark, and not a text to scroll."""
+        self.twice.forget()
+        if self.rows():
+            self.marked = (self.marked + by) % self.rows()
+        return bool(self.rows())
+
+    def type(self, character: str) -> None:
+        """Type a character."""
+
+    def erase(self) -> None:
+        """Take the last character away."""
+
+    def enter(self) -> None:
+        """Do what is marked, or take a press of the two that it needs."""
+
+    def on(self) -> None:
+        """Go on without it."""
+        raise BadRequest("there is nothing to skip here")
+
+    def back(self) -> None:
+        """Go back."""
+        if self.before is not None:
+            self.go(self.before)
+
+    def due(self) -> None:
+        """Do what two presses have confirmed, once."""
+
+    def forget(self) -> None:
+        """Take a first press back."""
+        self.twice.forget()
+
+    def again(self, what: str) -> str:
+        """Say how `what` is confirmed."""
+        enter = self.desk.keys.label("setup-enter")
+        if self.twice.waiting:
+            return f"{enter} ONCE MORE {what}; anything else takes it back"
+        return f"{enter}, twice: {what}"
+
+
+def first_of(stage: SetupStage) -> SetupStage:
+    """Return the stage that all began with."""
+    while stage.before is not None:
+        stage = stage.before
+    return stage
+
 
 # The stages that write: a new arm file, or corrections of a present one.
 
@@ -23,7 +121,7 @@ class NewFile(SetupStage):
     """The file that the answers make; nothing stands on the disk yet."""
 
     def __init__(
-        self, desk: ScreenHost, go: Go, before: InterviewAsking, files: ArmFiles, name: str
+        self, desk: Desk, go: Go, before: InterviewAsking, files: ArmFiles, name: str
     ) -> None:
         super().__init__(desk, go, before)
         self.files, self.name, self.asking = files, name, before
@@ -80,7 +178,7 @@ class Closing(SetupStage):
 class Written(Closing):
     """A new file is written: what comes next."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage, path: Path) -> None:
+    def __init__(self, desk: Desk, go: Go, before: SetupStage, path: Path) -> None:
         super().__init__(desk, go, before)
         self.path = path
 
@@ -106,9 +204,7 @@ class Written(Closing):
 class Correction(Closing):
     """What the arm's own file should say instead, as a difference; two presses write it."""
 
-    def __init__(
-        self, desk: ScreenHost, go: Go, before: SetupStage, proposal: FileProposal
-    ) -> None:
+    def __init__(self, desk: Desk, go: Go, before: SetupStage, proposal: FileProposal) -> None:
         super().__init__(desk, go, before)
         self.proposal, self.path = proposal, proposal.path
         self.written = False
@@ -150,7 +246,7 @@ class Correction(Closing):
 class Ports(SetupStage):
     """The ports and CAN interfaces, as they are known while closed; one of them is asked."""
 
-    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage) -> None:
+    def __init__(self, desk: Desk, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
         self.candidates: tuple[ClosedPort, ...] = ()
         self.typed = ""
@@ -249,7 +345,7 @@ class InterviewAsking(SetupStage):
 
     typing = True
 
-    def __init__(self, desk: ScreenHost, go: Go, before: SetupStage, found: dict[str, str]) -> None:
+    def __init__(self, desk: Desk, go: Go, before: SetupStage, found: dict[str, str]) -> None:
         super().__init__(desk, go, before)
         self.describing = Describing(found)
 
