@@ -2,7 +2,7 @@
 
 Units: mm, rad, whole motor steps. Everything named here is plain Python. The public names are
 listed in `kinematics.exports` and, for the lecture notes, in `kinematics.textbook.exports`. Each of
-these lists is loaded when one of its names is first used, so that whoever imports a submodule loads
+these lists is loaded when one of its names is first used, so that importing a submodule loads
 that one alone.
 """
 

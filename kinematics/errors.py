@@ -387,12 +387,14 @@ class OutOfReach(KinematicsError):
         )
 
 
-def limit_sentence(joint: str, value_rad: float, bound_rad: float) -> str:
-    """Say in degrees by how much a joint would pass its limit."""
-    value_deg, bound_deg = math.degrees(value_rad), math.degrees(bound_rad)
+def limit_sentence(joint: str, value: float, bound: float, unit: str = "rad") -> str:
+    """Say by how much a joint would pass its limit: in degrees, or of a sliding joint in mm."""
+    sign = " mm"
+    if unit == "rad":
+        value, bound, sign = math.degrees(value), math.degrees(bound), "°"
     return (
-        f"the {joint.replace('_', ' ')} would have to be at {value_deg:.1f}°, "
-        f"{abs(value_deg - bound_deg):.1f}° beyond its limit of {bound_deg:.1f}°"
+        f"the {joint.replace('_', ' ')} would have to be at {value:.1f}{sign}, "
+        f"{abs(value - bound):.1f}{sign} beyond its limit of {bound:.1f}{sign}"
     )
 
 

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, Generic, Protocol, Self, TypeVar
 
 from armdrive.aio.loop import loop_context
-from armdrive.arm import Arm, anybody, connected
+from armdrive.arm import Arm, connected, connections_overridden
 from armdrive.arm.connected import Handle
 from armdrive.blocking import coroutine_of, waiting_part
 from armdrive.connect.parts import ConnectOptions
@@ -211,4 +211,6 @@ def _in_simulated_time(target: str | None, pace: PaceChoice) -> bool:
     """Return whether a connection needs no thread, because it opens no port and never blocks."""
     if isinstance(pace, str | float | int):
         return pace == "simulated"
-    return simulation_forced() or anybody() or target is None or target.startswith(SIM)
+    return (
+        simulation_forced() or connections_overridden() or target is None or target.startswith(SIM)
+    )

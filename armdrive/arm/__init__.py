@@ -16,8 +16,7 @@ from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Connection, Handle, finished, log_reader
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.gripper import Gripper
-from armdrive.arm.jogging import Jogging
-from armdrive.arm.moving import Moving, Place, move_to_place
+from armdrive.arm.moving import Jogging, Moving, Place, move_to_place
 from armdrive.arm.reference import Accept, Referencing, Told, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
@@ -25,7 +24,7 @@ from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
-from armdrive.motion import reference as reference_tasks
+from armdrive.motion import standing
 from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
@@ -189,7 +188,7 @@ class Arm:
 
         Moves nothing.
         """
-        await self.runner.perform(reference_tasks.enable(self.wire))
+        await self.runner.perform(standing.enable(self.wire))
 
     @blocking
     async def disable(self) -> None:
@@ -198,7 +197,7 @@ class Arm:
         Afterwards the position is suspect. A TeachMover receives `@RESET`.
         """
         after(self.core.state, Event.DISABLE)
-        await self.runner.perform(reference_tasks.disable(self.wire))
+        await self.runner.perform(standing.disable(self.wire))
 
     @blocking
     async def reset(self) -> None:
@@ -208,7 +207,7 @@ class Arm:
         """
         after(self.core.state, Event.RESET)
         await self.runner.stop()
-        await self.runner.perform(reference_tasks.reset(self.wire))
+        await self.runner.perform(standing.reset(self.wire))
 
     # -- referencing ----------------------------------------------------------------------------
 
@@ -766,41 +765,41 @@ class Arm:
         return log_reader(self.pace, self.tracer, self.config.connection.dialect, back)
 
 
-# Rehearsals, runs and tests replace a program's connections with their own.
+# Connection overrides: rehearsals, runs and tests replace a program's connections with their own.
 #
-# A replacement applies to the whole process on purpose: if a thread of a rehearsed program could
+# An override applies to the whole process on purpose: if a thread of a rehearsed program could
 # connect by itself, it would move the real arm.
 
-Standin = Callable[[str | None, ConnectOptions], Arm | None]
+ConnectionOverride = Callable[[str | None, ConnectOptions], Arm | None]
 """Takes the target and options of `Arm.connect`; returns an arm, or None to connect as usual.
 
 The target is None if the program names none.
 """
 
-_STANDINS: list[Standin] = []
+_OVERRIDES: list[ConnectionOverride] = []
 
 
 @contextlib.contextmanager
-def standing_in(standin: Standin) -> Iterator[None]:
-    """Make every connection of this process through `standin`; the innermost one counts."""
-    _STANDINS.append(standin)
+def override_connections(override: ConnectionOverride) -> Iterator[None]:
+    """Make every connection of this process through `override`; the innermost one counts."""
+    _OVERRIDES.append(override)
     try:
         yield
     finally:
-        _STANDINS.remove(standin)
+        _OVERRIDES.remove(override)
 
 
-def stood_in(target: str | None, options: ConnectOptions) -> Arm | None:
-    """Return the arm that replaces a connection; None to connect as usual."""
-    return _STANDINS[-1](target, options) if _STANDINS else None
+def overriding_arm(target: str | None, options: ConnectOptions) -> Arm | None:
+    """Return the arm of the innermost override; None to connect as usual."""
+    return _OVERRIDES[-1](target, options) if _OVERRIDES else None
 
 
 async def connected(target: str | None, options: ConnectOptions) -> Arm:
-    """Connect to an arm, or return its replacement."""
-    instead = stood_in(target, options)
+    """Connect to an arm, or return the arm of an override."""
+    instead = overriding_arm(target, options)
     return Arm(await coroutine_of(connect)(target, options)) if instead is None else instead
 
 
-def anybody() -> bool:
-    """Return whether connections of this process are being replaced."""
-    return bool(_STANDINS)
+def connections_overridden() -> bool:
+    """Return whether an override is in force."""
+    return bool(_OVERRIDES)

@@ -10,9 +10,7 @@ from armdrive.abilities import OUTPUTS
 from armdrive.blocking import Wait
 from armdrive.connect.parts import Parts
 from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
-from armdrive.motion import device as program_memory
-from armdrive.motion import idle as idling
-from armdrive.motion import reference as referencing
+from armdrive.motion import device as device_tasks
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import RealPace
@@ -77,7 +75,7 @@ class InputsOutputs:
     async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
         after(self._core.state, Event.MOVE)
-        await self._parts.runner.perform(idling.set_outputs(self._parts.wire, bits))
+        await self._parts.runner.perform(device_tasks.set_outputs(self._parts.wire, bits))
 
     async def set_output(self, number: int, on: bool = True) -> None:
         """Switch one output, counted from 1; see `Arm.set_output`."""
@@ -87,7 +85,7 @@ class InputsOutputs:
 
     async def read_inputs(self) -> int:
         """Read the input bits now."""
-        await self._parts.runner.perform(referencing.poll(self._parts.wire))
+        await self._parts.runner.perform(self._parts.wire.look())
         return self._core.readings.inputs or 0
 
     async def wait_inputs(
@@ -162,18 +160,18 @@ PATIENCE_S = 3600.0
 async def read_pendant_program(parts: Parts) -> PendantProgram:
     """Read the program in the arm's own memory; see `Arm.read_pendant_program`."""
     memory = _pendant_memory(parts)
-    rows = await parts.runner.perform(program_memory.read_program(parts.wire), PATIENCE_S)
+    rows = await parts.runner.perform(device_tasks.read_program(parts.wire), PATIENCE_S)
     return memory.from_words(rows, _origin(parts.core))
 
 
 async def write_pendant_program(
-    parts: Parts, program: PendantProgram, leave_others: bool, told: program_memory.RowReport
+    parts: Parts, program: PendantProgram, leave_others: bool, told: device_tasks.RowReport
 ) -> int:
     """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
     _pendant_memory(parts)
     program.require_fitting(parts.core.controller.abilities.program_rows)
     program.require_origin(_origin(parts.core))
-    body = program_memory.write_program(
+    body = device_tasks.write_program(
         parts.wire, program.words, leave_others=leave_others, told=told
     )
     return await parts.runner.perform(body, PATIENCE_S)

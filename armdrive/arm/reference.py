@@ -12,8 +12,7 @@ from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
 from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
-from armdrive.motion import reference as referencing
-from armdrive.motion import reference as verifying
+from armdrive.motion import reference as reference_tasks
 from armdrive.motion.reference import (
     Drift,
     Verdict,
@@ -29,7 +28,7 @@ from armdrive.moves import ParkMove
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event, after
 from armdrive.status import Evidence, State, Trust
-from armdrive.storage.verifications import last_entry, write_down
+from armdrive.storage.record import last_entry, write_down
 from kinematics.errors import finite
 from kinematics.spaces import Joints, Pose
 
@@ -86,7 +85,7 @@ class Referencing:
                 f"{request}"
             )
         after(self._core.state, Event.HOME)
-        await self._parts.runner.perform(referencing.begin_home(self._parts.wire))
+        await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
             await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
@@ -112,7 +111,7 @@ class Referencing:
         with self._parts.pace.lock:
             after(self._core.state, Event.HOME)
             names = self.homing_groups
-            body = referencing.home_device(wire, homing, lambda group: told(names[group]))
+            body = reference_tasks.home_device(wire, homing, lambda group: told(names[group]))
             task = runner.submit(body, alone=True)
         await runner.finish(task, HOMING_PATIENCE_S)
         return self._parts.pose
@@ -159,7 +158,7 @@ class Referencing:
                 "there is no restored position to confirm; the position is "
                 f"{trust.value}: call `home()`"
             )
-        await self._parts.runner.perform(referencing.confirm_record(self._parts.wire))
+        await self._parts.runner.perform(reference_tasks.confirm_record(self._parts.wire))
 
     def request(self) -> PostureRequest:
         """Return the posture in which the arm is referenced."""
@@ -199,7 +198,7 @@ class Referencing:
         reference = self._core.belief.reason
         await finished(self._moving.start(ParkMove(speed, above_mark(self._config))))
         after(self._core.state, Event.HOME)
-        await self._parts.runner.perform(referencing.begin_home(self._parts.wire))
+        await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)
             verified = await self._measured(request, reference, accept, logbook)
@@ -212,7 +211,7 @@ class Referencing:
     async def _measured(
         self, request: MarkRequest, reference: str, accept: Accept, logbook: Path | None
     ) -> Verified:
-        position = await self._parts.runner.perform(verifying.read_at_mark(self._parts.wire))
+        position = await self._parts.runner.perform(reference_tasks.read_at_mark(self._parts.wire))
         transmission = self._core.transmission
         truth = ArmCoordinates(request.joints, request.opening_mm).motors(transmission)
         drift = drift_between(self._config.model, position, truth)
@@ -235,10 +234,10 @@ class Referencing:
         if verified.accepted:
             await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
         elif verified.verdict is Verdict.ROUNDING:
-            await self._parts.runner.perform(verifying.believe_mark(self._parts.wire))
+            await self._parts.runner.perform(reference_tasks.believe_mark(self._parts.wire))
         else:
             await self._parts.runner.perform(
-                verifying.doubt_position(self._parts.wire, verified.found)
+                reference_tasks.doubt_position(self._parts.wire, verified.found)
             )
 
     def _written(self, verified: Verified, reference: str, logbook: Path | None) -> Verified:

@@ -24,8 +24,7 @@ from armdrive.runtime.clock import PaceChoice
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
-from armdrive.storage.record import FileRecorder
-from armdrive.storage.verifications import logbook_file
+from armdrive.storage.record import FileRecorder, logbook_file
 from armdrive.text.reading import is_there, read_json
 from armdrive.trace.recorder import FlightRecorder
 

@@ -190,9 +190,14 @@ def _in_ink(text: str, ink: Ink) -> str:
 # Reading from the terminal.
 
 
+def at_terminal() -> bool:
+    """Return whether a person reads the output and types the input."""
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
 def require_screen(what: str, otherwise: str) -> None:
     """Raise `BadRequest` if the terminal cannot draw; `otherwise` names what works without."""
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not at_terminal():
         raise BadRequest(f"{what} needs a terminal; {otherwise}")
     kind = os.environ.get("TERM", "")
     if kind.lower() in WITHOUT_SCREEN:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +31,11 @@ from armdrive.text.toml import (
     Problems,
     TomlTable,
     between,
-    boolean,
     joint_range,
     named,
     number,
     require_format,
     setting,
-    text,
     whole,
 )
 from kinematics.chains.arm import ChainArm
@@ -55,11 +54,6 @@ from kinematics.transmission import MotorSpec, Transmission
 
 MOST_LINKS = 100
 """No arm has more links; the time of computations grows with the square of their number."""
-
-_TOP_KEYS = (
-    FORMAT_KEY, "name", "title", "source", "verified", "convention", "base", "tool", "links",
-    "axes", "tip",
-)  # fmt: skip
 
 _OF_LINKS, _OF_AXES = ("links", "base", "tool"), ("axes", "tip")
 """Keys of a file with a link table, and of one with joint axes."""
@@ -153,6 +147,37 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
     return model
 
 
+@dataclass(frozen=True, slots=True)
+class ModelHead:
+    """The keys at the top of a model file."""
+
+    name: str | None = setting(None, "its name; by default that of the file")
+    title: str | None = setting(None, "shown wherever the model is named")
+    source: str = setting("", "where the numbers come from")
+    verified: bool = setting(True, "whether they are measured; without that, nothing Cartesian")
+    convention: str = setting(
+        "standard", "of the link table", words=tuple(each.value for each in Convention)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class LinkRow:
+    """One of [[links]], from the base on; what is left out is zero, and without limits."""
+
+    joint: str = setting("", "the joint's name; by default joint_1, joint_2, ...")
+    kind: str = setting("revolute", words=tuple(kind.value for kind in JointKind))
+    theta_deg: float = setting(0.0, "angle about z with the joint at zero")
+    d_mm: float = setting(0.0, "distance along z with the joint at zero")
+    a_mm: float = setting(0.0, "length of the link")
+    alpha_deg: float = setting(0.0, "twist of the link")
+    offset_deg: float | None = setting(None, "how far the table's zero lies from the joint's own")
+    offset_mm: float | None = setting(None, "the same of a prismatic joint")
+    low_deg: float | None = setting(None, "limit of the joint's value; without it, none")
+    high_deg: float | None = None
+    low_mm: float | None = setting(None, "the same of a prismatic joint")
+    high_mm: float | None = None
+
+
 def _model(table: TomlTable, name: str) -> Model | None:
     """Read the whole file and note every problem; return None if they leave no model.
 
@@ -160,11 +185,9 @@ def _model(table: TomlTable, name: str) -> Model | None:
     """
     document = table.entries
     require_format(document)
-    table.allow(_TOP_KEYS)
-    called = table.value("name", text, name)
-    convention = table.value("convention", _convention, Convention.STANDARD)
-    verified = table.value("verified", boolean, True)
-    title, source = table.value("title", text, called), table.value("source", text, "")
+    head = table.section(ModelHead, elsewhere=(FORMAT_KEY, *_OF_LINKS, *_OF_AXES)) or ModelHead()
+    called, convention = head.name or name, Convention(head.convention)
+    model = partial(Model, called, head.title or called, head.source, verified=head.verified)
     if any(key in document for key in _OF_AXES):
         for key in _OF_LINKS:
             if key in document:
@@ -175,27 +198,31 @@ def _model(table: TomlTable, name: str) -> Model | None:
         chain = table.problems.attempt(
             lambda: assign_frames(zero.axes, zero.tool, convention, called).chain, None
         )
-        return None if chain is None else Model(called, title, source, chain, verified, zero=zero)
+        return None if chain is None else model(chain, zero=zero)
     chain = _chain_of_links(table, convention, called)
-    return None if chain is None else Model(called, title, source, chain, verified)
+    return None if chain is None else model(chain)
 
 
 def _chain_of_links(table: TomlTable, convention: Convention, called: str) -> Chain | None:
     """Return the chain of a file's link table, None if there are any problems."""
-    rows = table.entries.get("links", [])
-    if not isinstance(rows, list) or not rows:
-        table.problems.note("a model needs at least one link, each written under [[links]]")
-        rows = []
-    if len(rows) > MOST_LINKS:
-        table.problems.note(f"a model has at most {MOST_LINKS} links, not {len(rows)}")
+    problems, given = table.problems, table.entries.get("links", [])
+    if not isinstance(given, list) or not given:
+        problems.note("a model needs at least one link, each written under [[links]]")
+        given = []
+    if len(given) > MOST_LINKS:
+        problems.note(f"a model has at most {MOST_LINKS} links, not {len(given)}")
     base, tool = (table.table(key).section(Placement) for key in ("base", "tool"))
-    tables = [row.entries for row in table.rows("links")] if rows else []
-    _note_links(tables, table.problems)
-    if table.problems.found:
+    rows = table.rows("links")[:MOST_LINKS] if given else []
+    for row in rows:
+        before = problems.count
+        row.section(LinkRow)
+        if problems.count == before:
+            problems.attempt(partial(_check_link, row), None)
+    if problems.found:
         return None
-    return table.problems.attempt(
+    return problems.attempt(
         lambda: chain_of_rows(
-            tables,
+            [row.entries for row in rows],
             convention=convention,
             base=(base or Placement()).frame(),
             tool=(tool or Placement()).frame(),
@@ -205,34 +232,12 @@ def _chain_of_links(table: TomlTable, convention: Convention, called: str) -> Ch
     )
 
 
-def _note_links(rows: list[Mapping[str, Any]], problems: Problems) -> None:
-    """Note every key of a link that is wrong: each is read alone, and then its whole row."""
-    for index, row in enumerate(rows[:MOST_LINKS]):
-        kind = {"kind": row["kind"]} if "kind" in row else {}
-        keys = [kind, *(kind | {key: row[key]} for key in row if key != "kind")]
-        wrong = [each for each in keys if _noted(index, each, problems)]
-        if not wrong:
-            _noted(index, row, problems)
-
-
-def _noted(index: int, row: Mapping[str, Any], problems: Problems) -> bool:
-    """Note what is wrong with the row of this index; return whether anything is."""
-    empty: list[Mapping[str, Any]] = [{}] * index
+def _check_link(row: TomlTable) -> None:
+    """Raise `ArmFileError` for keys that do not fit the kind of joint, or each other."""
     try:
-        chain_of_rows([*empty, row])
+        chain_of_rows([row.entries])
     except KinematicsError as error:
-        place = "" if str(error).startswith("row ") else f"row {index + 1}: "
-        problems.note(f"{place}{error}")
-        return True
-    return False
-
-
-def _convention(value: object, where: str) -> Convention:
-    for one in Convention:
-        if one.value == value:
-            return one
-    known = " or ".join(repr(one.value) for one in Convention)
-    raise ArmFileError(f"{where} must be {known}, not {value!r}")
+        raise ArmFileError(f"{row.where}: {str(error).removeprefix('row 1: ')}") from None
 
 
 def _clean(entry: float) -> float:

@@ -18,9 +18,8 @@ from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
-from armdrive.motion import reference
+from armdrive.motion import standing
 from armdrive.motion.context import MotionContext, alerted
-from armdrive.motion.idle import Idling
 from armdrive.motion.plan import SpeedLimits
 from armdrive.registry import dialect
 from armdrive.registry.simulate import simulate
@@ -31,8 +30,7 @@ from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
-from armdrive.storage.record import FileRecorder, PositionRecorder
-from armdrive.storage.verifications import logbook_file
+from armdrive.storage.record import FileRecorder, PositionRecorder, logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
 from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.recorder import FlightRecorder
@@ -259,7 +257,7 @@ async def assemble(
     tracer.begin(config, link.description, pace.now_s, core.condition)
     pace.start(driven.engine)
     try:
-        await runner.perform(reference.connect(driven.wire))
+        await runner.perform(standing.connect(driven.wire))
         with pace.lock:
             tracer.opened()
     except BaseException:
@@ -287,7 +285,7 @@ class _Driven:
         self.wire = MotionContext(self.engine, core)
         self.reconnector = None if rewiring is None else Reconnector(self.wire, rewiring)
         self.engine.reconnect = self.reconnector
-        self._idling = Idling(self.wire)
+        self._idling = standing.Idling(self.wire)
 
     def _idle(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         return self._idling.due(now_s)

@@ -1,7 +1,7 @@
 """Reconnects a lost link: tries to open it again, with increasing pauses between attempts.
 
 The engine then gets the new link and a new controller, which repeats no request of the old one.
-Afterwards the arm is in a state in which nothing moves (motion/idle.py).
+Afterwards the arm is in a state in which nothing moves (motion/standing.py).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from armdrive.errors import ArmError, LinkLost
 from armdrive.motion.context import MotionContext, without_reset
-from armdrive.motion.idle import resume
+from armdrive.motion.standing import recover
 from armdrive.registry import dialect
 from armdrive.runtime.engine import Engine
 from armdrive.tasks import TaskBody
@@ -181,7 +181,7 @@ class Reconnector:
     def _resume(self) -> TaskBody[None]:
         """Check that the same arm answers on the new link, and restore its state."""
         try:
-            yield from resume(self._wire, self._lost_s, self._lost_link)
+            yield from recover(self._wire, self._lost_s, self._lost_link)
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(

@@ -1,11 +1,13 @@
-"""The device's own memory: its settings, compared with the arm file, and its stored program."""
+"""A device's settings, compared with the arm file, its stored program, and its outputs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from armdrive.abilities import OUTPUTS
 from armdrive.errors import (
     ArmError,
+    BadRequest,
     DeviceFault,
     LinkLost,
     NoAnswer,
@@ -25,6 +27,7 @@ from armdrive.tasks import (
     ReadSettings,
     Reply,
     RequestRejected,
+    SetOutputs,
     TaskBody,
     WriteRow,
 )
@@ -211,3 +214,18 @@ def named_rows(numbers: Sequence[int]) -> str:
     if list(numbers) == list(range(first, last + 1)):
         return f"rows {first} to {last}"
     return f"rows {', '.join(map(str, numbers))}"
+
+
+# Outputs.
+
+MOST_OUTPUTS = (1 << OUTPUTS) - 1
+
+
+def set_outputs(wire: MotionContext, bits: int) -> TaskBody[None]:
+    """Write the output bits."""
+    if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= MOST_OUTPUTS:
+        raise BadRequest(f"outputs are a whole number from 0 to {MOST_OUTPUTS}, not {bits!r}")
+    reply = yield from wire.request(SetOutputs(bits))
+    if not isinstance(reply, Done):
+        raise DeviceFault(f"the controller did not take the output bits {bits}: look at the arm")
+    wire.core.readings.outputs = bits

@@ -1,4 +1,4 @@
-"""How an arm gets its position: from its record, its home switches, or its operator.
+"""How an arm gets its reference: from its home switches, or from its operator.
 
 Referencing sets an offset to the controller's registers. Verification measures how far the position
 has drifted.
@@ -12,89 +12,27 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from armdrive.abilities import Switching
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import DeviceFault, LinkLost, NoAnswer, NotReferenced, StateFileError
+from armdrive.errors import DeviceFault, LinkLost, NotReferenced
 from armdrive.motion.context import (
     MotionContext,
     be_remembered,
     leave_standstill,
     weigh_difference,
-    without_reset,
 )
-from armdrive.motion.device import compare_again, compare_settings
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.states import Belief, Event, after
+from armdrive.runtime.states import Belief, Event
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
-    ClearFault,
     Done,
-    DropCurrent,
     Halted,
     HomeDevice,
-    Registers,
-    SwitchOn,
     TaskBody,
 )
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Motors
 from kinematics.transmission import Transmission
-
-
-def connect(wire: MotionContext) -> TaskBody[None]:
-    """Find the controller and restore the recorded position. Moves nothing."""
-    try:
-        yield from _connect(wire)
-    except NoAnswer as error:  # an arm that is not connected cannot be reset
-        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
-
-
-def _connect(wire: MotionContext) -> TaskBody[None]:
-    core = wire.core
-    registers = yield from wire.ask_registers()
-    switched = core.controller.abilities.current is Switching.BOTH
-    core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
-    _take_up_record(wire, registers)
-    _apply_early_evidence(wire)
-    yield from compare_settings(wire)
-    core.memory.taken_up()  # only now: a failed connection leaves the record as it was
-    if core.belief.trust is Trust.SUSPECT:
-        core.remember()  # otherwise registers that match by chance later would be trusted again
-    core.still_since_s = wire.now_s
-
-
-def _take_up_record(wire: MotionContext, registers: Registers) -> None:
-    core = wire.core
-    core.position.found(registers)
-    try:
-        record = core.memory.load(
-            core.config.name, core.config.calibration, len(registers.positions)
-        )
-    except StateFileError as error:
-        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, str(error))
-        return
-    if record is None or record.trust == Trust.UNKNOWN.value:
-        core.learn(Evidence.NO_RECORD, wire.now_s)
-    else:
-        same = core.position.restore(record, registers.positions)
-        core.learn(Evidence.RECORD_MATCHES, wire.now_s)
-        if record.trust == Trust.SUSPECT.value:
-            core.belief = Belief(Trust.SUSPECT, record.reason, wire.now_s)
-        if not same:
-            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)
-        elif record.in_motion:
-            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
-
-
-def _apply_early_evidence(wire: MotionContext) -> None:
-    """Apply an alert that arrived before the record was read."""
-    core = wire.core
-    if core.early_evidence is not None:
-        evidence, words = core.early_evidence
-        core.learn(evidence, wire.now_s, words)
-        core.diagnostics.error = ""  # connecting latches no error
-        core.diagnostics.notify(f"{evidence.value} ({words})", evidence)
 
 
 def begin_home(wire: MotionContext) -> TaskBody[None]:
@@ -169,70 +107,6 @@ def confirm_record(wire: MotionContext) -> TaskBody[None]:
     core.learn(Evidence.CONFIRMED, wire.now_s)
     core.mark_still()
     yield from be_remembered(wire)
-
-
-def disable(wire: MotionContext) -> TaskBody[None]:
-    """Switch the motor current off. The arm can sag, so its position becomes suspect."""
-    core = wire.core
-    after(core.state, Event.DISABLE)
-    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
-    yield from be_remembered(wire)  # without a mark: a full disk must not keep the motors on
-    core.happen(Event.DISABLE)
-    core.readings.current = Current.UNKNOWN
-    reply = yield from wire.request(DropCurrent())
-    if not isinstance(reply, Done):
-        words = "the controller did not confirm that the motor current is off: look at the arm"
-        raise wire.fault(DeviceFault(words))
-    core.readings.current = Current.OFF
-    registers = yield from wire.ask_registers()
-    core.position.rebase(registers.positions)  # they may have been zeroed, which moves nothing
-    core.readings.sense(registers)
-    core.mark_still()
-    yield from be_remembered(wire)
-
-
-def enable(wire: MotionContext) -> TaskBody[None]:
-    """Switch the motor current on, if the device can, and allow motion. Moves nothing."""
-    core = wire.core
-    after(core.state, Event.ENABLE)
-    able = core.controller.abilities.current
-    if able is Switching.BOTH or (able is Switching.DROPS and core.readings.current is Current.OFF):
-        reply = yield from wire.request(SwitchOn())
-        if not isinstance(reply, Done):
-            words = f"the controller did not switch the motors on: {reply}"
-            raise wire.fault(DeviceFault(words))
-        wire.require_no_fault()  # the arm may have sagged before the device answered
-        if able is Switching.BOTH:
-            core.readings.current = Current.HELD
-    yield from compare_again(wire)
-    core.happen(Event.ENABLE)
-
-
-def reset(wire: MotionContext) -> TaskBody[None]:
-    """Leave error-stop: wait for a quiet line, then read the position. Moves nothing.
-
-    If the device may have switched its motors off, the arm is disabled afterwards.
-    """
-    core = wire.core
-    yield from wire.quiet()
-    reply = yield from wire.request(ClearFault())
-    if not isinstance(reply, Done):
-        raise DeviceFault(f"the controller stays in its fault: {reply}")
-    registers = yield from wire.ask_registers()
-    if wire.stopping:
-        raise wire.stopped("a stop came during the reset: call `reset()` again")
-    core.diagnostics.error = core.diagnostics.notice = ""
-    weigh_difference(wire, core.position.compare(registers))
-    yield from compare_again(wire)
-    switched = core.controller.abilities.current is Switching.BOTH
-    off = switched and core.readings.current is not Current.HELD
-    core.happen(Event.RESET_SWITCHED if off else Event.RESET)
-    core.still_since_s = wire.now_s
-
-
-def poll(wire: MotionContext) -> TaskBody[None]:
-    """Poll an arm at rest: its inputs, and whether its registers have changed."""
-    yield from wire.look()
 
 
 # Manual reference: the operator confirms a posture. It is refused if the arm has changed since.

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Protocol, cast
 
-from armdrive.arm import Arm, standing_in
+from armdrive.arm import Arm, override_connections
 from armdrive.connect.parts import ConnectOptions
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
@@ -132,7 +132,7 @@ class Connections:
         self._stage = stage
 
     def __call__(self, target: str | None, options: ConnectOptions) -> Arm:
-        """Connect as `armdrive.arm.Standin` says."""
+        """Connect as `armdrive.arm.ConnectionOverride` says."""
         stage = self._stage
         arm = stage.own(options) if target is None else stage.given(target, options)
         self.arms.append(arm)
@@ -170,7 +170,7 @@ def carry_out(path: Path, words: Sequence[str], connections: Connections) -> int
 
     Raises what the script raises, except `SystemExit`. Closes the arms that it leaves open.
     """
-    with _as_main(path, words), standing_in(connections):
+    with _as_main(path, words), override_connections(connections):
         try:
             runpy.run_path(str(path), run_name="__main__")
         except SystemExit as end:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import tempfile
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -64,6 +64,28 @@ class FileProposal:
                 f"{self.path} has changed in the meantime and was not written: repeat the check"
             )
         replace_file(self.path, self.after.rstrip("\n"))
+
+
+def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
+    """Yield that a file was written, and the commands to type next, from the safest on."""
+    name = config.name
+    yield f"written: {path}"
+    yield "next, from the safest on:"
+    lines = [
+        (f"armdrive config check {name}", "problems and remarks; opens nothing"),
+        (f"ARMDRIVE_FORCE_SIM=1 armdrive home --arm {name}", "its simulated twin"),
+    ]
+    if config.connection.port:
+        lines += [
+            (f"armdrive doctor --arm {name}", "asks who is at its port; moves nothing"),
+            (f"armdrive status --arm {name}", "connects; moves nothing"),
+            (f"armdrive config signs {name}", "turns each motor a little, to see its direction"),
+            (f"armdrive jog --arm {name}", "slowly, by hand; space stops"),
+        ]
+    lines.append((f"armdrive config set-default {name}", "use it if no arm is named"))
+    width = max(len(command) for command, _ in lines)
+    for command, words in lines:
+        yield f"  {command:<{width}}  {words}"
 
 
 def propose(path: Path, transmission: Transmission | None, signs: Signs) -> FileProposal:

@@ -80,10 +80,6 @@ class Interview:
         self._take_given()
         return None
 
-    def settle(self, found: Mapping[str, Any]) -> Draft:
-        """Return the draft with answers that were found rather than asked for."""
-        return Draft({**self._answers, **found}, self._around)
-
     def _all(self) -> Iterator[Question]:
         for row in ROWS:
             yield from row.questions(self.draft)

@@ -9,8 +9,8 @@ from armdrive.sim.simulated_arm import SimDeviceKind
 
 _FAULT_NOTE = (
     "P is a probability for each byte, #N the N-th byte from now, next the whole next message;\n"
-    "wire faults take from=host or from=device, and seed=N; what goes on can end: for=SECONDS.\n"
-    "Write --fault drop:0.01,from=host@5 for one that begins after 5 s."
+    "wire faults take from=host or from=device, and seed=N; for=SECONDS limits the duration;\n"
+    "--fault drop:0.01,from=host@5 begins after 5 s."
 )
 
 

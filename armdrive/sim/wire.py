@@ -338,6 +338,7 @@ class PacedDevice:
         self._in = PacedWire(baud)
         self._out = PacedWire(baud)
         self._plugged = True
+        self._advanced_s = -math.inf
 
     @property
     def pace(self) -> str:
@@ -370,7 +371,9 @@ class PacedDevice:
         """Process everything that is due by now."""
         while (due_s := self._due_s()) < now_s:
             self._exchange(due_s)
-        self._exchange(now_s)
+        if now_s > self._advanced_s or due_s <= now_s:  # a host often reads and writes at one time
+            self._exchange(now_s)
+            self._advanced_s = now_s
 
     def next_s(self) -> float:
         """Return when something next happens on either side; infinity if nothing is pending."""

@@ -1,7 +1,8 @@
-"""The saved position of an arm: one small JSON file per arm, always replaced as a whole.
+"""The saved position of an arm, and the log of its verifications.
 
-The file is marked as in motion before the arm starts moving, and unmarked once the arm is at rest
-again. A program that dies during a motion thus leaves a mark instead of a wrong position.
+The position is one small JSON file per arm, always replaced as a whole. The file is marked as in
+motion before the arm starts moving, and unmarked once the arm is at rest again. A program that dies
+during a motion thus leaves a mark instead of a wrong position.
 """
 
 from __future__ import annotations
@@ -11,15 +12,18 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
+from armdrive.storage import files as places
 from armdrive.storage.files import (
     DISK,
     StateFiles,
     always,
+    append_line,
     put_aside,
     remove_durably,
     replace_durably,
@@ -176,8 +180,6 @@ def _coordinate(value: object) -> float:
     return number
 
 
-__all__ = ["FileRecorder", "NoRecorder", "PositionRecorder", "Record"]
-
 BAD = ".bad"  # ending of an unusable file, which is kept when a new one replaces it
 
 
@@ -273,3 +275,40 @@ class FileRecorder:
             put_aside(self._files, self.path, self.aside)
         remove_durably(self._files, self.path)
         self._refused = False
+
+
+# The log of verifications: a file of JSON lines in the state folder.
+
+LONGEST_LOG = 1_000_000  # bytes read from the end of a log: some thousands of lines
+
+
+def logbook_file(arm: str) -> Path:
+    """Return the file of an arm's verifications."""
+    return places.states() / f"{places.file_name(arm)}.verified.jsonl"
+
+
+def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference: str) -> None:
+    """Append a verification with the date; `view` is its plain data. Raises `OSError`."""
+    line = {
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "calibration": calibration,
+        "reference": reference,
+        **view,
+    }
+    append_line(path, json.dumps(line))
+
+
+def last_entry(path: Path, calibration: str) -> dict[str, Any] | None:
+    """Return the latest entry with this calibration, or None; damaged lines are skipped."""
+    try:
+        lines = DISK.read_own(path, LONGEST_LOG, end=True).splitlines()
+    except OSError:
+        return None
+    for line in reversed(lines):
+        try:
+            entry = json.loads(line)
+        except (ValueError, RecursionError):
+            continue
+        if isinstance(entry, dict) and entry.get("calibration") == calibration:
+            return entry
+    return None

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType, TracebackType
 from typing import Any, Self
 
-from armdrive.arm import Arm, standing_in
+from armdrive.arm import Arm, override_connections
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
@@ -109,7 +109,7 @@ class ArmWorld:
         self._open = ExitStack()
 
     def __enter__(self) -> Self:
-        self._open.enter_context(standing_in(self._connected))
+        self._open.enter_context(override_connections(self._connected))
         return self
 
     def __exit__(

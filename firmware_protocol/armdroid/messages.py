@@ -90,11 +90,6 @@ class SetSpeed:
     letter: ClassVar[str] = "s"
     rpm: int
 
-    @property
-    def step_interval_ms(self) -> int:
-        """The shortest time between two steps at this speed."""
-        return RPM_MAX // self.rpm
-
 
 @dataclass(frozen=True, slots=True)
 @checks(on=boolean)

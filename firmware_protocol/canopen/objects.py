@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from firmware_protocol.canopen.services import checked_node
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 
 Value: TypeAlias = bool | int | float | str | bytes
 """An object's value: bool, int, float, ASCII text, or bytes without a known meaning."""
@@ -281,13 +281,6 @@ class Dictionary:
     def find(self, place: Place) -> ObjectEntry | None:
         """Return the object at a place, or None."""
         return self._entries.get(place)
-
-    def named(self, name: str) -> ObjectEntry:
-        """Return the object with a name. Raises `LocalProtocolError` unless exactly one has it."""
-        found = [entry for entry in self if entry.name == name]
-        if len(found) != 1:
-            raise LocalProtocolError(f"{len(found)} objects are called {name!r}")
-        return found[0]
 
 
 # The objects of CiA 301 and CiA 402 that arms with such drives need.

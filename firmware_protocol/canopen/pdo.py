@@ -114,12 +114,10 @@ class Mapping:
 # exist: after an incomplete list the drive ignores the PDO instead of misreading it.
 # Source: CiA 301, PDO communication and mapping parameters.
 
-PDO_MAX = 512
-"""Most PDOs per direction in a device; the first four have predefined COB-IDs."""
 NOT_VALID, NO_REMOTE = 1 << 31, 1 << 30
 """Bits of the COB-ID: the PDO does not exist; remote frames do not trigger it."""
-EVERY_SYNC, ON_EVENT = 1, 255
-"""Transmission types: on every SYNC; on events defined by the device profile."""
+EVERY_SYNC = 1
+"""Transmission type: on every SYNC."""
 
 _RESERVED = range(241, 252)
 
@@ -165,12 +163,10 @@ def switched_off(direction: Direction, number: int, node: int) -> Write:
 
 @dataclass(frozen=True, slots=True)
 class PdoSetup:
-    """The desired configuration of a PDO. `number` counts from 1.
+    """The desired configuration of a PDO with a predefined COB-ID: `number` is 1 to 4.
 
     `transmission` is 1 to 240 (on every nth SYNC), 0 (on the first SYNC after a change) or 252 to
-    255. `inhibit_100us` is the shortest time between two transmissions, `event_ms` the longest
-    (for a received PDO: the timeout after which its absence is an error); None keeps the device's
-    value. `can_id` defaults to the predefined id of CiA 301, for the first four PDOs.
+    255 (on events). The device's times stay as they are.
     """
 
     direction: Direction
@@ -178,41 +174,26 @@ class PdoSetup:
     node: int
     mapping: Mapping
     transmission: int = EVERY_SYNC
-    inhibit_100us: int | None = None
-    event_ms: int | None = None
-    can_id: int | None = None
-    no_remote: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.direction, Direction):
             raise BadField("direction", self.direction, "a Direction")
-        whole("number", self.number, 1, PDO_MAX)
+        whole("number", self.number, 1, len(PDO_SERVICES[self.direction]))
         checked_node(self.node)
         whole("transmission", self.transmission, 0, 255)
         if self.transmission in _RESERVED:
             raise BadField("transmission", self.transmission, "0 to 240 or 252 to 255")
-        for name in ("inhibit_100us", "event_ms"):
-            if getattr(self, name) is not None:
-                whole(name, getattr(self, name), 0, 0xFFFF)
-        if self.inhibit_100us is not None and self.direction is Direction.RECEIVED:
-            raise BadField("inhibit_100us", self.inhibit_100us, "None, where the device receives")
-        if self.can_id is None and self.number > len(PDO_SERVICES[self.direction]):
-            raise BadField("can_id", self.can_id, "given, for a PDO behind the fourth")
-        if self.can_id is not None:
-            whole("can_id", self.can_id, 1, STANDARD_ID_MAX)
 
     @property
     def frame_id(self) -> int:
         """The CAN id of the frames."""
-        if self.can_id is not None:
-            return self.can_id
         return cob_id(PDO_SERVICES[self.direction][self.number - 1], self.node)
 
     @property
     def writes(self) -> tuple[Write, ...]:
         """The SDO writes, in order."""
         communication, mapping = (base + self.number - 1 for base in PARAMETERS[self.direction])
-        cob = self.frame_id | NO_REMOTE * self.no_remote
+        cob = self.frame_id
         entries = self.mapping.entries
         return (
             Write(Place(communication, _COB), DataType.U32, cob | NOT_VALID),
@@ -223,16 +204,7 @@ class PdoSetup:
             ),
             Write(Place(mapping, 0), DataType.U8, len(entries)),
             Write(Place(communication, _TRANSMISSION), DataType.U8, self.transmission),
-            *self._times(communication),
             Write(Place(communication, _COB), DataType.U32, cob),
-        )
-
-    def _times(self, communication: int) -> tuple[Write, ...]:
-        times = ((_INHIBIT, self.inhibit_100us), (_EVENT, self.event_ms))
-        return tuple(
-            Write(Place(communication, sub), DataType.U16, value)
-            for sub, value in times
-            if value is not None
         )
 
 

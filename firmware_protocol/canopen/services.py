@@ -292,12 +292,6 @@ class Sync:
         """The CAN frame."""
         return Frame(cob_id(Service.SYNC), b"" if self.counter is None else bytes((self.counter,)))
 
-    def after(self, overflow: int = COUNTER_MAX) -> Sync:
-        """Return the next SYNC; a counter restarts at 1 after `overflow` (2 to 240)."""
-        if self.counter is None:
-            return self
-        return Sync(self.counter % whole("overflow", overflow, 2, COUNTER_MAX) + 1)
-
     @classmethod
     def read(cls, frame: Frame) -> Sync:
         """Decode a frame. Raises `RemoteProtocolError`."""
@@ -457,14 +451,6 @@ class Emergency:
     def words(self) -> str:
         """The description of the code."""
         return error_words(self.code)
-
-    @property
-    def kinds(self) -> ErrorRegister:
-        """The named bits of the error register."""
-        named = ErrorRegister(0)
-        for bit in ErrorRegister:
-            named |= bit & self.register
-        return named
 
     @property
     def frame(self) -> Frame:

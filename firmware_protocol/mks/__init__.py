@@ -105,7 +105,6 @@ from firmware_protocol.mks.values import HARD_STOP_MAX_RPM as HARD_STOP_MAX_RPM
 from firmware_protocol.mks.values import LATEST as LATEST
 from firmware_protocol.mks.values import NODE_DEFAULT as NODE_DEFAULT
 from firmware_protocol.mks.values import NODE_MAX as NODE_MAX
-from firmware_protocol.mks.values import SINCE as SINCE
 from firmware_protocol.mks.values import SPEED_MAX_RPM as SPEED_MAX_RPM
 from firmware_protocol.mks.values import TARGET_MAX as TARGET_MAX
 from firmware_protocol.mks.values import Ability as Ability
@@ -116,7 +115,6 @@ from firmware_protocol.mks.values import Mode as Mode
 from firmware_protocol.mks.values import MotorState as MotorState
 from firmware_protocol.mks.values import Outcome as Outcome
 from firmware_protocol.mks.values import ReplyMode as ReplyMode
-from firmware_protocol.mks.values import Since as Since
 from firmware_protocol.mks.values import Version as Version
 from firmware_protocol.mks.values import abilities_of as abilities_of
 from firmware_protocol.mks.values import acc_of as acc_of

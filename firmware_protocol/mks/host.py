@@ -169,16 +169,6 @@ class Course:
         """The unanswered motions, oldest first."""
         return tuple(self._unanswered)
 
-    @property
-    def under_way(self) -> Motion | None:
-        """The motion that the drive has reported as started."""
-        return self._under_way
-
-    @property
-    def stored(self) -> Motion | None:
-        """The motion stored for the synchronous start."""
-        return self._stored
-
     def send(self, motion: Motion) -> None:
         """Record a motion that is being sent."""
         self._unanswered.append(motion)
@@ -276,16 +266,6 @@ class Expecting:
         motions = (course.unanswered for course in self._courses.values())
         return (*self._asked.values(), *chain.from_iterable(motions))
 
-    @property
-    def under_way(self) -> tuple[Motion, ...]:
-        """All motions that the drive has reported as started and not as ended."""
-        return _without_none(course.under_way for course in self._courses.values())
-
-    @property
-    def stored(self) -> tuple[Motion, ...]:
-        """All motions stored for the synchronous start."""
-        return _without_none(course.stored for course in self._courses.values())
-
     def send(self, request: Request) -> None:
         """Record a request. Raises `LocalProtocolError` while a similar one is unanswered."""
         if isinstance(request, Motion):
@@ -356,10 +336,6 @@ class Expecting:
         return kind(self._node, request)
 
 
-def _without_none(motions: Iterable[Motion | None]) -> tuple[Motion, ...]:
-    return tuple(motion for motion in motions if motion is not None)
-
-
 EVENTS_MAX = 256
 """Most queued events; the newest are kept."""
 
@@ -399,14 +375,6 @@ class Host:
     def unanswered(self, node: int) -> tuple[Request, ...]:
         """Return a drive's requests without a first answer, in no particular order."""
         return self._drive(node).unanswered
-
-    def under_way(self, node: int) -> tuple[Motion, ...]:
-        """Return the motions that a drive has reported as started and not as ended."""
-        return self._drive(node).under_way
-
-    def stored(self, node: int) -> tuple[Motion, ...]:
-        """Return the motions that a drive has stored for the synchronous start."""
-        return self._drive(node).stored
 
     def send(self, node: int, request: Request) -> bytes:
         """Return the bytes of a request to a drive, a group or `BROADCAST`.

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum, IntEnum, auto
+from enum import Enum, IntEnum
 from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_origin, get_type_hints
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
@@ -213,68 +213,40 @@ Version: TypeAlias = tuple[int, int, int]
 
 
 class Ability(Enum):
-    """Something that not every firmware can do."""
+    """Something that not every firmware can do, with the first version that can."""
 
-    ZERO = auto()
-    GROUPS = auto()
-    SILENT_BROADCAST = auto()
-    """What is sent to all, or to a group, is not answered; before, all would answer at once."""
-    INPUTS = auto()
-    ABSOLUTE_PULSES = auto()
-    EMERGENCY_STOP = auto()
-    HOLDING_CURRENT = auto()
-    CHOICE_OF_COMPLETION = auto()
-    """8C has two bytes, and replies without those at the end of a motion."""
-    RETARGET = auto()
-    """An F5 replaces the one that is under way."""
-    RESTART = auto()
-    READ_SETTINGS = auto()
-    RAW_ENCODER = auto()
-    POSITION_PROTECTION = auto()
-    UNKEPT_CURRENT = auto()
-    TIMED_RUN = auto()
-    HOMING_BY_COMMAND_READ = auto()
-    SYNCHRONOUS_START = auto()
-    ARRIVAL_THRESHOLD = auto()
-    VERSION = auto()
-    REPORTS_BY_ITSELF = auto()
-    SILENCE_WATCHDOG = auto()
-    GO_TO_ZERO = auto()
+    since: Version
 
+    def __new__(cls, words: str, since: Version) -> Self:
+        """Make a member whose value is its description."""
+        one = object.__new__(cls)
+        one._value_, one.since = words, since
+        return one
 
-@dataclass(frozen=True, slots=True)
-class Since:
-    """From which version on; `verified` where the version notes name it."""
-
-    version: Version
-    verified: bool = True
-
-
-SINCE: dict[Ability, Since] = {
-    Ability.ZERO: Since((1, 0, 1)),
-    Ability.GROUPS: Since((1, 0, 1)),
-    Ability.SILENT_BROADCAST: Since((1, 0, 2)),
-    Ability.INPUTS: Since((1, 0, 3)),
-    Ability.ABSOLUTE_PULSES: Since((1, 0, 4)),
-    Ability.EMERGENCY_STOP: Since((1, 0, 4)),
-    Ability.HOLDING_CURRENT: Since((1, 0, 4)),
-    Ability.CHOICE_OF_COMPLETION: Since((1, 0, 4)),
-    Ability.RETARGET: Since((1, 0, 5)),
-    Ability.RESTART: Since((1, 0, 5)),
-    Ability.READ_SETTINGS: Since((1, 0, 6)),
-    Ability.RAW_ENCODER: Since((1, 0, 6)),
-    Ability.POSITION_PROTECTION: Since((1, 0, 6)),
-    Ability.UNKEPT_CURRENT: Since((1, 0, 7)),
-    Ability.TIMED_RUN: Since((1, 0, 7)),
-    Ability.HOMING_BY_COMMAND_READ: Since((1, 0, 7)),
-    Ability.SYNCHRONOUS_START: Since((1, 0, 8)),
-    Ability.ARRIVAL_THRESHOLD: Since((1, 0, 8)),
+    ZERO = "set the zero", (1, 0, 1)
+    GROUPS = "groups of drives", (1, 0, 1)
+    SILENT_BROADCAST = "no answers to what is sent to several drives", (1, 0, 2)
+    INPUTS = "read the inputs", (1, 0, 3)
+    ABSOLUTE_PULSES = "move to a position in pulses", (1, 0, 4)
+    EMERGENCY_STOP = "emergency stop", (1, 0, 4)
+    HOLDING_CURRENT = "set the holding current", (1, 0, 4)
+    CHOICE_OF_COMPLETION = "two bytes in 8C: no replies at the end of a motion", (1, 0, 4)
+    RETARGET = "an F5 replaces the one that is under way", (1, 0, 5)
+    RESTART = "restart", (1, 0, 5)
+    READ_SETTINGS = "read settings", (1, 0, 6)
+    RAW_ENCODER = "read the raw encoder", (1, 0, 6)
+    POSITION_PROTECTION = "position protection", (1, 0, 6)
+    UNKEPT_CURRENT = "set a current without storing it", (1, 0, 7)
+    TIMED_RUN = "run for a time", (1, 0, 7)
+    HOMING_BY_COMMAND_READ = "read the state of a commanded homing", (1, 0, 7)
+    SYNCHRONOUS_START = "synchronous start", (1, 0, 8)
+    ARRIVAL_THRESHOLD = "set the arrival threshold", (1, 0, 8)
     # in the manual 1.0.9, not in that of 1.0.6, and in no version note
-    Ability.VERSION: Since((1, 0, 8), verified=False),
-    Ability.REPORTS_BY_ITSELF: Since((1, 0, 9)),
-    Ability.SILENCE_WATCHDOG: Since((1, 0, 9)),
-    Ability.GO_TO_ZERO: Since((1, 0, 9)),
-}
+    VERSION = "read the version", (1, 0, 8)
+    REPORTS_BY_ITSELF = "automatic reports", (1, 0, 9)
+    SILENCE_WATCHDOG = "silence watchdog", (1, 0, 9)
+    GO_TO_ZERO = "go to the zero", (1, 0, 9)
+
 
 LATEST: Version = (1, 0, 9)
 """The newest firmware that this table knows of."""
@@ -286,7 +258,7 @@ def abilities_of(version: Version) -> frozenset[Ability]:
         raise BadField("version", version, "three whole numbers")
     for part in version:
         whole("version", part, 0, 255)
-    return frozenset(ability for ability, since in SINCE.items() if version >= since.version)
+    return frozenset(ability for ability in Ability if version >= ability.since)
 
 
 Choice = TypeVar("Choice", bound=Enum)

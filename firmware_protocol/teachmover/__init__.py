@@ -27,4 +27,3 @@ from firmware_protocol.teachmover.messages import Run as Run
 from firmware_protocol.teachmover.messages import Set as Set
 from firmware_protocol.teachmover.messages import Status as Status
 from firmware_protocol.teachmover.messages import Step as Step
-from firmware_protocol.teachmover.messages import attention_character as attention_character

@@ -31,7 +31,6 @@ from firmware_protocol.teachmover.messages import (
     Registers,
     Reply,
     Status,
-    attention_character,
     decode_command,
     encode_reply,
 )
@@ -51,13 +50,11 @@ Request: TypeAlias = Command | Unreadable | Ignored
 class Device:
     """The protocol machine of a simulated arm. Raises `LocalProtocolError` if misused.
 
-    It is unverified that a real arm ignores lines without its attention character. With
-    `answers_strangers=True`, such lines are `Unreadable` and get an answer.
+    It is unverified that a real arm ignores lines without its attention character.
     """
 
-    def __init__(self, attention: str = ATTENTION, *, answers_strangers: bool = False) -> None:
-        self._attention = attention_character(attention)
-        self._answers_strangers = answers_strangers
+    def __init__(self) -> None:
+        self._attention = ATTENTION
         self._lines = LineSplitter(CR)
         self._owes = Due.NOTHING
         self._request: Command | Unreadable | None = None
@@ -129,18 +126,13 @@ class Device:
         data = line.data if isinstance(line, Unreadable) else line
         body = data.lstrip(NOISE)
         if not body.startswith(self._attention.encode("ascii")):
-            return self._stranger(data)
+            return Ignored(data)
         if isinstance(line, Unreadable):
             return line
         try:
             return decode_command(body[1:])
         except RemoteProtocolError as error:
             return Unreadable(line, str(error))
-
-    def _stranger(self, data: bytes) -> Request:
-        if self._answers_strangers:
-            return Unreadable(data, f"the line does not begin with {self._attention}")
-        return Ignored(data)
 
     def _answer(self, status: Status) -> None:
         request = self.forget()

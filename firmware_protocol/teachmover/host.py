@@ -32,7 +32,6 @@ from firmware_protocol.teachmover.messages import (
     Registers,
     Reply,
     Status,
-    attention_character,
     decode_reply,
     encode_command,
 )
@@ -71,8 +70,8 @@ class Host(LineHost[Event]):
     No end mark is known, so the caller waits for a quiet line.
     """
 
-    def __init__(self, attention: str = ATTENTION) -> None:
-        self._attention = attention_character(attention)
+    def __init__(self) -> None:
+        self._attention = ATTENTION
         super().__init__(CR, padding=NOISE)
         self._awaits = Due.NOTHING
         self._command: Command | None = None

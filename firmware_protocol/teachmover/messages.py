@@ -103,7 +103,7 @@ ATTENTION = "@"
 REGISTER_NUMBERS = 7
 
 
-def attention_character(value: object, field: str = "attention") -> str:
+def _attention(field: str, value: object) -> str:
     """Return a character that may start commands, or raise `BadField`.
 
     Letters, digits, comma, minus and space are refused: a command is made of them.
@@ -241,7 +241,7 @@ class QWrite:
 
 
 @dataclass(frozen=True, slots=True)
-@checks(attention=lambda field, value: attention_character(value, field))
+@checks(attention=_attention)
 class Arm:
     """Make commands start with another character from now on."""
 

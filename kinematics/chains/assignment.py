@@ -117,14 +117,20 @@ class AxisPair:
     sine: float
 
 
-def relate(first: AxisLine, second: AxisLine, level: Vector) -> AxisPair:
+def relate(
+    first: AxisLine,
+    second: AxisLine,
+    level: Vector,
+    same_direction: float = SAME_DIRECTION,
+    touching_mm: float = TOUCHING_MM,
+) -> AxisPair:
     """Return the common normal of two axes, through the height of `level` where it is free."""
     across = cross(first.direction, second.direction)
     sine = norm(across)
-    if sine <= SAME_DIRECTION:
+    if sine <= same_direction:
         near = first.foot(level)
         far = second.foot(near)
-        same = distance(near, far) < TOUCHING_MM
+        same = distance(near, far) <= touching_mm
         return AxisPair(Relation.COINCIDENT if same else Relation.PARALLEL, near, far, sine)
     between = subtract(second.point, first.point)
     size = dot(across, across)
@@ -132,7 +138,7 @@ def relate(first: AxisLine, second: AxisLine, level: Vector) -> AxisPair:
     along_second = dot(cross(between, first.direction), across) / size
     near = add(first.point, scale(along_first, first.direction))
     far = add(second.point, scale(along_second, second.direction))
-    meet = distance(near, far) < TOUCHING_MM
+    meet = distance(near, far) <= touching_mm
     return AxisPair(Relation.INTERSECTING if meet else Relation.SKEW, near, far, sine)
 
 

@@ -20,6 +20,7 @@ from kinematics.frames.transforms import (
     compose,
     position_of,
     translation,
+    z_axis_of,
 )
 from kinematics.frames.vectors import Vector, norm
 from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns
@@ -158,7 +159,7 @@ class Chain:
         frames = self.frames(values)
         standard = self.convention is Convention.STANDARD
         return tuple(
-            (position_of(frame), (frame[0][2], frame[1][2], frame[2][2]))
+            (position_of(frame), z_axis_of(frame))
             for frame in (frames[:-1] if standard else frames[1:])
         )
 

@@ -22,6 +22,7 @@ from kinematics.frames.transforms import (
     homogeneous,
     position_of,
     rotation_of,
+    z_axis_of,
 )
 from kinematics.frames.vectors import (
     X_AXIS,
@@ -87,7 +88,7 @@ class Goal:
     @property
     def pitch_rad(self) -> float:
         """The elevation of the asked direction in its plane."""
-        return self.pitch_of(columns(rotation_of(self.frame))[2])
+        return self.pitch_of(z_axis_of(self.frame))
 
     def pitch_of(self, hand: Vector) -> float:
         """Return the elevation of a direction, seen in the goal's plane."""
@@ -127,7 +128,7 @@ class Goal:
 
     def _direction(self, hand: Vector) -> Vector:
         """Return where the hand should point, given where it points now."""
-        asked = columns(rotation_of(self.frame))[2]
+        asked = z_axis_of(self.frame)
         heading, pitch = Part.HEADING in self.parts, Part.PITCH in self.parts
         if heading and pitch:
             return asked
@@ -140,10 +141,10 @@ class Goal:
 
         A pitch beyond the vertical leans back over the plane's outward direction.
         """
-        level = (hand[0], hand[1], 0.0)
-        if Part.HEADING in self.parts or norm(level) < VERTICAL:
+        heading = None if Part.HEADING in self.parts else _heading(hand)
+        if heading is None:
             return self.outwards
-        return scale(math.copysign(1.0, math.cos(self.pitch_rad)), unit(level))
+        return scale(math.copysign(1.0, math.cos(self.pitch_rad)), heading)
 
 
 def frame_goal(
@@ -155,12 +156,9 @@ def frame_goal(
     `centre` (the arm's base) and the position. Raises as `check_transform` does.
     """
     checked = check_transform(frame)
-    hand = columns(rotation_of(checked))[2]
-    for towards in (hand, subtract(position_of(checked), centre), X_AXIS):
-        level = (towards[0], towards[1], 0.0)
-        if norm(level) > VERTICAL:
-            return Goal(checked, unit(level), parts)
-    raise AssertionError("the x axis is level")
+    away = subtract(position_of(checked), centre)
+    outwards = _heading(z_axis_of(checked)) or _heading(away) or X_AXIS
+    return Goal(checked, outwards, parts)
 
 
 def pose_goal(
@@ -178,9 +176,8 @@ def pose_goal(
     counts the roll from the table: the heading is added.
     """
     require("a pose", pose, Pose, POSE_EXAMPLE)
-    level = (pose.x_mm - centre[0], pose.y_mm - centre[1], 0.0)
-    on_axis = norm(level) <= AXIS_MM
-    outwards = X_AXIS if on_axis else unit(level)
+    away = _heading(subtract((pose.x_mm, pose.y_mm, pose.z_mm), centre), AXIS_MM)
+    on_axis, outwards = away is None, away or X_AXIS
     roll = pose.roll_rad + roll_frame.value * math.atan2(outwards[1], outwards[0])
     frame = hand_frame(pose, outwards, roll)
     left_out = {Part.PITCH} if pitch_free else set()
@@ -231,6 +228,12 @@ def rotation_vector_of(matrix: Matrix3) -> Vector:
     if sine > SPLIT_SINE or cosine > 0.0:
         return scale(math.atan2(sine, cosine) / sine, (x, y, z))
     return rotation_vector(matrix)
+
+
+def _heading(v: Vector, least: float = VERTICAL) -> Vector | None:
+    """Return the level direction of a vector; None where its level part is this short."""
+    level = (v[0], v[1], 0.0)
+    return unit(level) if norm(level) > least else None
 
 
 def _elevated(outwards: Vector, pitch: float) -> Vector:
@@ -311,9 +314,8 @@ def pose_of(frame: Transform, task: HandTask, centre: Vector) -> Pose:
         outwards = _outwards(frame, centre)
         pitch = math.atan2(hand[2], dot(hand, outwards))
     else:
-        level = (hand[0], hand[1], 0.0)
-        outwards = unit(level) if norm(level) > VERTICAL else X_AXIS
-        pitch = math.atan2(hand[2], norm(level))
+        outwards = _heading(hand) or X_AXIS
+        pitch = math.atan2(hand[2], math.hypot(hand[0], hand[1]))
     up = upwards(outwards, pitch)
     roll = math.atan2(dot(x, cross(hand, up)), dot(x, up))
     yaw = math.atan2(outwards[1], outwards[0]) if task is HandTask.WHOLE else None
@@ -334,29 +336,17 @@ def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
     heading = pose.yaw_rad or 0.0
     outwards = (math.cos(heading), math.sin(heading), 0.0)
     frame = hand_frame(pose, outwards, pose.roll_rad)
-    hand = columns(rotation_of(frame))[2]
     if task is HandTask.WHOLE:
         return Goal(frame, outwards)
-    level = (hand[0], hand[1], 0.0)
-    return Goal(
-        frame,
-        unit(level) if norm(level) > VERTICAL else outwards,
-        frozenset({Part.POSITION, Part.PITCH, Part.ROLL}),
-    )
+    return Goal(frame, _heading(z_axis_of(frame)) or outwards, HEADING_FREE)
 
 
 def _outwards(frame: Transform, centre: Vector) -> Vector:
     """Return the level direction from the base axis to the tip, or on it that of the hand."""
-    off = subtract(position_of(frame), centre)
-    level = (off[0], off[1], 0.0)
-    if norm(level) > AXIS_MM:
-        return unit(level)
-    hand = columns(rotation_of(frame))[2]
-    level = (hand[0], hand[1], 0.0)
-    return unit(level) if norm(level) > VERTICAL else X_AXIS
+    away = _heading(subtract(position_of(frame), centre), AXIS_MM)
+    return away or _heading(z_axis_of(frame)) or X_AXIS
 
 
 def _off_plane(frame: Transform, centre: Vector) -> float:
     """Return the sine by which the hand leaves the plane of base axis and tip."""
-    hand = columns(rotation_of(frame))[2]
-    return dot(hand, cross(Z_AXIS, _outwards(frame, centre)))
+    return dot(z_axis_of(frame), cross(Z_AXIS, _outwards(frame, centre)))

@@ -22,7 +22,7 @@ from kinematics.chains.descent import SEARCHING, Descent
 from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal, pose_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
-from kinematics.errors import require
+from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
@@ -181,22 +181,12 @@ def _sentence(
     ]
     text = f"missed: {', '.join(said)}; {reason.value}"
     if reason is Reason.JOINT_LIMIT:
-        text += ": " + "; ".join(_limit(one) for one in broken)
+        text += ": " + "; ".join(
+            limit_sentence(one.joint, one.value, one.bound, one.unit) for one in broken
+        )
     if reason is Reason.NOT_FOUND:
         text += f" ({starts} starts, which is no proof that there is none)"
     return text
-
-
-def _limit(one: JointViolation) -> str:
-    joint = one.joint.replace("_", " ")
-    if one.unit == JointKind.REVOLUTE.unit:
-        value, bound, unit = math.degrees(one.value), math.degrees(one.bound), "°"
-    else:
-        value, bound, unit = one.value, one.bound, " mm"
-    return (
-        f"the {joint} would have to be at {value:.1f}{unit}, {abs(value - bound):.1f}{unit} beyond "
-        f"its limit of {bound:.1f}{unit}"
-    )
 
 
 First = Sequence[frozenset[Part]]

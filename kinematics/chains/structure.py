@@ -13,10 +13,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from kinematics.chains.assignment import AxisLine, AxisPair, Relation, relate
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, JointKind
-from kinematics.frames.transforms import Transform, position_of
-from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract
+from kinematics.frames.transforms import Transform, position_of, z_axis_of
+from kinematics.frames.vectors import Vector, add, distance, scale
 
 EXACT = 1e-8
 """Axes that lean less than this towards each other are parallel, and those that pass each other
@@ -92,27 +93,24 @@ class Axes:
     size_mm: float
     tolerance: float = EXACT
 
+    def pair(self, first: int, second: int) -> AxisPair:
+        """Return how two axes lie to each other, within the tolerance."""
+        one, other = (
+            AxisLine(position_of(frame), z_axis_of(frame))
+            for frame in (self.frames[first], self.frames[second])
+        )
+        return relate(one, other, one.point, self.tolerance, self.tolerance * self.size_mm)
+
     def parallel(self, first: int, second: int) -> bool:
         """Whether two axes have the same direction or opposite ones."""
-        u, v = _direction(self.frames[first]), _direction(self.frames[second])
-        return norm(cross(u, v)) < self.tolerance
+        return self.pair(first, second).relation in (Relation.PARALLEL, Relation.COINCIDENT)
 
     def meeting(self, first: int, second: int) -> Vector | None:
         """Return the point in which two axes meet; None if they are parallel or pass each other."""
-        (p, u), (q, v) = (
-            (position_of(self.frames[index]), _direction(self.frames[index]))
-            for index in (first, second)
-        )
-        normal = cross(u, v)
-        square = dot(normal, normal)
-        if square < self.tolerance * self.tolerance:
+        pair = self.pair(first, second)
+        if pair.relation is not Relation.INTERSECTING:
             return None
-        apart = subtract(q, p)
-        on_first = add(p, scale(dot(cross(apart, v), normal) / square, u))
-        on_second = add(q, scale(dot(cross(apart, u), normal) / square, v))
-        if distance(on_first, on_second) > self.tolerance * self.size_mm:
-            return None
-        return scale(0.5, add(on_first, on_second))
+        return scale(0.5, add(pair.near, pair.far))
 
     def all_meeting(self, first: int, second: int, third: int) -> Vector | None:
         """Return the point in which three axes meet."""
@@ -201,7 +199,3 @@ def _first_three(axes: Axes) -> FirstThree | None:
     if axes.meeting(1, 2) is not None:
         return FirstThree.SECOND_AND_THIRD_MEET
     return FirstThree.GENERAL
-
-
-def _direction(frame: Transform) -> Vector:
-    return frame[0][2], frame[1][2], frame[2][2]

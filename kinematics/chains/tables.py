@@ -81,7 +81,7 @@ def table_text(chain: Chain) -> str:
 
 
 def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
-    """Return rows of cells as lines with columns in line, so many of them to the left."""
+    """Return rows of cells as lines of aligned columns, the first `left` of them flush left."""
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     sides = [str.ljust] * left + [str.rjust] * (len(widths) - left)
     return [

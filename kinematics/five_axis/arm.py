@@ -36,7 +36,7 @@ from kinematics.five_axis.closed_form import (
 from kinematics.five_axis.follow import line_from
 from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
-from kinematics.frames.transforms import Transform, check_transform
+from kinematics.frames.transforms import Transform, check_transform, rotation_of
 from kinematics.geometry import AXIS_MM, ArmGeometry
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
@@ -276,9 +276,7 @@ class FiveAxisArm:
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
-        frame = forward_frame(_directions(joints), self.lengths)
-        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = frame
-        return (a, b, c), (d, e, f), (g, h, i)
+        return rotation_of(forward_frame(_directions(joints), self.lengths))
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose; see `line_from`."""

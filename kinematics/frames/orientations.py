@@ -280,41 +280,36 @@ def nearest_rotation(matrix: Matrix3) -> Matrix3:
 
 
 @dataclass(frozen=True, slots=True)
-class RPY:
-    """Roll phi about z, pitch theta about the turned y, yaw psi about the twice turned x; rad."""
+class _ThreeAngles:
+    """Turns by phi about z, by theta about the turned y, and by psi; raises `BadNumber`."""
 
     phi_rad: float
     theta_rad: float
     psi_rad: float
 
     def __post_init__(self) -> None:
-        _check_angles(self)
+        for name in ("phi_rad", "theta_rad", "psi_rad"):
+            object.__setattr__(self, name, number(name, getattr(self, name)))
+
+
+class RPY(_ThreeAngles):
+    """Roll phi about z, pitch theta about the turned y, yaw psi about the twice turned x; rad."""
+
+    __slots__ = ()
 
     def rotation(self) -> Matrix3:
         """Return the rotation matrix Rot(z, phi) Rot(y, theta) Rot(x, psi)."""
         return multiply(rot_z(self.phi_rad), rot_y(self.theta_rad), rot_x(self.psi_rad))
 
 
-@dataclass(frozen=True, slots=True)
-class EulerZYZ:
+class EulerZYZ(_ThreeAngles):
     """Turn phi about z, tilt theta about the turned y, turn psi about the tilted z; rad."""
 
-    phi_rad: float
-    theta_rad: float
-    psi_rad: float
-
-    def __post_init__(self) -> None:
-        _check_angles(self)
+    __slots__ = ()
 
     def rotation(self) -> Matrix3:
         """Return the rotation matrix Rot(z, phi) Rot(y, theta) Rot(z, psi)."""
         return multiply(rot_z(self.phi_rad), rot_y(self.theta_rad), rot_z(self.psi_rad))
-
-
-def _check_angles(of: RPY | EulerZYZ) -> None:
-    """Make the three angles numbers; raises `BadNumber`, which names the angle."""
-    for name in ("phi_rad", "theta_rad", "psi_rad"):
-        object.__setattr__(of, name, number(name, getattr(of, name)))
 
 
 def solve_rpy(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSolution[RPY]:
@@ -323,11 +318,7 @@ def solve_rpy(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSolution
     With theta at a right angle (`Degeneracy.X_AXIS_DOWN` or `X_AXIS_UP`), phi is given the held
     value and psi follows. Raises `NotARotation`.
     """
-    matrix = check_rotation(matrix)
-    across, aside, upwards = columns(matrix)[0]
-    degenerate = math.hypot(across, aside) <= DEGENERATE_RAD
-    phi = held_phi_rad if degenerate else _direction(aside, across)
-    rest = multiply(rot_z(-phi), matrix)  # Rot(y, theta) Rot(x, psi)
+    phi, rest, upwards, degenerate = _without_phi(matrix, 0, held_phi_rad)
     psi = _direction(-rest[1][2], rest[1][1])
     if degenerate:
         kind = Degeneracy.X_AXIS_UP if upwards > 0.0 else Degeneracy.X_AXIS_DOWN
@@ -343,11 +334,7 @@ def solve_euler(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSoluti
     With theta at 0 or pi (`Degeneracy.NO_TILT` or `FULL_TILT`), phi is given the held value and
     psi follows. Raises `NotARotation`.
     """
-    matrix = check_rotation(matrix)
-    across, aside, upwards = columns(matrix)[2]
-    degenerate = math.hypot(across, aside) <= DEGENERATE_RAD
-    phi = held_phi_rad if degenerate else _direction(aside, across)
-    rest = multiply(rot_z(-phi), matrix)  # Rot(y, theta) Rot(z, psi)
+    phi, rest, upwards, degenerate = _without_phi(matrix, 2, held_phi_rad)
     psi = _direction(rest[1][0], rest[1][1])
     if degenerate:
         kind = Degeneracy.NO_TILT if upwards > 0.0 else Degeneracy.FULL_TILT
@@ -356,6 +343,20 @@ def solve_euler(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSoluti
     theta = math.atan2(rest[0][2], rest[2][2])
     other = EulerZYZ(wrap(phi + math.pi), -theta, wrap(psi + math.pi))
     return OrientationSolution(EulerZYZ(phi, theta, psi), other, None)
+
+
+def _without_phi(
+    matrix: Matrix3, axis: int, held_phi_rad: float
+) -> tuple[float, Matrix3, float, bool]:
+    """Return phi, the rest Rot(y, theta) Rot(axis, psi), that axis's z, and whether it is upright.
+
+    Upright, it leaves phi at the held value.
+    """
+    matrix = check_rotation(matrix)
+    across, aside, upwards = columns(matrix)[axis]
+    degenerate = math.hypot(across, aside) <= DEGENERATE_RAD
+    phi = held_phi_rad if degenerate else _direction(aside, across)
+    return phi, multiply(rot_z(-phi), matrix), upwards, degenerate
 
 
 def _direction(across: float, along: float) -> float:

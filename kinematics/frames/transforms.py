@@ -93,6 +93,11 @@ def position_of(frame: Transform) -> Vector:
     return frame[0][3], frame[1][3], frame[2][3]
 
 
+def z_axis_of(frame: Transform) -> Vector:
+    """Return the frame's z axis: of a hand's frame, its approach."""
+    return frame[0][2], frame[1][2], frame[2][2]
+
+
 def compose(*frames: Transform) -> Transform:
     """Return the product of a chain of transforms, each in the one before it; of none, identity.
 

@@ -1,4 +1,4 @@
-"""A frame on the bench: a place and how it is turned, as somebody has laid it out.
+"""A frame on the bench: its origin and its rotation, as an operator has laid it out.
 
 Its axes are the columns of `rotation`, seen from the arm's base. Positions in mm, angles in rad.
 """

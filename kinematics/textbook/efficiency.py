@@ -250,7 +250,7 @@ class Efficiency:
 
 
 def efficiency(system: System, joints: Sequence[float] | None = None) -> Efficiency:
-    """Return the counts of a system at a posture (rad and mm; one of no account by default).
+    """Return the counts of a system at a posture (rad and mm; by default an example).
 
     Counts hardly depend on the posture: only branches in the code that a degenerate one takes
     differ.

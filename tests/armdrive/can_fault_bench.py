@@ -18,7 +18,7 @@ from armdrive.errors import ArmError, DeviceFault
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.status import State, Trust
+from armdrive.status import Current, State, Trust
 from firmware_protocol.canopen import CONTROLWORD, MODE, TARGET_POSITION, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Enable, GoSynchronous, Home, Motion, decode_request
@@ -136,6 +136,7 @@ def goes_on(arm: Arm, stood=None) -> None:
         arm.reset()
         arm.enable()
     assert arm.status.state is State.STANDBY
+    assert arm.status.current is Current.HELD
     assert stood is None or (world.motors - stood).largest <= NEAR
     arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     before = world.motors
@@ -174,6 +175,7 @@ def is_told_and_stands(arm: Arm, words: str, code: str, fault, **times: float) -
     said, moved_s = fails_in_motion(arm, fault, **times)
     assert re.search(words, said), said
     assert "garbled" not in said
+    assert "refused a valid motion" not in arm.status.trust_reason
     assert moved_s <= bound_s + FOUND_S
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.state in ENDED

@@ -10,12 +10,15 @@ from program_acts import fingers, go, grasp, ready
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
+from armdrive.connect.target import simulated_config, state_file
 from armdrive.programs.acts import RunStage
+from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
 from armdrive.programs.problems import SourceMark
-from armdrive.programs.running import Performer
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry.simulate import simulate
 from armdrive.sim.world.table import TableBlock
+from armdrive.status import State
+from armdrive.storage.record import FileRecorder
 from kinematics import Pose
 
 
@@ -69,9 +72,11 @@ class Script:
             RunStage(act, SourceMark(number, 1, "t.arm")) for number, act in enumerate(self.acts, 1)
         ]
 
-    def __call__(self):
+    def machine(self):
         self.made.append(ScriptedMachine(self.stages))
         return self.made[-1]
+
+    __call__ = machine
 
     def restored(self, snapshot):
         return ScriptedMachine(self.stages, snapshot["at"], snapshot["answers"])
@@ -133,3 +138,62 @@ def standing_twin(config, blocks=()):
 
 def performer(arm, person=None):
     return Performer(arm, person or Listener())
+
+
+# -- programs that are killed and resumed ---------------------------------------------------------
+
+
+class Killed(BaseException):
+    """The program was killed: it stops and closes nothing."""
+
+
+def kill(*_):
+    raise Killed
+
+
+@dataclass
+class At:
+    """Does something at the beginning or the end of an act."""
+
+    number: int
+    act: Any = kill
+    when: str = "begins"
+
+    def begins(self, step, machine):
+        if (step.number, "begins") == (self.number, self.when):
+            self.act(step)
+
+    def ended(self, step, answer, took_s):
+        if (step.number, "ended") == (self.number, self.when):
+            self.act(step)
+
+
+def recorded(config, twin):
+    """Return an enabled arm whose position outlives it."""
+    recorder = FileRecorder(state_file(config.name))
+    arm = Arm(connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True))
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    return arm
+
+
+def reborn(arm):
+    """Return an arm as the next program finds it after a kill."""
+    return recorded(arm.config, simulate(arm.config, arm.twin.save()))
+
+
+def begin(arm, source, path, *onlookers, resume=False, sha256="0" * 64):
+    """Run a program with its journal, or resume it; return its last machine and its acts."""
+    first, outputs = None, 0
+    if resume:
+        entry = interrupted(arm.config.name)
+        require_same_program(entry, sha256, str(path))
+        first, outputs = source.restored(entry.snapshot), entry.outputs
+        require_place(arm, entry, first.next().act, "armdrive run t.arm --resume")
+    performer = Performer(arm, Listener(), outputs=outputs)
+    journal = Journal(arm, performer, path, sha256, 1)
+    plan = RunPlan(source.machine, machine=first and (lambda: first))
+    run = ProgramRun(plan, performer, [journal, *onlookers])
+    run.carry_out()
+    journal.finish()
+    return first, run.done

@@ -13,7 +13,7 @@ from typing import Any
 
 from armdrive import Arm
 from armdrive.abilities import Abilities
-from armdrive.arm import standing_in
+from armdrive.arm import override_connections
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.programs.program import ENDING, ArmProgram, read_program
@@ -118,7 +118,7 @@ def _run_program(text: str, file: str, arm: Arm) -> tuple[str, Mapping[str, Any]
 def _run_script(text: str, file: str, arm: Arm) -> tuple[str, Mapping[str, Any]]:
     names: dict[str, Any] = {"__name__": "__main__"}
     said = io.StringIO()
-    with _alone(file), standing_in(lambda *_: arm), contextlib.redirect_stdout(said):
+    with _alone(file), override_connections(lambda *_: arm), contextlib.redirect_stdout(said):
         exec(compile(text, file, "exec"), names)
     return said.getvalue(), names
 

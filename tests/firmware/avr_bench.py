@@ -21,7 +21,7 @@ from tests.conformance.seen import Seen
 
 from .avrdev import AvrProcess, check_image, compile_avrdev
 from .boards import Board
-from .control import Control, ControlPort, PhysicalState
+from .control import ControlPort, PhysicalState
 from .grbl_setup import pull_off_steps, set_up, settings_for
 from .steps import Step, StepLog
 
@@ -61,7 +61,7 @@ class ControlledBench(RealTimeBench):
     sees_outputs: ClassVar[bool] = False
 
     def __init__(
-        self, dialect_name: str, port: str, control: Control, letters: str, pace: Pace
+        self, dialect_name: str, port: str, control: ControlPort, letters: str, pace: Pace
     ) -> None:
         super().__init__(dialect_name)
         self.control, self.letters = control, letters

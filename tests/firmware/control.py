@@ -11,7 +11,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from armdrive.errors import BadRequest
 from armdrive.sim.faults.request import FaultRequest
@@ -39,36 +39,8 @@ class PhysicalState:
     resets: int = 0
 
 
-class Control(Protocol):
-    """Reports the physical motors of a device, and injects faults."""
-
-    def look(self) -> PhysicalState:
-        """Return the physical state."""
-
-    def fault(self, request: FaultRequest, letters: str) -> None:
-        """Inject a fault now; motor 1 has the first letter. Raises `BadRequest`."""
-
-    def heal(self) -> None:
-        """Undo every fault."""
-
-    def replug(self, port: str) -> None:
-        """Put the cable back under another name."""
-
-    def place(self, letters: str, motors: Motors) -> None:
-        """Set where the motors stand."""
-
-    def switch_at(self, letter: str, position: int) -> None:
-        """Set the position at and above which the limit switch of an axis is closed."""
-
-    def flush(self) -> None:
-        """Write the step log to disk."""
-
-    def close(self) -> None:
-        """Close the connection."""
-
-
 class ControlPort:
-    """A control port reached by UDP."""
+    """A control port reached by UDP: reports the physical motors, and injects faults."""
 
     def __init__(self, host: str, port: int) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -108,7 +80,7 @@ class ControlPort:
         )
 
     def fault(self, request: FaultRequest, letters: str) -> None:
-        """Inject a fault now."""
+        """Inject a fault now; motor 1 has the first letter. Raises `BadRequest`."""
         for words in commands_of(request, letters):
             self.say(words)
 

@@ -91,3 +91,62 @@ def deviation_mm(arm, waypoints, goal, samples=16):
             foot = [s + share * d for s, d in zip(start, along, strict=True)]
             worst = max(worst, math.dist(tip, foot))
     return worst
+
+
+@dataclasses.dataclass(frozen=True)
+class Dual:
+    """A number with its slope. It is no float and cannot be compared: formulas must do without."""
+
+    value: float
+    slope: float = 0.0
+
+    @staticmethod
+    def of(x):
+        return x if isinstance(x, Dual) else Dual(x)
+
+    def __add__(self, other):
+        other = Dual.of(other)
+        return Dual(self.value + other.value, self.slope + other.slope)
+
+    def __neg__(self):
+        return Dual(-self.value, -self.slope)
+
+    def __sub__(self, other):
+        return self + -Dual.of(other)
+
+    def __rsub__(self, other):
+        return Dual.of(other) - self
+
+    def __mul__(self, other):
+        other = Dual.of(other)
+        return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
+
+    def __truediv__(self, other):
+        other = Dual.of(other)
+        slope = (self.slope * other.value - self.value * other.slope) / other.value**2
+        return Dual(self.value / other.value, slope)
+
+    def __rtruediv__(self, other):
+        return Dual.of(other) / self
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def sin(self):
+        return Dual(math.sin(self.value), math.cos(self.value) * self.slope)
+
+    def cos(self):
+        return Dual(math.cos(self.value), -math.sin(self.value) * self.slope)
+
+    def sqrt(self):
+        root = math.sqrt(max(self.value, 0.0))
+        return Dual(root, self.slope / (2.0 * root) if root else 0.0)
+
+    def atan2(self, x):
+        x = Dual.of(x)
+        size = x.value**2 + self.value**2
+        slope = (self.slope * x.value - self.value * x.slope) / size if size else 0.0
+        return Dual(math.atan2(self.value, x.value), slope)
+
+    def atan2_of(self, y):
+        return Dual.of(y).atan2(self)

@@ -111,13 +111,13 @@ NO_FRAMES = {
 }
 
 
-@pytest.mark.parametrize(("frame", "error", "says"), NO_FRAMES.values(), ids=NO_FRAMES)
-@pytest.mark.parametrize("take", TAKE_A_FRAME.values(), ids=TAKE_A_FRAME)
-def test_what_is_no_frame_is_refused_in_the_same_words(take, frame, error, says):
-    with pytest.raises(KinematicsError) as caught:
-        take(frame)
-    assert type(caught.value) is error
-    assert says in str(caught.value)
+@pytest.mark.parametrize("name", TAKE_A_FRAME)
+def test_what_is_no_frame_is_refused_in_the_same_words(name):
+    for kind, (frame, error, says) in NO_FRAMES.items():
+        with pytest.raises(KinematicsError) as caught:
+            TAKE_A_FRAME[name](frame)
+        assert type(caught.value) is error, kind
+        assert says in str(caught.value), kind
 
 
 NO_NUMBERS = (None, 1.0, "12", (1.0,), (1.0, "2"), (1.0, None), (1.0, math.nan), (1.0,) * 9)
@@ -168,15 +168,15 @@ TAKE_NUMBERS = {
     "an axis' direction": lambda values: JointAxis((0.0, 0.0, 0.0), values).line,
     "transform": lambda values: transform(IDENTITY, values),
     "AxisAngle": lambda values: AxisAngle(values, 0.1),
-    **{key: take for name in MODEL_NAMES for key, take in of_system(name).items()},
 }
 
 
-@pytest.mark.parametrize("take", TAKE_NUMBERS.values(), ids=TAKE_NUMBERS)
-def test_what_is_not_as_many_numbers_as_needed_is_refused(take):
-    for values in NO_NUMBERS:
-        with pytest.raises(KinematicsError, match=r"needs \d numbers? \(|must be a finite number"):
-            take(values)
+@pytest.mark.parametrize("name", ["", *MODEL_NAMES])
+def test_what_is_not_as_many_numbers_as_needed_is_refused(name):
+    for take in (of_system(name) if name else TAKE_NUMBERS).values():
+        for values in NO_NUMBERS:
+            with pytest.raises(KinematicsError, match=r"needs \d numbers? \(|a finite number"):
+                take(values)
 
 
 @pytest.mark.parametrize(

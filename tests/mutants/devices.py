@@ -502,17 +502,6 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a following error is not heard of",
-        promise="a drive that lags says so",
-        path="firmware_protocol/canopen/drives.py",
-        old="return (FollowingError(),) if self._following and not before else ()",
-        new="return ()",
-        tests=tests_of(
-            "tests/firmware_protocol/canopen/test_canopen_set_points.py",
-            "test_a_following_error_is_told_once",
-        ),
-    ),
-    Mutant(
         name="a CiA 402 drive in fault is not noticed",
         promise="a fault in motion stops the others",
         path="armdrive/dialects/cia402/wire.py",

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="releasing a jog does nothing",
         promise="a jog moves only while it is held",
-        path="armdrive/arm/jogging.py",
+        path="armdrive/arm/moving.py",
         old=(
             "        self._parts.core.hold = None\n        self._parts.pace.wake()\n\n    def _req"
         ),
@@ -43,7 +43,7 @@ MUTANTS = (
     Mutant(
         name="a hold is as long as anybody asks",
         promise="a jog moves only while it is held",
-        path="armdrive/arm/jogging.py",
+        path="armdrive/arm/moving.py",
         old="min(for_s, LONGEST_HOLD_S)",
         new="for_s",
         tests=tests_of(

@@ -98,7 +98,7 @@ MUTANTS = (
     Mutant(
         name="a record of an arm in motion is believed",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/reference.py",
+        path="armdrive/motion/standing.py",
         old="            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)",
         new="            pass",
         tests=tests_of(
@@ -109,7 +109,7 @@ MUTANTS = (
     Mutant(
         name="a record is believed although the counts differ",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/reference.py",
+        path="armdrive/motion/standing.py",
         old="            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)",
         new="            pass",
         tests=tests_of(
@@ -120,7 +120,7 @@ MUTANTS = (
     Mutant(
         name="a suspect record is restored",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/reference.py",
+        path="armdrive/motion/standing.py",
         old="        if record.trust == Trust.SUSPECT.value:",
         new="        if False:",
         tests=tests_of(
@@ -131,7 +131,7 @@ MUTANTS = (
     Mutant(
         name="what was said while connecting is not held against the record",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/reference.py",
+        path="armdrive/motion/standing.py",
         old="    if core.early_evidence is not None:",
         new="    if False:",
         tests=tests_of(
@@ -153,7 +153,7 @@ MUTANTS = (
     Mutant(
         name="a position is referenced still when a lost wire is back",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/idle.py",
+        path="armdrive/motion/standing.py",
         old="        core.learn(Evidence.LINK_BACK, now_s)",
         new="        pass",
         tests=tests_of(
@@ -164,7 +164,7 @@ MUTANTS = (
     Mutant(
         name="a position is restored although the counts changed while the wire was lost",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/idle.py",
+        path="armdrive/motion/standing.py",
         old="        core.learn(Evidence.RECORD_DIFFERS, now_s)",
         new="        core.learn(Evidence.LINK_BACK, now_s)",
         tests=tests_of(
@@ -234,7 +234,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept when the current is dropped",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/motion/reference.py",
+        path="armdrive/motion/standing.py",
         old=(
             "    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be\n"
         ),
@@ -315,8 +315,8 @@ MUTANTS = (
     Mutant(
         name="a standing arm is not looked at",
         promise="an arm that the pendant moved is suspect within seconds",
-        path="armdrive/motion/idle.py",
-        old="return now_s + every_s, poll(self._wire)",
+        path="armdrive/motion/standing.py",
+        old="return now_s + every_s, self._wire.look()",
         new="return now_s + every_s, None",
         tests=tests_of(
             "tests/armdrive/runtime/test_trust.py",
@@ -365,7 +365,7 @@ MUTANTS = (
     Mutant(
         name="a lost wire moves the arm when it is back",
         promise="a wire that is back moves nothing",
-        path="armdrive/motion/idle.py",
+        path="armdrive/motion/standing.py",
         old="    _weigh(core, registers, wire.now_s)\n",
         new=(
             "    _weigh(core, registers, wire.now_s)\n"
@@ -380,7 +380,7 @@ MUTANTS = (
     Mutant(
         name="an arm is ready as soon as its wire is back",
         promise="a lost wire ends in error-stop",
-        path="armdrive/motion/idle.py",
+        path="armdrive/motion/standing.py",
         old="        core.fault(back, RECONNECTED)",
         new="        core.diagnostics.notify(back)",
         tests=tests_of(

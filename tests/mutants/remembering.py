@@ -49,7 +49,7 @@ MUTANTS = (
     Mutant(
         name="the mark of motion is cleared at once",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/motion/idle.py",
+        path="armdrive/motion/standing.py",
         old="STILL_S = 2.0",
         new="STILL_S = 0.0",
         tests=tests_of(

@@ -185,7 +185,7 @@ MUTANTS = (
     Mutant(
         name="a reset moves the arm",
         promise="leaving an error moves nothing",
-        path="armdrive/motion/reference.py",
+        path="armdrive/motion/standing.py",
         old=('    core.diagnostics.error = core.diagnostics.notice = ""\n    weigh'),
         new=(
             '    core.diagnostics.error = core.diagnostics.notice = ""\n'
@@ -201,7 +201,7 @@ MUTANTS = (
     Mutant(
         name="connecting moves the arm",
         promise="connecting moves nothing",
-        path="armdrive/motion/reference.py",
+        path="armdrive/motion/standing.py",
         old="    core.memory.taken_up()  # only now",
         new=(
             "    if not switched:\n"

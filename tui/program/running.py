@@ -19,6 +19,7 @@ from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal
 from armdrive.programs.problems import ProgramError, mark_of
 from armdrive.programs.program import ArmProgram, Machine, Program
+from armdrive.programs.progress import RunView, duration, line_words
 from armdrive.programs.rehearsal import (
     CHECK_S,
     Patience,
@@ -27,7 +28,6 @@ from armdrive.programs.rehearsal import (
     SeenArm,
     rehearse,
 )
-from armdrive.programs.run_view import RunView, duration, line_words
 from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunPlan
 from armdrive.status import Status
 from kinematics.errors import KinematicsError

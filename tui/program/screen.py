@@ -12,8 +12,8 @@ from textual.containers import Horizontal, Vertical
 
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable
+from armdrive.programs.progress import RunView, duration
 from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
-from armdrive.programs.run_view import RunView, duration
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
 from tui.arm_view import SpaceView

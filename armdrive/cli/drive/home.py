@@ -10,7 +10,7 @@ import tui
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.presenter import Result, TerminalReporter, agreed, as_json, say, tell
+from armdrive.cli.presenter import Result, TerminalReporter, agreed, as_json, at_terminal, say, tell
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view
@@ -67,7 +67,7 @@ def _switch_on(arm: Arm) -> None:
 
 
 def _guided(arm: Arm) -> None:
-    guide = TerminalOperator(terminal=sys.stdin.isatty() and sys.stdout.isatty())
+    guide = TerminalOperator(terminal=at_terminal())
     if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
         raise OperatorNeeded(
             "not confirmed: nothing was moved or referenced. Run `armdrive home` in a terminal, or "

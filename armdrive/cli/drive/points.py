@@ -21,10 +21,10 @@ from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import StepList, Taught, check_name, point_view
 
 
-def _book(options: argparse.Namespace) -> Points:
-    """Return the points of the arm that the options name, without connecting to it."""
+def _book(options: argparse.Namespace) -> tuple[ArmConfig, Points]:
+    """Return the arm that the options name and its points, without connecting to it."""
     config = chosen_target(options).config
-    return points_of(config.name, config.model.arm)
+    return config, points_of(config.name, config.model.arm)
 
 
 # -- the file of points ---------------------------------------------------------------------------
@@ -32,7 +32,7 @@ def _book(options: argparse.Namespace) -> Points:
 
 def list_points(options: argparse.Namespace) -> Result:
     """List the points and sequences, and where their file is."""
-    book = _book(options)
+    _, book = _book(options)
     taught = book.read()
     return Result(
         {
@@ -58,8 +58,7 @@ def _listed(path: Path, taught: Taught) -> Iterator[str]:
 
 def show(options: argparse.Namespace) -> Result:
     """Show a point, or the steps of a sequence."""
-    config = chosen_target(options).config
-    book = points_of(config.name, config.model.arm)
+    config, book = _book(options)
     steps = book.read().sequences.get(options.name)
     if steps is not None:
         numbered = [f"{number:>3}  {step}" for number, step in enumerate(steps.steps, 1)]
@@ -78,13 +77,14 @@ def show(options: argparse.Namespace) -> Result:
 
 def rename(options: argparse.Namespace) -> Result:
     """Rename a point, also in sequences."""
-    _book(options).rename(options.name, options.new)
+    _, book = _book(options)
+    book.rename(options.name, options.new)
     return _done(f"{options.name} is now {options.new}")
 
 
 def delete(options: argparse.Namespace) -> Result:
     """Delete a point or a sequence."""
-    book = _book(options)
+    _, book = _book(options)
     taught = book.read()
     if options.name in taught.sequences:
         book.remove_sequence(options.name, instead_of=taught.sequences[options.name])
@@ -106,8 +106,7 @@ def _steps_view(steps: StepList) -> dict[str, Any]:
 
 def shape(options: argparse.Namespace) -> Result:
     """Derive new points and sequences, check every one, and write all or none."""
-    config = chosen_target(options).config
-    book = points_of(config.name, config.model.arm)
+    config, book = _book(options)
     taught = book.read()
     points, sequences = shaped(
         config,
@@ -141,8 +140,7 @@ def export(options: argparse.Namespace) -> Result:
     path = Path(options.file)
     if path.exists() and not options.force:
         raise BadRequest(f"{path} exists: name another file, or give --force")
-    config = chosen_target(options).config
-    book = points_of(config.name, config.model.arm)
+    config, book = _book(options)
     steps, taught = book.sequence(options.name), book.read()
     tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
     program = programs.written_program(tree, str(path))

@@ -27,10 +27,10 @@ from armdrive.sim.world.table import TableBlock, block_of
 
 
 _DEMO_EPILOG = """\
-Where the finished tower stands is looked up in the simulated world itself: a block out of place
-ends the command with exit code 1. The blocks and the world of the demonstration are its own; the
-simulated arm of the other commands stays as it was. On a real arm, named with --arm or --port, you
-put the blocks down yourself, and look yourself where they end.
+The command checks the finished tower in the simulated world itself: it ends with exit code 1 if a
+block is out of place. The demonstration has a world of its own, so the simulated arm of the other
+commands does not change. On a real arm, chosen with --arm or --port, you put the blocks down and
+check the tower yourself.
 """
 
 
@@ -58,18 +58,18 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 
 
 _RUN_EPILOG = """\
-A program file is rehearsed on the arm's simulated twin before its first motion. What was
-interrupted is taken up again with --resume. From another terminal `armdrive pause`, `resume`,
-`slow 20%`, `stop`, `status` and `watch` work as ever; Ctrl-C stops the arm, a second one leaves at
-once. docs/how-to/running.md tells more.
+A program file is rehearsed on the arm's simulated twin before its first motion. --resume continues
+an interrupted program. `armdrive pause`, `resume`, `slow 20%`, `stop`, `status` and `watch` work
+from another terminal. Ctrl-C stops the arm; a second Ctrl-C leaves at once. See
+docs/how-to/running.md.
 
 Examples:
   armdrive run stack.arm --check                      rehearse it; moves nothing
   armdrive run stack.arm --check --plot path.svg      with a picture of the tip's path
   armdrive run stack.arm --step                       Enter before each motion
   armdrive run stack.arm --loops 10 --speed 50%
-  armdrive run stack.arm --resume                     go on where it was interrupted
-  armdrive run stack.py one two --check               a script, its own arguments behind its name
+  armdrive run stack.arm --resume                     continue where it was interrupted
+  armdrive run stack.py one two --check               a script, followed by its own arguments
 """
 
 
@@ -97,26 +97,33 @@ def _run(parser: argparse.ArgumentParser) -> None:
         type=_input,
         default=[],
         metavar="N=on|off",
-        help="what a rehearsal takes an input for (else off); may be repeated",
+        help="the state of an input in a rehearsal (default off); may be repeated",
     )
     before.add_argument(
         "--assume-width",
         type=positive,
         metavar="MM",
-        help="what a rehearsal's fingers find where no block is known (else nothing)",
+        help="the width of the object that the fingers find in a rehearsal (default none)",
     )
-    add_switches(before, {"--yes": "run it though a rehearsal failed on an assumption"})
+    add_switches(before, {"--yes": "run it even if the rehearsal failed because of an assumption"})
     _add_put_option(before)
     how = parser.add_argument_group("how it runs")
     add_switches(how, {"--step": "wait for Enter before each motion"})
     how.add_argument(
         "--loops", type=_loops, metavar="N", help="repeat it N times, 0 = endless (default 1)"
     )
+    add_switches(how, {"--resume": "continue where it was interrupted"})
+    how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
+    _add_arm(parser, how)
+
+
+def _add_arm(
+    parser: argparse.ArgumentParser, how: argparse.ArgumentParser | argparse._ArgumentGroup
+) -> None:
+    """Add the options about the arm of `run` and `shell`, and how fast it moves."""
     how.add_argument(
         "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
     )
-    add_switches(how, {"--resume": "go on where it was interrupted"})
-    how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
     add_pace_option(how)
     add_allow_restored(parser)
     add_arm_options(parser)
@@ -139,9 +146,9 @@ def _loops(word: str) -> int:
 
 
 _SHELL_EPILOG = """\
-A line is checked and carried out as it is entered; a block (repeat, while, if, define ... end) when
-its end is. Names, subprograms and the speed stay. `help` lists the words, `save stack.arm` writes
-what was carried out as a program. Ctrl-C stops the arm. docs/how-to/running.md tells more.
+Each line is checked and carried out when you enter it; a block (repeat, while, if, define ... end)
+when you enter its end. Names, subprograms and the speed remain. `help` lists the words, and
+`save stack.arm` saves the lines as a program. Ctrl-C stops the arm. See docs/how-to/running.md.
 
 Examples:
   armdrive shell
@@ -153,12 +160,7 @@ Examples:
 
 def _shell(parser: argparse.ArgumentParser) -> None:
     _add_put_option(parser)
-    parser.add_argument(
-        "--speed", type=fraction, help="slow every motion to this fraction, 0.5 or 50%%"
-    )
-    add_pace_option(parser)
-    add_allow_restored(parser)
-    add_arm_options(parser)
+    _add_arm(parser, parser)
 
 
 def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
@@ -168,7 +170,7 @@ def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -
         type=_block,
         default=[],
         metavar="NAME,X,Y[,WIDTH[,HEIGHT]]",
-        help="a simulated arm: put a block on its table first, mm; may be repeated",
+        help="put a block on a simulated arm's table first, mm; may be repeated",
     )
 
 
@@ -183,7 +185,7 @@ def _block(words: str) -> TableBlock:
 
 
 _TEACH_EPILOG = """\
-A sequence and its points stand in the arm's file of points (docs/how-to/points.md).
+A sequence and its points are in the arm's file of points (docs/how-to/points.md).
 
 Examples:
   armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
@@ -225,34 +227,38 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("first", type=count, nargs="?", metavar="FIRST", help="one step only ...")
     _to_last(action)
     action.add_argument("--speed", type=fraction, help="a new speed, 0.5 or 50%%")
-    action.add_argument("--factor", type=number, default=1.0, help="times the speed there is")
-    action.add_argument("--wait", type=number, metavar="SECONDS", help="a new time for waits")
-    action.add_argument("--wait-factor", type=number, default=1.0, help="times the waits there are")
+    action.add_argument("--factor", type=number, default=1.0, help="a factor of the speeds")
+    action.add_argument(
+        "--wait", type=number, metavar="SECONDS", help="a new duration of the waits"
+    )
+    action.add_argument(
+        "--wait-factor", type=number, default=1.0, help="multiply the present waits"
+    )
 
 
 def _here_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--point", metavar="NAME", help="what to call the place")
-    add_switches(action, {"--line": "to be gone to along a straight line"})
+    action.add_argument("--point", metavar="NAME", help="name of the point")
+    add_switches(action, {"--line": "go there along a straight line"})
     action.add_argument("--speed", type=fraction, default=1.0, help="0.5 or 50%%")
 
 
 def _record_words(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--line": "every way along a straight line"})
+    add_switches(action, {"--line": "make every move a straight line"})
     action.add_argument("--speed", type=fraction, default=1.0, help="of every move, 0.5 or 50%%")
-    add_switches(action, {"--waits": "keep how long the arm stood"})
+    add_switches(action, {"--waits": "record how long the arm rested"})
     action.add_argument(
         "--rest", type=number, default=REST_S, metavar="SECONDS",
         help=f"how long the arm must rest at a place to record it (default {REST_S:g})",
     )  # fmt: skip
-    add_switches(action, {"--again": "write over what is there"})
+    add_switches(action, {"--again": "overwrite an existing sequence"})
 
 
 def _reverse_words(action: argparse.ArgumentParser) -> None:
-    action.add_argument("new", metavar="NEW", help="what the way back is called")
+    action.add_argument("new", metavar="NEW", help="name of the sequence that goes back")
 
 
 TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
-    "follow": Action("add a place wherever another program lets the arm rest, until Ctrl-C",
+    "follow": Action("add a step wherever another program lets the arm rest, until Ctrl-C",
                      "program.teach:record", _sequence(more=_record_words)),
     "here": Action("name the place where the arm stands, as the next step",
                    "program.teach:here", _sequence(more=_here_words)),
@@ -260,9 +266,9 @@ TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
                   "program.teach:add", _sequence(more=_step_words)),
     "insert": Action("put a step before another",
                      "program.teach:insert", _sequence("at", more=_step_words)),
-    "remove": Action("take steps away",
+    "remove": Action("remove steps",
                      "program.teach:remove", _sequence("first", more=_to_last)),
-    "move": Action("put a step in another place",
+    "move": Action("move a step to another place",
                    "program.teach:move", _sequence("old", "new")),
     "retime": Action("change speeds and waits, of all steps or of some",
                      "program.teach:retime", _sequence(more=_retime_words)),

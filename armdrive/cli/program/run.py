@@ -30,7 +30,7 @@ from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import RunStep
 from armdrive.programs.arm_access import accept_restored, time_s
 from armdrive.programs.problems import SourceLines, SourceMark, numbered_lines
-from armdrive.programs.run_view import line_words
+from armdrive.programs.progress import line_words
 from armdrive.programs.scripts import (
     Connections,
     ScriptCall,

@@ -25,7 +25,7 @@ from armdrive.errors.table import error_view
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.problems import SourceLines, SourceMark, excerpt
-from armdrive.programs.run_view import RunView, duration, place_words
+from armdrive.programs.progress import RunView, duration, place_words
 from armdrive.status import pose_view
 
 if TYPE_CHECKING:

@@ -26,6 +26,7 @@ from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal, taken_up
 from armdrive.programs.problems import mark_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
+from armdrive.programs.progress import duration, line_words
 from armdrive.programs.rehearsal import (
     BEFORE_RUN_S,
     Patience,
@@ -34,7 +35,6 @@ from armdrive.programs.rehearsal import (
     rehearse,
     require_rehearsed,
 )
-from armdrive.programs.run_view import duration, line_words
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
 
 

@@ -21,8 +21,8 @@ from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.errors.table import error_view
 from armdrive.programs.problems import SourceLines
 from armdrive.programs.program import Machine
+from armdrive.programs.progress import duration, line_words
 from armdrive.programs.rehearsal import CHECK_S, Patience, Rehearsal, SeenArm
-from armdrive.programs.run_view import duration, line_words
 from armdrive.programs.running import RunPlan, no_machine
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback

@@ -19,8 +19,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import as_json, put, put_error, tell
 from armdrive.cli.program.run_common import make_ready, require_table
-from armdrive.cli.program.shell_session import Left, Shell, ask_at_prompt
-from armdrive.cli.program.shell_words import OWN_WORDS, known_words
+from armdrive.cli.program.shell_session import Left, Shell, ask_at_prompt, known_words
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
@@ -168,7 +167,7 @@ def _settle(arm: Arm, at_terminal: bool) -> None:
 
 def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     """Carry out all lines of standard input; the first error ends it, and is raised."""
-    shell = Shell(arm, options, OWN_WORDS, typing=False)
+    shell = Shell(arm, options, typing=False)
     shell.tell(
         {"event": "begin", "arm": arm.config.name, "simulated": arm.simulated},
         "",
@@ -188,7 +187,7 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
 
 def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
     """Take lines at a prompt until the person leaves."""
-    shell = Shell(arm, options, OWN_WORDS, typing=True)
+    shell = Shell(arm, options, typing=True)
     with TypedLines(lambda: known_words(shell)) as lines:
         put("`help` lists the words; Ctrl-D or `quit` leaves\n")
         _PromptLoop(shell, lines).run()

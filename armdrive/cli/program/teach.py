@@ -14,10 +14,9 @@ from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused
-from armdrive.programs.teaching import edit as editing
-from armdrive.programs.teaching.edit import Edited
+from armdrive.programs.teaching import steps as editing
 from armdrive.programs.teaching.record import Choices, StepRecorder, seen_in
-from armdrive.programs.teaching.steps import parse_step
+from armdrive.programs.teaching.steps import Edited, parse_step
 from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Step, StepList, check_name

@@ -26,7 +26,7 @@ from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import CommissioningOutcome, walk
 from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
-from armdrive.setup.filing import propose_drives, signs_of
+from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
@@ -169,7 +169,8 @@ def _end(
         written = parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
         kept.write(plan.name, written.calibration, found)
-        _say_next(path, plan.name)
+        for line in after_writing(path, written):
+            say(line)
 
 
 def _question(path: Path, *, there: bool) -> str:
@@ -183,19 +184,6 @@ def _write(path: Path, text: str, *, there: bool) -> None:
         old = path.with_name(path.name + BEFORE)
         replace_file(old, read_text(path, "the arm file", ArmFileError).rstrip("\n"))
     replace_file(path, text.rstrip("\n"))
-
-
-def _say_next(path: Path, name: str) -> None:
-    say(f"written: {path}")
-    say("next, from the safest on:")
-    for line in (
-        f"armdrive config check {name}",
-        f"armdrive doctor --arm {name}",
-        f"armdrive status --arm {name}",
-        f"armdrive jog --arm {name}",
-        f"armdrive home --arm {name}",
-    ):
-        say(f"  {line}")
 
 
 def chosen_port() -> str:

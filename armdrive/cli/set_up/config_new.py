@@ -40,7 +40,7 @@ from armdrive.setup.arm_text import files_of
 from armdrive.setup.dialog_runner import DialogPerson, converse
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
-from armdrive.setup.filing import FileProposal, checked, propose, write
+from armdrive.setup.filing import FileProposal, after_writing, checked, propose, write
 from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
@@ -71,7 +71,7 @@ def new(options: argparse.Namespace) -> Result:
         return Result(None, "nothing is written", 1)
     write(files, path)
     view = {"arm": draft.name, "file": str(path), "model": config.model.key}
-    return Result(view, _next(path, config))
+    return Result(view, after_writing(path, config))
 
 
 def _given(options: argparse.Namespace) -> dict[str, str]:
@@ -135,26 +135,6 @@ def _agreed(path: Path, *, force: bool) -> bool:
     if path.exists() and not force:
         return agree(f"{path} exists. Overwrite it?", "Its present text is lost.")
     return agree(f"Write this to {path}?", "no writes nothing.", "yes")
-
-
-def _next(path: Path, config: ArmConfig) -> Iterator[str]:
-    name = config.name
-    yield f"written: {path}"
-    yield "next, from the safest on:"
-    lines = [
-        (f"armdrive config check {name}", "problems and remarks; opens nothing"),
-        (f"ARMDRIVE_FORCE_SIM=1 armdrive home --arm {name}", "its simulated twin"),
-    ]
-    if config.connection.port:
-        lines += [
-            (f"armdrive status --arm {name}", "connects; moves nothing"),
-            (f"armdrive config signs {name}", "turns each motor a little, to see its direction"),
-            (f"armdrive jog --arm {name}", "slowly, by hand; space stops"),
-        ]
-    lines.append((f"armdrive config set-default {name}", "use it if no arm is named"))
-    width = max(len(command) for command, _ in lines)
-    for command, words in lines:
-        yield f"  {command:<{width}}  {words}"
 
 
 # Trials on the arm itself: the directions of its motors, and its limit switches.

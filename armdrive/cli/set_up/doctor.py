@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType, ModuleType
 
-from armdrive.cli.presenter import Result, agreed, as_json, put_error, say, tell
+from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, put_error, say, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
@@ -160,7 +160,7 @@ def _keyboard(options: argparse.Namespace) -> Result:
     """Examine the keyboard; opens no port. The exit code is 1 if a held key does not work."""
     if options.port or options.arm:
         raise BadRequest("--keyboard examines this terminal and no port: leave the port out")
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not at_terminal():
         raise OperatorNeeded(
             "you have to hold a key: run `armdrive doctor --keyboard` in a terminal"
         )

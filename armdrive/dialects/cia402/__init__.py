@@ -4,9 +4,9 @@ Read in this order, after `dialects.bus`:
 
     controller   an arm's requests: which collaborator carries out each
     wire         frames out, events in, and the state of each drive
-    exchange     SYNC cycles, position reads, state transitions, objects by SDO
+    exchange     what scripts work with: SYNC cycles, position reads, states, objects by SDO
     contact      finding the drives, setting them up, switching their current, clearing faults
-    leading      what all motions share: beginning, recovering, arriving, stopping
+    leading      what all motions share: beginning, outages, arriving, stopping
     motion       cyclic targets, bursts by profile position, homing
 
 The rest serves people: `settings` and `compare` for the arm file, `objects` for the

@@ -59,7 +59,7 @@ AHEAD = 3
 CONFIRM_CYCLES = 8
 """At most this many cycles pass until a drive is seen to stand and has left its quick stop."""
 SET_POINT_CYCLES = 4
-"""In profile position mode, a drive is then given a set-point where it stands: so many cycles."""
+"""In profile position mode, giving a drive a set-point where it stands takes this many more."""
 ROUNDING = 2.0
 """How far a drive may be off its share of a burst, since speeds and ramps are whole numbers."""
 

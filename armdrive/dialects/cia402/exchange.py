@@ -182,8 +182,6 @@ class SetPoints:
     def __init__(self, goals: Mapping[Cia402Drive, int]) -> None:
         self.goals = goals
         self._hosts = {drive: canopen.SetPointHost() for drive in goals}
-        for host in self._hosts.values():
-            host.begin()
 
     def send(self, io: Cia402Exchange, drive: Cia402Drive) -> None:
         """Send a drive its set-point and the next word of its handshake."""
@@ -195,9 +193,7 @@ class SetPoints:
         return {
             drive
             for drive, host in self._hosts.items()
-            if drive.word is not None and drive.missed <= 1
-            for event in host.hear(drive.word)
-            if isinstance(event, canopen.Reached)
+            if drive.word is not None and drive.missed <= 1 and host.hear(drive.word)
         }
 
     def except_in(self, *phases: canopen.Phase) -> tuple[Cia402Drive, ...]:

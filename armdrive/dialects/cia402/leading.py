@@ -229,7 +229,7 @@ class MotionLead:
         return Signal.TROUBLE if self.missing else None
 
     def stands_short(self, drive: Cia402Drive) -> bool:
-        """Return whether a drive stands short of its target: it is blocked, or hears no targets.
+        """Return whether a drive stands short of its target: it is blocked, or receives no targets.
 
         It jumps to its target when it comes free, or to the next one that it receives.
         """

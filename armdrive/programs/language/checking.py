@@ -250,17 +250,19 @@ class Fitting:
             case Number() if not isfinite(value.value):
                 yield Problem(value.mark, "this number is too large")
             case Unary():
-                taken = OPERATORS[value.sign].takes
-                yield from self._value(value.value, Slot("value", taken))
+                yield from self._value(value.value, Slot("value", OPERATORS[value.sign].takes))
             case Binary():
                 yield from self._binary(value)
             case FieldOf():
                 yield from self._value(value.value, PLACE)
                 if value.name not in FIELDS:
-                    text = f"a place has {', '.join(FIELDS)}, no {value.name}"
-                    yield Problem(value.mark, text)
+                    yield Problem(value.mark, f"a place has {', '.join(FIELDS)}, no {value.name}")
             case JointsOf():
-                yield from self._joints(value)
+                names = [name for name, _ in value.angles]
+                for name, angle in value.angles:
+                    yield from self._value(angle, Slot(name))
+                for name in sorted({name for name in names if names.count(name) > 1}):
+                    yield Problem(value.mark, f"{name} has two angles")
             case Use():
                 yield from self._use(value)
 
@@ -272,17 +274,10 @@ class Fitting:
             kind = next(shown, ValueKind.ANY)
             if kind is ValueKind.ANY and ValueKind.PLACE in kinds:
                 yield Problem(value.mark, "places cannot be compared: compare their x, y and z")
-            if kind is ValueKind.ANY and ValueKind.TEXT in kinds:
+            elif kind is ValueKind.ANY and ValueKind.TEXT in kinds:
                 yield Problem(value.mark, "texts cannot be compared")
         for side in sides:
             yield from self._value(side, Slot("value", kind))
-
-    def _joints(self, value: JointsOf) -> Iterator[Problem]:
-        names = [name for name, _ in value.angles]
-        for name, angle in value.angles:
-            yield from self._value(angle, Slot(name))
-        for name in sorted({name for name in names if names.count(name) > 1}):
-            yield Problem(value.mark, f"{name} has two angles")
 
     def _use(self, value: Use) -> Iterator[Problem]:
         row = FUNCTIONS.get(value.name)

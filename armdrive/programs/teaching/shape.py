@@ -93,26 +93,6 @@ def shaped_point(config: ArmConfig, name: str, point: Point, shape: Shape, note:
     return Point(joints, point.opening_mm, notes)
 
 
-def shaped_sequence(
-    config: ArmConfig,
-    new: str,
-    steps: StepList,
-    points: Mapping[str, Point],
-    shape: Shape,
-    note: str,
-) -> tuple[dict[str, Point], StepList]:
-    """Return a sequence over new points, `NEW-OLD` each, and those points."""
-    names = {old: f"{new}-{old}" for old in steps.points}
-    made = {
-        name: shaped_point(config, old, points[old], shape, note) for old, name in names.items()
-    }
-    gone = tuple(
-        replace(step, point=names[step.point]) if step.point else step for step in steps.steps
-    )
-    notes = "; ".join(text for text in (steps.note, note) if text)
-    return made, StepList(gone, notes)
-
-
 def shaped(
     config: ArmConfig,
     name: str,
@@ -123,17 +103,24 @@ def shaped(
     """Return the new points and sequences made from the point or sequence `name`.
 
     `known` are the present points and sequences; `change` is the change of a posture, and the text
-    of the note. Raises `UnknownPoint` for an unknown name.
+    of the note. The points of a new sequence are called `NEW-OLD`. Raises `UnknownPoint` for an
+    unknown name.
     """
     points, sequences = known
     shape, note = change
-    if name in sequences:
-        made, steps = shaped_sequence(config, new, sequences[name], points, shape, note)
-        return made, {new: steps}
-    if name not in points:
+    if name not in points and name not in sequences:
         hint = suggestion(name, [*points, *sequences])
         raise UnknownPoint(f"there is no point and no sequence {name!r}{hint}")
-    return {new: shaped_point(config, name, points[name], shape, note)}, {}
+    steps = sequences.get(name)
+    names = {name: new} if steps is None else {old: f"{new}-{old}" for old in steps.points}
+    made = {
+        after: shaped_point(config, old, points[old], shape, note) for old, after in names.items()
+    }
+    if steps is None:
+        return made, {}
+    gone = (replace(step, point=names.get(step.point, "")) for step in steps.steps)
+    notes = "; ".join(text for text in (steps.note, note) if text)
+    return made, {new: StepList(tuple(gone), notes)}
 
 
 def _require_allowed(config: ArmConfig, name: str, joints: Joints) -> None:

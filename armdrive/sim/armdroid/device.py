@@ -279,10 +279,10 @@ KIND = SimDeviceKind(
     make=_make,
     options=(
         Option("speed_error", 0.0, "0.2: motors a fifth slower than the sketch says"),
-        Option("character_s", _USUAL.character_s, "seconds that the board takes for a character"),
-        Option("room_bytes", _USUAL.room_bytes, "characters that can wait during a motion"),
-        Option("boot_s", _USUAL.boot_s, "seconds that a reset lasts"),
-        Option("greets", _USUAL.greets, "native USB: says Welcome when its port is opened"),
+        Option("character_s", _USUAL.character_s, "seconds to process a character"),
+        Option("room_bytes", _USUAL.room_bytes, "size of the receive buffer"),
+        Option("boot_s", _USUAL.boot_s, "duration of a reset in seconds"),
+        Option("greets", _USUAL.greets, "native USB: sends Welcome when its port is opened"),
         Option("resets_on_open", _USUAL.resets_on_open, "restarts when its port is opened"),
     ),
 )

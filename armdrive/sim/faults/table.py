@@ -352,19 +352,19 @@ _ON_BUS = tuple(
     replace(kind, needs=DrivesOnBus)
     for kind in (
         FaultKind("lose-frame", AMOUNT, "frames are lost", on_wire(lambda _: frame_lost)),
-        FaultKind("double-frame", AMOUNT, "frames come twice", on_wire(lambda _: frame_doubled)),
+        FaultKind("double-frame", AMOUNT, "frames arrive twice", on_wire(lambda _: frame_doubled)),
         FaultKind(
             "overtake",
             AMOUNT,
-            "frames come after the next one",
+            "frames arrive after the next one",
             ruling(lambda _, amount: overtaken(amount)),
         ),
-        FaultKind("bus-off", "", "the host's adapter leaves the bus", bus_off),
-        FaultKind("alone", "", "the adapter's frames are not acknowledged", alone),
+        FaultKind("bus-off", "", "the host's adapter goes bus-off", bus_off),
+        FaultKind("alone", "", "no node acknowledges the adapter's frames", alone),
         FaultKind(
             "drive-mute",
             "MOTOR",
-            "a drive says nothing, but obeys",
+            "a drive sends nothing but obeys",
             _on_drive(lambda drives, at, on: drives.mute(at, on)),
         ),
         FaultKind(
@@ -377,7 +377,7 @@ _ON_BUS = tuple(
         FaultKind(
             "drive-mode",
             "MOTOR MODE",
-            "a drive has another mode",
+            "a drive is in another mode",
             _changing(lambda drives, at, mode: drives.set_mode(at, mode)),
             replaces=True,
         ),
@@ -391,7 +391,7 @@ _ON_BUS = tuple(
         FaultKind(
             "no-done",
             "MOTOR",
-            "a drive says no motion done",
+            "a drive does not report the end of a motion",
             _on_drive(lambda drives, at, on: drives.withhold_done(at, on)),
         ),
     )
@@ -400,8 +400,15 @@ _ON_BUS = tuple(
 _OF_DRIVES = tuple(
     replace(kind, needs=SaysEmergencies)
     for kind in (
-        FaultKind("drive-fault", "MOTOR CODE", "a drive fails, 4310 say", ailing_drive),
-        FaultKind("drive-emcy", "MOTOR CODE", "a drive says an EMCY alone", warning_drive),
+        FaultKind(
+            "drive-fault",
+            "MOTOR CODE",
+            "a drive fails with an error code, such as 4310",
+            ailing_drive,
+        ),
+        FaultKind(
+            "drive-emcy", "MOTOR CODE", "a drive sends an EMCY and carries on", warning_drive
+        ),
     )
 )
 """Faults of drives that have error codes."""
@@ -413,12 +420,12 @@ _ON_ANY = (
         "bytes have a bit flipped",
         on_wire(lambda request: changed(draw(request, 2))),
     ),
-    FaultKind("duplicate", AMOUNT, "bytes come twice", on_wire(lambda _: repeated)),
+    FaultKind("duplicate", AMOUNT, "bytes arrive twice", on_wire(lambda _: repeated)),
     FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", on_wire(delaying, 1, "1")),
-    FaultKind("mute", "", "the device says nothing", mute),
-    FaultKind("garbage", "[COUNT]", "the device says noise, 8 bytes", garbage),
+    FaultKind("mute", "", "the device sends nothing", mute),
+    FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes)", garbage),
     FaultKind("unplug", "", "the cable is pulled", unplug),
-    FaultKind("replug", "[as NAME]", "the cable is put back", replug),
+    FaultKind("replug", "[as NAME]", "the cable is plugged in again", replug),
     FaultKind(
         "brown-out",
         "",
@@ -426,7 +433,7 @@ _ON_ANY = (
         brown_out,
         lasts_s=BROWN_OUT_S,
     ),
-    FaultKind("reset", "", "the board resets, its power on", reset, needs=Resettable),
+    FaultKind("reset", "", "the board resets with its power on", reset, needs=Resettable),
     FaultKind("lose-steps", "MOTOR N", "the next N steps are lost", lose_steps),
     FaultKind("stall", "MOTOR", "a motor no longer follows", stall),
     FaultKind(

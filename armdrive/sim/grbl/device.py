@@ -317,15 +317,15 @@ KIND = SimDeviceKind(
     board=GrblBoard,
     make=_make,
     options=(
-        Option("firmware", "mega5x", "which one it runs", tuple(FIRMWARES)),
-        Option("axes", "", "the axes of its build, XYZABC say; those that are used if left out"),
-        Option("factory", False, "settings as it leaves the factory, not as the arm needs them"),
-        Option("homing", False, "homing is on ($22=1), whatever the arm file says"),
+        Option("firmware", "mega5x", "the firmware", tuple(FIRMWARES)),
+        Option("axes", "", "the axes of its build, such as XYZABC; empty: those of the arm"),
+        Option("factory", False, "factory settings instead of those that the arm needs"),
+        Option("homing", False, "switch homing on ($22=1), whatever the arm file says"),
         Option(
             "limit_interrupts", False, "a build that acts on $21=1 where the usual one does not"
         ),
-        Option("resets_on_open", False, "a saved arm is found with its board freshly reset"),
-        Option("coast", 1.0, "the arm runs on by this share of the ramp where motors stop dead"),
-        Option("plan_ms", -1.0, "milliseconds for each motion; below 0: those of the firmware"),
+        Option("resets_on_open", False, "a saved arm starts with its board freshly reset"),
+        Option("coast", 1.0, "share of the ramp by which the arm overruns a dead stop"),
+        Option("plan_ms", -1.0, "milliseconds to plan a motion; below 0: the firmware's own"),
     ),
 )

@@ -128,7 +128,7 @@ def _replug(console: Console, words: list[str]) -> ConsoleAnswer:
 def _fault(console: Console, words: list[str]) -> ConsoleAnswer:
     if not words:
         active = console.faults.active
-        return ConsoleAnswer("; ".join(active) or "nothing is wrong", {"faults": list(active)})
+        return ConsoleAnswer("; ".join(active) or "no faults", {"faults": list(active)})
     if words[0].lower() == "off":
         ended = console.faults.end(*words[1:2])
         return ConsoleAnswer(f"ended: {'; '.join(ended) or 'nothing'}", {"ended": list(ended)})
@@ -192,7 +192,7 @@ def _help(_: Console, __: list[str]) -> ConsoleAnswer:
 
 def _quit(console: Console, _: list[str]) -> ConsoleAnswer:
     console.ended = True
-    return ConsoleAnswer("ends")
+    return ConsoleAnswer("ending")
 
 
 def _switch(word: str) -> bool:
@@ -206,29 +206,40 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
     {
         command.name: command
         for command in (
-            ConsoleCommand("state", "", "the arm as it stands, physically", _state),
-            ConsoleCommand("key", "NAME", "press a key of the pendant, STOP say", _key),
-            ConsoleCommand("return", "", "the pendant gives control back (@SET)", _return),
+            ConsoleCommand("state", "", "the physical state of the arm", _state),
+            ConsoleCommand("key", "NAME", "press a key of the pendant, such as STOP", _key),
+            ConsoleCommand("return", "", "give control back to the host (ends @SET)", _return),
             ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide),
-            ConsoleCommand("put", PARTS, "set a block down, mm", _put),
+            ConsoleCommand("put", PARTS, "put a block down (mm)", _put),
             ConsoleCommand("take", "NAME", "take a block away", _take),
-            ConsoleCommand("power", "on|off", "switch the controller; off lets it sag", _power),
+            ConsoleCommand(
+                "power", "on|off", "switch the controller; off lets the arm sag", _power
+            ),
             ConsoleCommand("unplug", "", "pull the cable", _unplug),
-            ConsoleCommand("replug", "[as NAME]", "put the cable back", _replug),
+            ConsoleCommand(
+                "replug", "[as NAME]", "plug the cable in again, perhaps as another port", _replug
+            ),
             ConsoleCommand(
                 "fault",
                 "[off [NAME] | NAME ARGUMENTS [--from host|device] [--seed N] [--for S] [@S]]",
-                "have something go wrong, or end it; alone: what is wrong",
+                "inject a fault, or end it; alone: list active faults",
                 _fault,
             ),
-            ConsoleCommand("faults", "", "what can go wrong with this device", _faults),
+            ConsoleCommand("faults", "", "list the faults that this device can have", _faults),
             ConsoleCommand(
-                "plug", "all | none | NUMBER ...", "have these drives on the bus", _plug
+                "plug", "all | none | NUMBER ...", "connect only these drives to the bus", _plug
             ),
             ConsoleCommand("input", "BIT 0|1", "set an input bit", _input),
-            ConsoleCommand("push", "MOTOR STEPS", "turn a motor by force, uncounted", _push),
-            ConsoleCommand("speed-error", "FRACTION", "0.2 is a fifth slower", _speed_error),
-            ConsoleCommand("help", "", "these commands (with --json: what they do)", _help),
+            ConsoleCommand(
+                "push", "MOTOR STEPS", "turn a motor by force; no register counts it", _push
+            ),
+            ConsoleCommand(
+                "speed-error",
+                "FRACTION",
+                "make motions longer: 0.2 is a fifth slower",
+                _speed_error,
+            ),
+            ConsoleCommand("help", "", "list the commands (with --json: what they do)", _help),
             ConsoleCommand("quit", "", "end the simulation", _quit),
         )
     }

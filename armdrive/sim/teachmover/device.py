@@ -340,7 +340,7 @@ KIND = SimDeviceKind(
     make=_make,
     options=(
         Option("speed_error", 0.0, "0.2: motors a fifth slower than the driver's table says"),
-        Option("keeps_input_while_moving", False, "keeps what comes in during a motion"),
+        Option("keeps_input_while_moving", False, "keep bytes that arrive during a motion"),
         Option("delay_unit_s", 0.001, "seconds that one count of @DELAY is worth"),
     ),
 )

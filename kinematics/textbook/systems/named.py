@@ -144,7 +144,7 @@ class NamedSingularity:
 
     `distance_rad` is the joint move that leads there, None where it takes a slide;
     `distance_mm` is how far the point in question (the tip, the wrist) has to go, None where it
-    is no matter of a point.
+    does not concern a point.
     """
 
     reason: str

@@ -13,7 +13,7 @@ from armdrive.connect.parts import TaskRunner
 from armdrive.moves import PoseMove
 
 
-@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid", "mks"])
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialect):
     async with AsyncArm.connect(f"sim:{dialect}") as arm:
         await arm.home()
@@ -42,7 +42,7 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
         assert still(arm)
 
 
-@pytest.mark.parametrize("rounds", range(1, 60, amount(12, 2)))
+@pytest.mark.parametrize("rounds", range(1, 60, amount(20, 2)))
 async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
     async with AsyncArm.connect("sim:teachmover") as arm:
 

@@ -9,7 +9,7 @@ from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
 from armdrive.arm import device as signalling
 from armdrive.dialects.grbl.settings import PINS
 from armdrive.errors import BadRequest, Refused, WrongState
-from armdrive.motion.idle import INPUTS_POLL_S
+from armdrive.motion.standing import INPUTS_POLL_S
 from armdrive.registry import dialect
 
 

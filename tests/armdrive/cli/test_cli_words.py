@@ -229,7 +229,7 @@ DRIVING = (
         ("status --sim mks", ("firmware_protocol.teachmover", "armdrive.sim.teachmover")),
         ("status --port /dev/none --dialect grbl", ("armdrive.sim", "armdrive.dialects.pendant")),
         ("run SCRIPT", (
-            *OF_OTHERS, "armdrive.programs.acts", "armdrive.programs.rehearsal",
+            *OF_OTHERS, "armdrive.programs.rehearsal", "lark",
             "armdrive.sim.device", "firmware_protocol.teachmover",
         )),
         ("points list", (*DRIVING, "armdrive.sim", "multiprocessing")),

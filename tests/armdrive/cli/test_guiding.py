@@ -15,7 +15,7 @@ from armdrive.cli.terminal_person import TerminalOperator, difference, parse_jog
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.status import State, Trust
-from armdrive.storage.verifications import logbook_file
+from armdrive.storage.record import logbook_file
 from kinematics import preset
 
 AXES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper")

@@ -78,7 +78,7 @@ def test_a_slide_has_limits_in_mm_and_craig_s_frames_are_made():
         ({"axes": [UP], "tip": {**TIP, "normal": [0, 1, 1]}}, "not at 45°"),
         ({"axes": [UP], "tip": TIP, "links": [{}]}, "a model with [[axes]] has no links"),
         ({"axes": [UP], "tip": TIP, "base": {}}, "a model with [[axes]] has no base"),
-        ({"axes": [UP], "tip": TIP, "convention": "paul"}, "convention must be 'standard'"),
+        ({"axes": [UP], "tip": TIP, "convention": "paul"}, "convention is one of standard, craig"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named(document, said):

@@ -100,8 +100,8 @@ def test_the_problems_of_a_model_file_hide_none_of_the_arm_file(tmp_path):
     found = problems_of(LINKED, tmp_path)
     in_model = [each.removeprefix(f"{path}: ") for each in found if each.startswith(str(path))]
     for place in (
-        "name must be text", "convention must be", "base.x_mm", "row 1: d_mm",
-        "row 1: a revolute joint has no 'theta'", "row 2: a joint is", "row 3: a joint's low limit",
+        "name must be text", "convention is one of", "base.x_mm", "links[1].d_mm",
+        "unknown key 'theta' in [links[1]]", "links[2].kind", "links[3]: a joint's low limit",
     ):  # fmt: skip
         assert any(each.startswith(place) for each in in_model), place
     in_file = [each for each in found if not each.startswith(str(path))]

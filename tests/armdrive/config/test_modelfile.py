@@ -90,7 +90,7 @@ def test_a_base_turned_by_quarters_has_exact_entries():
         ({"links": "many"}, "at least one link"),
         ({"links": [3]}, "links[1] must be a table"),
         ({"link": [{}]}, "did you mean 'links'"),
-        ({"links": [{}], "convention": "other"}, "convention must be 'standard' or 'craig'"),
+        ({"links": [{}], "convention": "other"}, "convention is one of standard, craig"),
         ({"links": [{}], "name": 5}, "name must be text"),
         ({"links": [{}], "base": {"xmm": 5}}, "did you mean 'x_mm'"),
         ({"links": [{}], "base": {"x_mm": "far"}}, "base.x_mm must be a finite number"),
@@ -105,9 +105,10 @@ def test_what_is_wrong_in_a_file_is_named(document, said):
 @pytest.mark.parametrize(
     ("row", "said"),
     [
-        ({"theta": 0}, "row 1: a revolute joint has no 'theta'; did you mean 'theta_deg'?"),
-        ({"kind": "spherical"}, "row 1: a joint is revolute or prismatic, not 'spherical'"),
-        ({"a_mm": "long"}, "a_mm must be a finite number"),
+        ({"theta": 0}, "unknown key 'theta' in [links[1]]; did you mean 'theta_deg'?"),
+        ({"kind": "spherical"}, "links[1].kind is one of revolute, prismatic, not 'spherical'"),
+        ({"a_mm": "long"}, "links[1].a_mm must be a finite number"),
+        ({"low_mm": 1}, "links[1]: a revolute joint has no 'low_mm'"),
         ({"low_deg": 10, "high_deg": -10}, "must not lie above"),
     ],
 )
@@ -127,7 +128,7 @@ def test_a_file_that_cannot_be_read_or_parsed_is_named(tmp_path):
     with pytest.raises(ArmFileError, match=r"broken\.toml is no text in UTF-8"):
         read_model(broken)
     broken.write_text("[[links]]\nalfa_deg = 3\n", encoding="utf-8")
-    with pytest.raises(ArmFileError, match=r"broken.toml: row 1: .*'alpha_deg'"):
+    with pytest.raises(ArmFileError, match=r"broken.toml: .*links\[1\].*'alpha_deg'"):
         read_model(broken)
 
 

@@ -11,7 +11,7 @@ import pytest
 import armdrive
 import tui
 from armdrive.cli.commands import COMMANDS
-from armdrive.cli.program.shell_words import OWN_WORDS
+from armdrive.cli.program.shell_session import OWN_WORDS
 from armdrive.errors import ArmError, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
 from armdrive.errors.table import ENTRIES

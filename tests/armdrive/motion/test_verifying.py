@@ -17,8 +17,7 @@ from armdrive.motion.reference import drift_between, judge
 from armdrive.motion.resolve import park_pose
 from armdrive.registry import DIALECTS
 from armdrive.status import Evidence, State, Trust
-from armdrive.storage.record import FileRecorder
-from armdrive.storage.verifications import last_entry, logbook_file
+from armdrive.storage.record import FileRecorder, last_entry, logbook_file
 from kinematics import Motors, preset
 
 ARM = "sim:teachmover"

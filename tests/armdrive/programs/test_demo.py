@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -24,20 +25,9 @@ needs_pty = pytest.mark.skipif(
 )
 
 
-def test_the_demo_stacks_every_block_and_reports_it(call):
-    said = call("demo", "--plain", code=0).out
-    assert said.startswith("sim:teachmover (Microbot TeachMover), SIMULATED")
-    for job in JOBS:
-        assert f"block {job.name}: grasped" in said
-    assert "Every block stands where it belongs, in the simulated world itself." in said
-
-
-def test_without_a_terminal_it_is_plain_by_itself(call):
-    assert "\x1b" not in call("demo", code=0).out
-
-
-def test_as_json_every_line_is_a_document_and_the_last_a_summary(call):
-    *steps, summary = call("demo", "--json", code=0).json_lines
+def test_as_json_every_line_is_a_document_and_the_last_a_summary(capsys):
+    assert main(["demo", "--json"]) == 0
+    *steps, summary = map(json.loads, capsys.readouterr().out.splitlines())
     assert len(steps) > len(JOBS)
     assert all(list(step) == ["step"] for step in steps)
     assert summary["wrong"] == []
@@ -48,21 +38,21 @@ def test_as_json_every_line_is_a_document_and_the_last_a_summary(call):
         assert block["place_mm"] == pytest.approx(job.to_mm, abs=NEAR_ENOUGH_MM)
 
 
-def test_the_three_next_commands_work_verbatim(call, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["armdrive"])
-    said = call("demo", "--plain", code=0).out
+def test_it_stacks_every_block_in_plain_text_and_the_next_commands_work_verbatim(call):
+    before = call("status", "--json", code=0).json
+    said = call("demo", code=0).out  # without a terminal it is plain by itself
+    assert call("status", "--json", code=0).json == before  # the arm of the other commands
+    assert "\x1b" not in said
+    assert said.startswith("sim:teachmover (Microbot TeachMover), SIMULATED")
+    for job in JOBS:
+        assert f"block {job.name}: grasped" in said
+    assert "Every block stands where it belongs, in the simulated world itself." in said
     *_, heading, first, second, third = said.splitlines()
     assert heading.startswith("Next")
     for line in (first, second):
         call(*line.split()[1:], code=0)
     assert third.split()[1] == "jog"
     assert "needs a terminal" in call(*third.split()[1:], code=2).err
-
-
-def test_the_next_commands_name_the_simulated_arm_where_another_is_the_default(call, monkeypatch):
-    monkeypatch.setenv("ARMDRIVE_ARM", "bench")
-    for line in call("demo", "--plain", code=0).out.splitlines()[-3:]:
-        assert line.endswith(" --sim teachmover")
 
 
 def test_a_block_that_was_not_brought_to_its_place_fails_the_check(call, monkeypatch):
@@ -74,7 +64,9 @@ def test_a_block_that_was_not_brought_to_its_place_fails_the_check(call, monkeyp
 
     perform = demo.perform
     monkeypatch.setattr("armdrive.cli.program.demo.perform", elsewhere)
+    monkeypatch.setenv("ARMDRIVE_ARM", "bench")  # then the next commands name the simulated arm
     said = call("demo", "--plain", code=1).out
+    assert all(line.endswith(" --sim teachmover") for line in said.splitlines()[-3:])
     assert "WRONG: block C is" in said
     assert "Every block stands" not in said
 
@@ -98,12 +90,6 @@ def test_a_block_pushed_out_of_reach_of_the_fingers_fails_the_check(call, monkey
     monkeypatch.setattr("armdrive.cli.program.demo.blocks_of", pushed)
     called = call("demo", "--json", code=1)
     assert any("block A" in sentence for sentence in called.json_lines[-1]["wrong"])
-
-
-def test_it_leaves_the_simulated_arm_of_the_other_commands_alone(call):
-    before = call("status", "--json", code=0).json
-    call("demo", "--plain", code=0)
-    assert call("status", "--json", code=0).json == before
 
 
 def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
@@ -135,18 +121,6 @@ def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
         return running.wait(LONG_S), shown
 
 
-@needs_pty
-def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
-    code, shown = drawn()
-    assert code == 0, shown.decode(errors="replace")
-    assert b"Traceback" not in shown
-    assert shown.count(CURSOR_OFF) == shown.count(CURSOR_ON) == 1
-    assert shown.index(CURSOR_OFF) < shown.index(CURSOR_ON)
-    text = shown.decode()
-    assert any("\u2800" < character <= "\u28ff" for character in text)  # braille
-    assert "Every block stands where it belongs" in text
-
-
 def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli.program.demo import draw
     from armdrive.connect.target import simulated_config
@@ -163,21 +137,22 @@ def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
 
 @needs_pty
 @pytest.mark.parametrize(("size", "words"), [((2, 8), ()), ((60, 200), ("--ascii",))])
-def test_a_terminal_of_any_size_will_do_and_ascii_is_nothing_but_ascii(size, words):
+def test_in_a_terminal_of_any_size_it_is_drawn_and_leaves_the_terminal_as_it_was(size, words):
     code, shown = drawn(*words, size=size)
-    assert code == 0
+    assert code == 0, shown.decode(errors="replace")
     assert b"Traceback" not in shown
+    assert shown.count(CURSOR_OFF) == shown.count(CURSOR_ON) == 1
+    assert shown.index(CURSOR_OFF) < shown.index(CURSOR_ON)
+    assert b"Every block stands where it belongs" in shown
     assert shown.isascii() == bool(words)
+    if not words:
+        assert any("\u2800" < character <= "\u28ff" for character in shown.decode())  # braille
     lines = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", shown.partition(CURSOR_ON)[0]).splitlines()
     assert max(len(line.decode()) for line in lines) < size[1]
 
 
 def test_an_invalid_pace_is_a_usage_error(call):
     assert call("demo", "--pace", "0", code=2).out == ""
-
-
-def test_main_returns_what_the_shell_gets():
-    assert main(["demo", "--json"]) == 0
 
 
 def test_on_a_real_arm_the_demonstration_needs_a_person(call):

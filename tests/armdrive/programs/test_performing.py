@@ -4,7 +4,16 @@ import threading
 
 import pytest
 from program_acts import fingers, go, grasp, ready
-from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down, performer, table_arm
+from running_bench import (
+    BLOCK,
+    PICK_AND_PLACE,
+    At,
+    Listener,
+    Script,
+    down,
+    performer,
+    table_arm,
+)
 from waiting import until
 
 from armdrive import Arm
@@ -94,19 +103,13 @@ def test_it_looks_and_remembers(arm, does):
     assert arm.pose.z_mm == pytest.approx(seen.pose.z_mm, abs=0.5)
 
 
-def test_outputs_are_switched_one_by_one(arm, does):
-    does(Outputs(on=(1, 3)))
-    assert arm.status.outputs == 0b101
-    does(Outputs(on=(2,), off=(3,)))
-    assert arm.status.outputs == 0b011
-    again = Performer(arm, Listener(), outputs=0b100)
-    assert again.outputs == 0b011  # what the arm was told counts for more
-
-
-def test_outputs_of_the_previous_run_stay_if_this_run_sets_none(arm):
+def test_outputs_are_switched_one_by_one_and_the_others_stay(arm, does):
     again = Performer(arm, Listener(), outputs=0b100)
     again.perform(Outputs(on=(1,)))
-    assert arm.status.outputs == 0b101
+    assert arm.status.outputs == 0b101  # one is of the previous run
+    does(Outputs(on=(2,), off=(3,)))
+    assert arm.status.outputs == 0b011
+    assert Performer(arm, Listener(), outputs=0b100).outputs == 0b011  # as the arm was told
 
 
 @pytest.mark.parametrize("number", [0, -1, 9])
@@ -132,17 +135,11 @@ def test_inputs_are_read_and_awaited_on_the_arms_clock(arm, does):
     assert arm.pace.now_s() - began_s == pytest.approx(3.0, abs=0.2)
 
 
-def test_a_delay_takes_its_time(arm, does):
-    began_s = arm.pace.now_s()
-    does(Delay(7.3))
+def test_a_delay_takes_its_time_and_texts_go_to_the_person(arm):
+    person, began_s = Listener(), arm.pace.now_s()
+    for act in (Delay(7.3), Say("width 30"), Hold("turn the part")):
+        performer(arm, person).perform(act)
     assert arm.pace.now_s() - began_s == pytest.approx(7.3, abs=1e-6)
-
-
-def test_type_prints_and_hold_waits(arm):
-    person = Listener()
-    does = Performer(arm, person).perform
-    does(Say("width 30"))
-    does(Hold("turn the part"))
     assert (person.said, person.held) == (["width 30"], ["turn the part"])
 
 
@@ -169,20 +166,10 @@ def test_a_stop_in_an_act_ends_it(arm, does, name):
 
 def test_a_stop_between_two_acts_ends_the_program_too(arm):
     script = Script(PICK_AND_PLACE)
-    carried_out = []
-
-    class Presser:
-        def begins(self, step, machine):
-            if step.number == 4:
-                arm.stop()
-
-        def ended(self, step, answer, took_s):
-            carried_out.append(step.number)
-
-    run = ProgramRun(RunPlan(script), performer(arm), [Presser()])
+    run = ProgramRun(RunPlan(script), performer(arm), [At(4, lambda _: arm.stop())])
     with pytest.raises(Stopped):
         run.carry_out()
-    assert carried_out == [1, 2, 3]
+    assert run.done == 3
     assert run.at.mark.line == 4
     assert script.made[-1].at == 3
 
@@ -195,27 +182,25 @@ def test_a_stop_before_the_run_began_does_not_end_it(arm):
     assert Performer(arm, Listener()).perform(Look()) is not None
 
 
-def test_while_the_arm_is_paused_no_act_begins(arm, monkeypatch):
+def test_while_the_arm_is_paused_no_act_begins_and_a_stop_ends_the_wait(arm, monkeypatch):
     slept = []
 
     def breath(time_s):
         slept.append(time_s)
         if len(slept) == 3:
             arm.resume()
+        if len(slept) > 3:
+            arm.request_stop()
+            arm.sleep(0.1)
 
     monkeypatch.setattr(running.time, "sleep", breath)
     arm.pause()
     performer(arm).perform(Outputs(on=(1,)))
     assert len(slept) == 3
-    assert arm.status.outputs == 1
-
-
-def test_a_stop_ends_a_program_that_waits_in_a_pause(arm, monkeypatch):
-    monkeypatch.setattr(running.time, "sleep", lambda _: arm.request_stop() or arm.sleep(0.1))
     arm.pause()
     with pytest.raises(Stopped):
-        performer(arm).perform(Outputs(on=(1,)))
-    assert arm.status.outputs is None
+        performer(arm).perform(Outputs(on=(2,)))
+    assert arm.status.outputs == 1
 
 
 def test_it_runs_as_often_as_it_is_told(arm):
@@ -224,21 +209,11 @@ def test_it_runs_as_often_as_it_is_told(arm):
     assert run.carry_out() == 6
     assert len(script.made) == 3
 
-    class Ender:
-        loops = 0
-
-        def begins(self, step, machine):
-            self.loops = step.loop
-            if step.loop == 50:
-                arm.request_stop()
-
-        def ended(self, step, answer, took_s):
-            pass
-
-    ender = Ender()
+    plan, ender = RunPlan(script, loops=FOR_EVER), At(99, lambda _: arm.request_stop())
+    run = ProgramRun(plan, performer(arm), [ender])
     with pytest.raises(Stopped):
-        ProgramRun(RunPlan(script, loops=FOR_EVER), performer(arm), [ender]).carry_out()
-    assert ender.loops == 50
+        run.carry_out()
+    assert run.loop == 50
 
 
 def test_a_refused_act_names_its_line(arm):

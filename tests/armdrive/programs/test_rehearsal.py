@@ -22,9 +22,11 @@ from armdrive.programs.running import ProgramRun, RunPlan
 from armdrive.registry import DIALECTS
 from kinematics.errors import KinematicsError
 
+AGES = Patience(math.inf)
+
 
 def rehearse(seen, plan):
-    return rehearse_within(seen, plan, Patience(math.inf))
+    return rehearse_within(seen, plan, AGES)
 
 
 TOUR = (
@@ -201,21 +203,22 @@ ENDLESS = {
 PLACES = "point p = at(250, 60, 65, -90)\npoint q = at(250, -60, 65, -90)\n"
 
 
+def rehearsed(arm, text, patience=AGES, **more):
+    source = ArmProgram(read_program(text), arm.config).machine
+    return rehearse_within(SeenArm.of(arm), RunPlan(source, **more), patience)
+
+
 @pytest.mark.parametrize("text", ["while on\ntype 1\nend", "n = 0\nrepeat\nn = n + 1\ntype n\nend"])
 def test_words_without_end_do_not_hold_up_the_look_for_a_reference(text):
-    arm = table_arm()
-    source = ArmProgram(read_program(text), arm.config).machine
     patience = Patience(50.0, None, count().__next__)
-    rehearsal = rehearse_within(SeenArm.of(arm), RunPlan(source, settle=True), patience)
+    rehearsal = rehearsed(table_arm(), text, patience, settle=True)
     assert rehearsal.endless or not rehearsal.whole
 
 
 @pytest.mark.parametrize("name", ENDLESS)
 def test_an_endless_loop_is_rehearsed_until_it_repeats_and_found_to_be_endless(name):
     text, acts, line = ENDLESS[name]
-    arm = table_arm("teachmover", BLOCK)
-    source = ArmProgram(read_program(PLACES + text), arm.config).machine
-    rehearsal = rehearse(SeenArm.of(arm), RunPlan(source))
+    rehearsal = rehearsed(table_arm("teachmover", BLOCK), PLACES + text)
     assert rehearsal.refusal is None
     assert rehearsal.whole
     assert rehearsal.endless.line == line + 2
@@ -226,8 +229,7 @@ def test_an_endless_loop_is_rehearsed_until_it_repeats_and_found_to_be_endless(n
 def test_a_loop_that_waits_for_an_input_is_left_when_the_input_comes():
     arm = table_arm()
     text = "while input(1) is off\ndelay 1\nend\nwhile input(2) is off\ndelay 1\nend\nready"
-    source = ArmProgram(read_program(text), arm.config).machine
-    rehearsal = rehearse(SeenArm.of(arm), RunPlan(source))
+    rehearsal = rehearsed(arm, text)
     assert (rehearsal.whole, rehearsal.endless) == (True, None)
     assert [str(each) for each in rehearsal.assumptions] == [
         "line 1: input 1 is off",
@@ -236,15 +238,14 @@ def test_a_loop_that_waits_for_an_input_is_left_when_the_input_comes():
         "line 4: input 2 is on later",
     ]
     assert rehearsal.loops[0][-1].mark.line == 7
-    stays_off = rehearse(SeenArm.of(arm), RunPlan(source, inputs={1: False}))
+    stays_off = rehearsed(arm, text, inputs={1: False})
     assert stays_off.endless.line == 1
 
 
 def test_a_loop_that_ends_is_not_taken_for_endless():
     arm = table_arm()
     text = "n = 0\nwhile n < 30\nn = n + 1\nmove here\nend\nrepeat 3\ntype 1\nend"
-    source = ArmProgram(read_program(text), arm.config).machine
-    rehearsal = rehearse(SeenArm.of(arm), RunPlan(source))
+    rehearsal = rehearsed(arm, text)
     assert (rehearsal.whole, rehearsal.endless) == (True, None)
     assert len(rehearsal.loops[0]) == 63
 
@@ -276,7 +277,8 @@ def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_an_arm_that_cannot_be_asked_is_taken_to_stand_in_its_reference(dialect):
-    rehearsal = rehearse(SeenArm(simulated_config(dialect)), RunPlan(Script(TOUR), settle=True))
+    plan = RunPlan(Script(TOUR[:1]), settle=True)
+    rehearsal = rehearse(SeenArm(simulated_config(dialect)), plan)
     assert rehearsal.refusal is None
     assert rehearsal.assumptions[0].mark is None
 

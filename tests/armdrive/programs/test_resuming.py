@@ -5,11 +5,21 @@ from itertools import count
 
 import pytest
 from program_acts import go, grasp, travels
-from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down
+from running_bench import (
+    BLOCK,
+    PICK_AND_PLACE,
+    At,
+    Killed,
+    Listener,
+    Script,
+    begin,
+    down,
+    kill,
+    reborn,
+    recorded,
+)
 
-from armdrive import Arm
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config, state_file
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
 from armdrive.moves import GripperMove, MoveSequence
 from armdrive.programs.acts import Home
@@ -22,66 +32,29 @@ from armdrive.programs.journal import (
 )
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry.simulate import simulate
-from armdrive.storage.record import FileRecorder
 
-SHA = "0" * 64
 ACTS = range(1, len(PICK_AND_PLACE) + 1)
 
 
-class Killed(BaseException):
-    """The program was killed: it stops and closes nothing."""
-
-
-class Killer:
-    """Kills at the beginning or the end of an act."""
-
-    def __init__(self, number, when):
-        self.number, self.when = number, when
-
-    def begins(self, step, machine):
-        if (step.number, "begins") == (self.number, self.when):
-            raise Killed
-
-    def ended(self, step, answer, took_s):
-        if (step.number, "ended") == (self.number, self.when):
-            raise Killed
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "t.arm"
 
 
 @pytest.fixture
 def arm():
     """An arm whose record outlives it, with a block on its table."""
     config = simulated_config("teachmover")
-    made = connected(config, simulate(config, blocks=[BLOCK]))
+    made = recorded(config, simulate(config, blocks=[BLOCK]))
     made.home()
     return made
 
 
-def reborn(arm):
-    """Return the arm as the next program finds it after a kill."""
-    return connected(arm.config, simulate(arm.config, arm.twin.save()))
-
-
-def connected(config, twin):
-    recorder = FileRecorder(state_file(config.name))
-    return Arm(connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True))
-
-
-def journal_of(arm, performer, tmp_path):
-    return Journal(arm, performer, tmp_path / "t.arm", SHA, 1)
-
-
-def begin(arm, script, tmp_path, *onlookers):
-    performer = Performer(arm, Listener())
-    journal = journal_of(arm, performer, tmp_path)
-    ProgramRun(RunPlan(script), performer, [journal, *onlookers]).carry_out()
-    journal.finish()
-
-
-def killed(arm, tmp_path, number, when="begins", acts=PICK_AND_PLACE):
+def killed(arm, path, number, when="begins", acts=PICK_AND_PLACE):
     """Return a program that was killed at the beginning or the end of an act."""
     script = Script(acts)
     with pytest.raises(Killed):
-        begin(arm, script, tmp_path, Killer(number, when))
+        begin(arm, script, path, At(number, when=when))
     return script
 
 
@@ -104,16 +77,8 @@ def on_its_way(arm, number, happens):
         arm.start = start
 
 
-def resume(arm, script, tmp_path):
-    entry = interrupted(arm.config.name)
-    require_same_program(entry, SHA, str(tmp_path / "t.arm"))
-    machine = script.restored(entry.snapshot)
-    require_place(arm, entry, machine.next().act, "armdrive run t.arm --resume")
-    performer = Performer(arm, Listener(), outputs=entry.outputs)
-    journal = journal_of(arm, performer, tmp_path)
-    plan = RunPlan(script, loop=entry.loop, loops=entry.loops, machine=lambda: machine)
-    ProgramRun(plan, performer, [journal]).carry_out()
-    journal.finish()
+def resume(arm, script, path):
+    machine, _ = begin(arm, script, path, resume=True)
     return machine
 
 
@@ -124,8 +89,8 @@ def placed(arm):
     return there and arm.twin.world.scene.held is None and not arm.twin.world.incidents
 
 
-def test_uninterrupted_it_leaves_no_journal(arm, tmp_path):
-    begin(arm, Script(PICK_AND_PLACE), tmp_path)
+def test_uninterrupted_it_leaves_no_journal(arm, path):
+    begin(arm, Script(PICK_AND_PLACE), path)
     assert placed(arm)
     assert not journal_file(arm.config.name).exists()
     with pytest.raises(Refused, match="no program of sim:teachmover was interrupted"):
@@ -134,18 +99,18 @@ def test_uninterrupted_it_leaves_no_journal(arm, tmp_path):
 
 @pytest.mark.parametrize("when", ["begins", "ended"])
 @pytest.mark.parametrize("number", ACTS)
-def test_a_program_killed_at_any_act_resumes_and_ends_the_same(arm, tmp_path, number, when):
-    script = killed(arm, tmp_path, number, when)
+def test_a_program_killed_at_any_act_resumes_and_ends_the_same(arm, path, number, when):
+    script = killed(arm, path, number, when)
     assert interrupted(arm.config.name).line == number
     arm.sleep(3.0)  # it has stood for a while when the program is begun again
     again = reborn(arm)
-    machine = resume(again, script, tmp_path)
+    machine = resume(again, script, path)
     assert placed(again)
     assert machine.answers[2] == pytest.approx(30, abs=1)
 
 
 @pytest.mark.parametrize("number", [n for n in ACTS if travels(PICK_AND_PLACE[n - 1])])
-def test_a_program_stopped_in_motion_resumes_from_there(arm, tmp_path, number):
+def test_a_program_stopped_in_motion_resumes_from_there(arm, path, number):
     script = Script(PICK_AND_PLACE)
 
     def stop(handle):
@@ -153,69 +118,66 @@ def test_a_program_stopped_in_motion_resumes_from_there(arm, tmp_path, number):
         arm.request_stop()
 
     with pytest.raises(Stopped), on_its_way(arm, number, stop):
-        begin(arm, script, tmp_path)
-    machine = resume(arm, script, tmp_path)
+        begin(arm, script, path)
+    machine = resume(arm, script, path)
     assert placed(arm)
     assert machine.answers[2] == pytest.approx(30, abs=1)
 
 
 @pytest.mark.parametrize("after_s", [0.2 + 1.9 * number for number in range(14)])
-def test_a_program_stopped_twice_at_any_time_ends_the_same(arm, tmp_path, after_s):
+def test_a_program_stopped_twice_at_any_time_ends_the_same(arm, path, after_s):
     script = Script(PICK_AND_PLACE)
     device = arm.twin.device
     device.at(device.now_s + after_s, arm.request_stop)
     with pytest.raises(Stopped):
-        begin(arm, script, tmp_path)
+        begin(arm, script, path)
     device.at(device.now_s + 0.7, arm.request_stop)
     with pytest.raises(Stopped):
-        resume(arm, script, tmp_path)
-    resume(arm, script, tmp_path)
+        resume(arm, script, path)
+    resume(arm, script, path)
     assert placed(arm)
 
 
-def test_a_program_killed_in_mid_motion_cannot_resume_with_a_suspect_position(arm, tmp_path):
+def test_a_program_killed_in_mid_motion_cannot_resume_with_a_suspect_position(arm, path):
     script = Script(PICK_AND_PLACE)
-
-    def kill(_):
-        raise Killed
 
     with pytest.raises(Killed), on_its_way(arm, 1, kill):
-        begin(arm, script, tmp_path)
+        begin(arm, script, path)
     again = reborn(arm)
     with pytest.raises(NotReferenced):
-        resume(again, script, tmp_path)
+        resume(again, script, path)
 
 
-def test_after_a_pulled_cable_and_a_reference_the_error_says_where_to_bring_the_arm(arm, tmp_path):
+def test_after_a_pulled_cable_and_a_reference_the_error_says_where_to_bring_the_arm(arm, path):
     script = Script(PICK_AND_PLACE)
     with pytest.raises(ArmError), on_its_way(arm, 5, lambda _: arm.twin.link.unplug()):
-        begin(arm, script, tmp_path)
+        begin(arm, script, path)
     again = reborn(arm)
     with pytest.raises(NotReferenced):
-        resume(again, script, tmp_path)
+        resume(again, script, path)
     again.twin.world.take("A")  # as whoever guides it to its reference has to
     again.home()
     with pytest.raises(Refused, match="--joint base=") as refused:
-        resume(again, script, tmp_path)
+        resume(again, script, path)
     assert "check that the fingers still hold what they held" in str(refused.value)
 
 
-def test_a_program_does_not_resume_if_the_arm_was_moved(arm, tmp_path):
-    script = killed(arm, tmp_path, 5)
+def test_a_program_does_not_resume_if_the_arm_was_moved(arm, path):
+    script = killed(arm, path, 5)
     arm.move_j(base_deg=40)
     with pytest.raises(Refused, match=r"base 40\.0° instead of"):
-        resume(arm, script, tmp_path)
+        resume(arm, script, path)
 
 
-def test_a_program_does_not_resume_if_the_fingers_were_opened(arm, tmp_path):
-    script = killed(arm, tmp_path, 5)
+def test_a_program_does_not_resume_if_the_fingers_were_opened(arm, path):
+    script = killed(arm, path, 5)
     arm.gripper.open()
     with pytest.raises(Refused, match="fingers 76 mm instead of"):
-        resume(arm, script, tmp_path)
+        resume(arm, script, path)
 
 
-def test_another_or_a_changed_program_does_not_resume(arm, tmp_path):
-    killed(arm, tmp_path, 5)
+def test_another_or_a_changed_program_does_not_resume(arm, path):
+    killed(arm, path, 5)
     entry = interrupted(arm.config.name)
     with pytest.raises(Refused, match="was changed since it was interrupted in line 5"):
         require_same_program(entry, "1" * 64, entry.program)
@@ -223,15 +185,15 @@ def test_another_or_a_changed_program_does_not_resume(arm, tmp_path):
         require_same_program(entry, "1" * 64, "other.arm")
 
 
-def test_a_reference_that_was_interrupted_is_taken_again(arm, tmp_path):
-    script = killed(arm, tmp_path, 1, acts=(Home(), *PICK_AND_PLACE[:2], grasp()))
+def test_a_reference_that_was_interrupted_is_taken_again(arm, path):
+    script = killed(arm, path, 1, acts=(Home(), *PICK_AND_PLACE[:2], grasp()))
     arm.move_j(base_deg=40)
-    resume(arm, script, tmp_path)
+    resume(arm, script, path)
     assert arm.twin.world.scene.held == "A"
 
 
-def test_a_damaged_journal_says_so(arm, tmp_path):
-    killed(arm, tmp_path, 5)
+def test_a_damaged_journal_says_so(arm, path):
+    killed(arm, path, 5)
     path = journal_file(arm.config.name)
     for text in ("", "[1]", path.read_text().replace("under", "over").replace("30", "31"), "{}"):
         path.write_text(text)
@@ -243,32 +205,32 @@ def test_a_damaged_journal_says_so(arm, tmp_path):
         interrupted(arm.config.name)
 
 
-def test_why_it_ended_is_written_down(arm, tmp_path):
+def test_why_it_ended_is_written_down(arm, path):
     performer = Performer(arm, Listener())
-    journal = journal_of(arm, performer, tmp_path)
+    journal = Journal(arm, performer, path, "0" * 64, 1)
     journal.broke_off(Stopped("before anything began"))
     assert not journal.path.exists()
     script = Script(PICK_AND_PLACE)
     with pytest.raises(Killed):
-        ProgramRun(RunPlan(script), performer, [journal, Killer(2, "begins")]).carry_out()
+        ProgramRun(RunPlan(script), performer, [journal, At(2)]).carry_out()
     journal.broke_off(Stopped("the program was stopped"))
     entry = interrupted(arm.config.name)
     assert entry.why == "the program was stopped"
     assert entry.began is not None
 
 
-def test_a_disk_that_is_full_lets_no_act_begin(arm, tmp_path, monkeypatch):
+def test_a_disk_that_is_full_lets_no_act_begin(arm, path, monkeypatch):
     def full(path, text):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("armdrive.programs.journal.replace_file", full)
     before = arm.joints
     with pytest.raises(StateFileError, match="No space left"):
-        begin(arm, Script(PICK_AND_PLACE), tmp_path)
+        begin(arm, Script(PICK_AND_PLACE), path)
     assert arm.joints == before
 
 
-def test_what_is_left_of_a_sequence_is_what_was_not_yet_done(arm, tmp_path):
+def test_what_is_left_of_a_sequence_is_what_was_not_yet_done(arm, path):
     """The fingers were open and the arm on its way: only the way is left."""
     act = go(down(250, 60, 80), opening_mm=60.0)
     script = Script((act,))
@@ -276,7 +238,7 @@ def test_what_is_left_of_a_sequence_is_what_was_not_yet_done(arm, tmp_path):
     takes_s = arm.preview(act.move).duration_s
     device.at(device.now_s + 0.8 * takes_s, arm.request_stop)
     with pytest.raises(Stopped):
-        begin(arm, script, tmp_path)
+        begin(arm, script, path)
     entry = interrupted(arm.config.name)
     left = require_place(arm, entry, act, "armdrive run t.arm --resume")
     assert entry.move.moves[0] == GripperMove(60.0)

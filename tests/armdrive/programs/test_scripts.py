@@ -12,7 +12,7 @@ from cli_calls import TRACEBACK, write_bench
 from running_bench import Keys, table_arm
 
 from armdrive import Arm
-from armdrive.arm import standing_in, stood_in
+from armdrive.arm import override_connections, overriding_arm
 from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
@@ -39,7 +39,9 @@ TOUR = """\
 
 
 @pytest.fixture
-def write(write):
+def write(write, monkeypatch):
+    # no rehearsal reports how far it is, however busy the computer is with tests
+    monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", math.inf)
     return lambda text, name="t.py": write(text, name)
 
 
@@ -243,12 +245,23 @@ def test_a_syntax_error_of_a_script_is_reported_with_its_line(call, write, tmp_p
         read_script(tmp_path / "zero.py")
 
 
+STEPPED = """\
+    from armdrive import Arm, JointMove, Pose
+    with Arm.connect() as arm:
+        arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
+        arm.run(JointMove({"base_deg": 20.0}))
+        arm.start(JointMove({"base_deg": 30.0})).wait()
+        arm.read_inputs()
+"""
+
+
 def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     keys = Keys()
     monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
-    ran = homed("run", write(TOUR), "--step", code=0).out
+    ran = homed("run", write(STEPPED), "--step", code=0).out
     assert keys.taken == 3
     assert "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): Enter" in ran
+    assert all(f"line {line}: arm." in ran for line in (4, 5))
 
 
 def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monkeypatch):
@@ -317,13 +330,13 @@ def test_calls_within_calls_are_not_the_scripts(write):
 
 def test_the_latest_override_applies_and_none_remains_afterwards():
     one, two = object(), object()
-    with standing_in(lambda *_: one):
-        with standing_in(lambda *_: two):
+    with override_connections(lambda *_: one):
+        with override_connections(lambda *_: two):
             assert Arm.connect("sim:grbl") is two
         assert Arm.connect() is one
-        with standing_in(lambda *_: None), Arm.connect("sim:grbl") as arm:
+        with override_connections(lambda *_: None), Arm.connect("sim:grbl") as arm:
             assert arm.status.dialect == "grbl"
-    assert stood_in(None, {}) is None
+    assert overriding_arm(None, {}) is None
 
 
 def test_only_simulated_arms_meanwhile(monkeypatch):

@@ -11,6 +11,7 @@ import math
 import random
 
 import pytest
+from amounts import amount
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
@@ -56,7 +57,7 @@ class LateClock(SimulatedClock):
 
 
 LATE_MOTIONS = [
-    *((dialect, seed) for dialect in LATE_S for seed in range(4)),
+    *((dialect, seed) for dialect in LATE_S for seed in range(amount(3, 4))),
     *(("mks", seed) for seed in (103, 127, 195)),
 ]
 """The last: drives were read a while before their motion was resumed."""

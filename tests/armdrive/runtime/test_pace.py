@@ -38,7 +38,8 @@ def test_a_wait_without_an_end_that_nothing_can_end_is_an_error_and_no_hang():
 
 
 @pytest.mark.parametrize("creep_s", [0.0, 1e-15])
-def test_simulated_time_that_is_stuck_raises_an_error_naming_what_waits(creep_s):
+def test_simulated_time_that_is_stuck_raises_an_error_naming_what_waits(creep_s, monkeypatch):
+    monkeypatch.setattr("armdrive.runtime.clock.STUCK_TURNS", 1000)
     arm = ready_arm()
     link, inner_s = arm.twin.link, arm.twin.link.next_s
     link.next_s = lambda: min(inner_s(), arm.pace.now_s() + creep_s)

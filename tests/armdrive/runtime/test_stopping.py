@@ -10,7 +10,7 @@ from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, 
 
 from armdrive import Jog
 from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
-from armdrive.motion.idle import set_outputs
+from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
 from armdrive.status import State, Trust
 from armdrive.tasks import MoveBy

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from armdrive.blocking import run_blocking
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
-from armdrive.motion.reference import confirmed_posture, poll, take_reference
+from armdrive.motion.reference import confirmed_posture, take_reference
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import FIRST_BELIEF, RESULTS, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust, code_of_reason
@@ -285,7 +285,7 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     word = confirmed_posture(arm.core, there, Evidence.DECLARED, arm.pace.now_s())
     device.power_off()
     device.power_on()
-    run_blocking(arm.runner.perform(poll(arm.wire)))
+    run_blocking(arm.runner.perform(arm.wire.look()))
     with pytest.raises(DeviceFault, match="confirm its posture again"):
         run_blocking(arm.runner.perform(take_reference(arm.wire, word)))
     assert arm.status.trust is Trust.SUSPECT

@@ -10,7 +10,7 @@ import sys
 from pages import page_path
 
 from armdrive.connect.parts import CLOSING_S
-from armdrive.motion import idle as idling
+from armdrive.motion import standing
 from armdrive.motion.context import LONGEST_S
 from armdrive.storage import record
 from armdrive.storage.record import FORMAT, Record, from_text, to_text
@@ -26,7 +26,7 @@ def test_the_page_shows_a_record_that_can_be_read():
 
 def test_the_page_gives_the_times_and_names_of_the_code():
     text = PAGE.read_text(encoding="utf-8")
-    assert idling.STILL_S == 2.0
+    assert standing.STILL_S == 2.0
     assert "two seconds" in text
     assert f"{LONGEST_S:g} s" in text
     assert f"{CLOSING_S:g} s" in text

@@ -25,8 +25,7 @@ from armdrive.storage.files import DISK, append_line, create_lock, replace_durab
 from armdrive.storage.lock_client import ask_holder, held_arms, notice_of, notice_path
 from armdrive.storage.point_file import Points
 from armdrive.storage.points import Point
-from armdrive.storage.record import FileRecorder
-from armdrive.storage.verifications import last_entry, logbook_file
+from armdrive.storage.record import FileRecorder, last_entry, logbook_file
 from armdrive.trace.files import Header, write_recording
 from kinematics import Joints
 from tui.settings import DeskMemory, memory_file, recall, remember

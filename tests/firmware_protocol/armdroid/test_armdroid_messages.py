@@ -54,11 +54,3 @@ def test_what_does_not_fit_is_refused_by_name(build, field):
 def test_a_list_of_steps_becomes_a_value():
     assert DriveAll([1, 2, 3, 4, 5, 6]) == DriveAll((1, 2, 3, 4, 5, 6))
     assert hash(OffsetsReported([0] * 6)) == hash(OffsetsReported((0,) * 6))
-
-
-# 60 s * 1000 ms / 48 steps = 1250 ms a step at 1 rpm, whole milliseconds by integer division
-@pytest.mark.parametrize(
-    ("rpm", "interval_ms"), [(1, 1250), (100, 12), (120, 10), (625, 2), (626, 1), (1250, 1)]
-)
-def test_a_speed_is_a_whole_number_of_milliseconds_between_steps(rpm, interval_ms):
-    assert SetSpeed(rpm).step_interval_ms == interval_ms

@@ -8,7 +8,7 @@ ORDER = canopen.Mapping.of_objects(canopen.STANDARD, canopen.CONTROLWORD, canope
 STATE = canopen.Mapping.of_objects(canopen.STANDARD, canopen.STATUSWORD, canopen.POSITION)
 SETUPS = (
     canopen.PdoSetup(canopen.Direction.RECEIVED, 1, NODE, ORDER, canopen.EVERY_SYNC),
-    canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, NODE, STATE, canopen.ON_EVENT),
+    canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, NODE, STATE, 255),
 )
 PDO_OBJECTS = [
     canopen.ObjectEntry(write.place, f"PDO {write.place}", write.type, canopen.Access.RW)
@@ -60,7 +60,7 @@ class Master:
     """What a driver of such an arm will do, without its clock."""
 
     def __init__(self, drive) -> None:
-        self.drive, self.sdo, self.points = drive, canopen.SdoClient(NODE), canopen.SetPointHost()
+        self.drive, self.sdo, self.point = drive, canopen.SdoClient(NODE), canopen.SetPointHost()
         self.word, self.target, self.position = canopen.Controlword(0), 0, 0
 
     def ask(self, request):
@@ -84,17 +84,14 @@ class Master:
         for row in canopen.way(self.cycle().state, goal, **asked):
             assert self.cycle(canopen.Controlword.of(row.cause)).state is row.end
 
-    def drive_to(self, target) -> list[object]:
-        self.target = target
-        self.points.begin()
+    def drive_to(self, target) -> canopen.Phase:
+        self.target, self.point = target, canopen.SetPointHost()
         return self.follow(4)
 
-    def follow(self, cycles) -> list[object]:
-        return [
-            event
-            for _ in range(cycles)
-            for event in self.points.hear(self.cycle(self.points.controlword))
-        ]
+    def follow(self, cycles) -> canopen.Phase:
+        for _ in range(cycles):
+            self.point.hear(self.cycle(self.point.controlword))
+        return self.point.phase
 
 
 def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
@@ -124,18 +121,10 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
     master.go(canopen.DriveState.ENABLED)
     assert drive.machine.points.active is None  # nothing has moved
 
-    assert master.drive_to(-5000) == [canopen.Taken()]
+    assert master.drive_to(-5000) is canopen.Phase.UNDER_WAY
     drive.move()
-    assert master.follow(1) == [canopen.Reached()]
-    assert master.position == -5000
-
-    assert master.drive_to(800) == [canopen.Taken()]
-    master.points.halt()
-    assert master.follow(2) == []
-    drive.move()
-    assert master.follow(1) == [canopen.Stood()]
-    assert master.position == -5000
-    assert master.drive_to(900) == [canopen.Taken()]
+    assert (master.follow(1), master.position) == (canopen.Phase.FREE, -5000)
+    assert master.drive_to(900) is canopen.Phase.UNDER_WAY
 
     drive.machine.happen(canopen.Happening.FAULT)
     drive.store.set(canopen.ERROR_CODE, 0x8611)
@@ -143,7 +132,8 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
         canopen.Emergency(NODE, drive.store.value(canopen.ERROR_CODE), 0x21).frame
     )
     assert emergency.words == "following error"
-    assert master.follow(1) == [canopen.Disabled(canopen.DriveState.FAULT_REACTION)]
+    assert master.follow(1) is canopen.Phase.FREE
+    assert master.cycle().state is canopen.DriveState.FAULT_REACTION
     drive.machine.happen(canopen.Happening.REACTED)
     assert (
         canopen.way(master.cycle().state, canopen.DriveState.ENABLED) is None
@@ -151,9 +141,9 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
     drive.machine.mend()
     master.go(canopen.DriveState.ENABLED, reset=True)
     assert drive.machine.points.active is None  # and moves nothing
-    assert master.drive_to(100) == [canopen.Taken()]
+    assert master.drive_to(100) is canopen.Phase.UNDER_WAY
     drive.move()
-    assert (master.follow(2), master.position) == ([canopen.Reached()], 100)
+    assert (master.follow(2), master.position) == (canopen.Phase.FREE, 100)
 
 
 def test_a_board_that_was_reset_hears_no_target_until_it_is_set_up_again():

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from firmware_protocol.canopen import (
     Emergency,
-    ErrorRegister,
     Heartbeat,
     HeartbeatWatch,
     Nmt,
@@ -98,7 +97,6 @@ def test_an_id_belongs_to_one_service_and_node():
         (lambda: Heartbeat(0, NodeState.STOPPED), "node"),
         (lambda: Heartbeat(1, 5), "state"),
         (lambda: Sync(0), "counter"),
-        (lambda: Sync(3).after(1), "overflow"),
         (lambda: Emergency(1, 0x10000), "code"),
         (lambda: Emergency(1, 0, 0, b"1234"), "detail"),
         (lambda: HeartbeatWatch(1, 0x10000), "silence_ms"),
@@ -135,12 +133,6 @@ def test_the_toggle_bit_of_node_guarding_is_no_state():
     assert Heartbeat.read(Frame.parse("701#85")) == Heartbeat(1, NodeState.OPERATIONAL)
 
 
-def test_sync_counts_from_one_and_begins_anew():
-    assert Sync(1).after() == Sync(2)
-    assert Sync(240).after() == Sync(10).after(10) == Sync(1)
-    assert Sync().after() == Sync()
-
-
 def test_a_device_is_told_whose_silence_it_is_to_mind():
     assert HeartbeatWatch(0x7F, 250).value == 0x007F_00FA
     assert HeartbeatWatch.of(0x007F_00FA) == HeartbeatWatch(0x7F, 250)
@@ -169,7 +161,6 @@ def test_an_error_code_is_worded_as_closely_as_the_table_has_it(code, words):
 
 def test_an_emergency_says_what_it_is_about_and_when_it_is_over():
     broken = Emergency(1, 0x8130, 0x51)
-    assert broken.kinds == ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION  # 40 is reserved
     assert [broken.over, Emergency(1, 0x0001).over] == [False, True]
 
 

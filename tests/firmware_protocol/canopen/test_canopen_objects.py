@@ -26,7 +26,7 @@ from firmware_protocol.canopen import (
     Uploaded,
     read_eds,
 )
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.errors import BadField, RemoteProtocolError
 
 EDS = """\ufeff; a maker's file
 [FileInfo]
@@ -72,7 +72,7 @@ def test_a_makers_file_is_read():
     )
     cob = found.find(Place(0x1400, 1))
     assert (cob.name, cob.initial(5), cob.access) == ("COB-ID", 0x205, Access.RW)
-    assert found.named("Modes of operation") == ObjectEntry(
+    assert found.find(MODE) == ObjectEntry(
         MODE, "Modes of operation", DataType.I8, Access.RWW, "", -1, mappable=True
     )
     assert found.find(Place(0x2000, 3)) == ObjectEntry(
@@ -152,7 +152,7 @@ def test_what_has_sub_indices_has_a_section_of_its_own_though_nobody_named_it():
 
 def test_the_standard_objects_are_written_and_read():
     assert read_eds(write_eds(STANDARD)) == STANDARD
-    assert STANDARD.named("Controlword").place == CONTROLWORD
+    assert STANDARD.find(CONTROLWORD).name == "Controlword"
 
 
 @given(st.text(max_size=200) | st.lists(st.sampled_from(EDS.splitlines())).map("\n".join))
@@ -181,12 +181,10 @@ def test_an_entry_is_checked_when_it_is_made(change, field):
     assert caught.value.field == field
 
 
-def test_a_dictionary_has_one_object_a_place_and_says_how_many_have_a_name():
+def test_a_dictionary_has_one_object_a_place():
     entry = ObjectEntry(MODE, "a", DataType.U8, Access.RO)
     with pytest.raises(BadField, match="6060:00"):
         Dictionary([entry, entry])
-    with pytest.raises(LocalProtocolError, match="0 objects are called 'b'"):
-        Dictionary([entry]).named("b")
 
 
 @pytest.mark.parametrize(

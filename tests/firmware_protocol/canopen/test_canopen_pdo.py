@@ -34,23 +34,6 @@ def test_the_first_received_pdo_is_set_up_in_this_order():
     ]
 
 
-def test_a_transmitted_pdo_may_have_times_and_an_id_of_its_own():
-    setup = canopen.PdoSetup(
-        canopen.Direction.TRANSMITTED, 6, 5, STATE, canopen.ON_EVENT, 10, 100, 0x2A5, no_remote=True
-    )
-    assert written(setup) == [
-        "1805:01 C00002A5",
-        "1A05:00 00",
-        "1A05:01 60410010",
-        "1A05:02 60640020",
-        "1A05:00 02",
-        "1805:02 FF",
-        "1805:03 000A",
-        "1805:05 0064",
-        "1805:01 400002A5",
-    ]
-
-
 @pytest.mark.parametrize(
     ("direction", "ids"),
     [
@@ -102,15 +85,9 @@ def test_what_a_device_tells_of_its_mapping_is_read_by_the_dictionary():
         (lambda: ORDER.pack((0x10000, 0)), "U16"),
         (lambda: canopen.PdoSetup("RPDO", 1, 5, ORDER), "direction"),
         (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 0, 5, ORDER), "number"),
-        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 5, 5, ORDER), "can_id"),
+        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 5, 5, ORDER), "number"),
         (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 0, ORDER), "node"),
         (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER, 241), "transmission"),
-        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER, 1, 10), "inhibit_100us"),
-        (
-            lambda: canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, 5, ORDER, 1, None, 1 << 16),
-            "event_ms",
-        ),
-        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER, can_id=0x800), "can_id"),
     ],
 )
 def test_nonsense_of_ours_names_its_field(make, field):

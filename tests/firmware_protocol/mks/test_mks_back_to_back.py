@@ -101,9 +101,9 @@ def test_without_completions_a_motion_is_over_when_its_owner_says_so(node, move)
     started = bus.drives[node].tell(mks.Asked(move), mks.Outcome.STARTED)
     assert bus.say(node, started) == [mks.Started(node, move)]
     assert bus.drives[node].tell(mks.Asked(move), mks.Outcome.DONE) == b""
-    assert bus.host.under_way(node) == (move,)
     bus.host.settle(node)
-    assert bus.host.under_way(node) == ()
+    done = mks.Status(move.code, mks.Outcome.DONE)
+    assert bus.say(node, pack(mks.encode(node, done))) == [mks.Stray(node, done)]
 
 
 @given(st.booleans())

@@ -137,13 +137,6 @@ def test_each_firmware_can_do_what_the_older_could_and_more():
     assert mks.abilities_of((1, 0, 0)) == set()
 
 
-def test_what_is_not_in_the_version_notes_is_marked():
-    assert set(mks.SINCE) == set(mks.Ability)
-    assert [ability for ability, since in mks.SINCE.items() if not since.verified] == [
-        mks.Ability.VERSION
-    ]
-
-
 @pytest.mark.parametrize(
     ("request_", "ability"),
     [

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.teachmover import (
     Arm,
     Close,
@@ -118,24 +118,11 @@ def test_a_line_without_the_attention_character_gets_no_answer():
     ]
 
 
-def test_a_device_may_answer_strangers():
-    device = given(b"READ", answers_strangers=True)
-    assert device.next_event() == Unreadable(b"READ", "the line does not begin with @")
-    assert device.send(Status.FAILED) == b"0\r"
-
-
 def test_padding_before_the_attention_character_means_nothing():
     device = given(b"\0\0\n @RUN", b"\n", b"\0", b"")
     assert device.next_event() == Run()
     device.send(Status.DONE)
     assert device.next_event() is None
-
-
-def test_a_device_can_start_with_another_attention_character():
-    device = given(b"!RUN", attention="!")
-    assert device.next_event() == Run()
-    with pytest.raises(BadField):
-        Device("-")
 
 
 @pytest.mark.parametrize(("start", "kind"), [(b"@STEP ", Unreadable), (b"noise", Ignored)])

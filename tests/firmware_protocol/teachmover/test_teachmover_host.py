@@ -3,7 +3,7 @@
 import pytest
 from chunks import events
 
-from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.teachmover import (
     MAX_ROWS,
     Arm,
@@ -164,12 +164,6 @@ def test_the_attention_character_changes_when_the_arm_has_agreed():
     assert events(host, b"1\r") == [Completed(Arm("#"), Status.DONE)]
     assert host.attention == "#"
     assert host.send(Read()) == b"#READ\r"
-
-
-def test_a_host_can_start_with_another_attention_character():
-    assert Host("!").send(Read()) == b"!READ\r"
-    with pytest.raises(BadField):
-        Host("A")
 
 
 def test_lines_that_nobody_asked_for_are_stray_when_readable():

@@ -5,7 +5,7 @@ import warnings
 
 import pytest
 from chain_cases import difference
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from named_arms import FORWARDS
 
@@ -33,7 +33,6 @@ def its_robot(chain):
     return eaik.HPRobot(np.array(directions), np.array(ways)), np.array(axes.hand)
 
 
-@settings(max_examples=40, deadline=None)
 @pytest.mark.parametrize("name", SIX)
 @given(values=angles)
 def test_eaik_finds_no_posture_that_is_not_found_here(name, values):
@@ -64,7 +63,6 @@ with warnings.catch_warnings():
     pinocchio = pytest.importorskip("pinocchio", reason="the oracle pinocchio is not installed")
 
 
-@settings(max_examples=30, deadline=None)
 @pytest.mark.parametrize("name", SIX)
 @given(values=angles)
 def test_pinocchio_confirms_where_every_posture_holds_the_hand(name, values):

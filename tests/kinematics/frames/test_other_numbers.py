@@ -5,12 +5,10 @@ Here on dual numbers, a value with its slope: what comes out must be the derivat
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-
 import pytest
 from frame_cases import any_angle
 from hypothesis import given
+from kinematics_cases import Dual
 
 from kinematics.frames.orientations import RPY, AxisAngle, EulerZYZ
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
@@ -23,60 +21,6 @@ from kinematics.frames.transforms import (
     translation,
 )
 from kinematics.frames.vectors import X_AXIS, angle_between, norm
-
-
-@dataclass(frozen=True)
-class Dual:
-    value: float
-    slope: float = 0.0
-
-    @staticmethod
-    def of(x):
-        return x if isinstance(x, Dual) else Dual(x)
-
-    def __add__(self, other):
-        other = Dual.of(other)
-        return Dual(self.value + other.value, self.slope + other.slope)
-
-    def __neg__(self):
-        return Dual(-self.value, -self.slope)
-
-    def __sub__(self, other):
-        return self + -Dual.of(other)
-
-    def __rsub__(self, other):
-        return Dual.of(other) - self
-
-    def __mul__(self, other):
-        other = Dual.of(other)
-        return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
-
-    def __truediv__(self, other):
-        other = Dual.of(other)
-        slope = (self.slope * other.value - self.value * other.slope) / other.value**2
-        return Dual(self.value / other.value, slope)
-
-    def __rtruediv__(self, other):
-        return Dual.of(other) / self
-
-    __radd__ = __add__
-    __rmul__ = __mul__
-
-    def sin(self):
-        return Dual(math.sin(self.value), math.cos(self.value) * self.slope)
-
-    def cos(self):
-        return Dual(math.cos(self.value), -math.sin(self.value) * self.slope)
-
-    def sqrt(self):
-        root = math.sqrt(self.value)
-        return Dual(root, self.slope / (2.0 * root))
-
-    def atan2(self, x):
-        x = Dual.of(x)
-        size = x.value**2 + self.value**2
-        slope = (self.slope * x.value - self.value * x.slope) / size
-        return Dual(math.atan2(self.value, x.value), slope)
 
 
 def slopes(rows):

@@ -1,7 +1,6 @@
-"""Strategies, comparisons and numbers of another kind for the named systems."""
+"""Strategies and comparisons for the named systems."""
 
 import math
-from dataclasses import dataclass
 from itertools import chain as joined
 
 from hypothesis import strategies as st
@@ -57,50 +56,3 @@ def same_goal(system, a, b, rad=1e-7, mm=1e-6):
         abs(math.remainder(x - y, math.tau)) <= rad if name.endswith("_rad") else abs(x - y) <= mm
         for name, x, y in zip(system.coordinates, a, b, strict=True)
     )
-
-
-@dataclass(frozen=True)
-class Wrapped:
-    """A number that is no float and cannot be compared: formulas must do without."""
-
-    value: float
-
-    @staticmethod
-    def of(x):
-        return x.value if isinstance(x, Wrapped) else x
-
-    def __add__(self, other):
-        return Wrapped(self.value + Wrapped.of(other))
-
-    def __sub__(self, other):
-        return Wrapped(self.value - Wrapped.of(other))
-
-    def __rsub__(self, other):
-        return Wrapped(Wrapped.of(other) - self.value)
-
-    def __mul__(self, other):
-        return Wrapped(self.value * Wrapped.of(other))
-
-    def __truediv__(self, other):
-        return Wrapped(self.value / Wrapped.of(other))
-
-    def __neg__(self):
-        return Wrapped(-self.value)
-
-    __radd__ = __add__
-    __rmul__ = __mul__
-
-    def sin(self):
-        return Wrapped(math.sin(self.value))
-
-    def cos(self):
-        return Wrapped(math.cos(self.value))
-
-    def sqrt(self):
-        return Wrapped(math.sqrt(max(self.value, 0.0)))
-
-    def atan2(self, x):
-        return Wrapped(math.atan2(self.value, Wrapped.of(x)))
-
-    def atan2_of(self, y):
-        return Wrapped(math.atan2(y, self.value))

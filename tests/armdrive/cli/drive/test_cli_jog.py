@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from types import SimpleNamespace
 
 import pytest
 from cli_calls import write_arm_file
 
 import tui
-from armdrive.cli import screens
+from armdrive.cli import presenter
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
 from armdrive.cli.learn.models import find_subject
@@ -22,8 +21,7 @@ from kinematics.textbook.systems import MODEL_NAMES
 @pytest.fixture
 def _terminal(monkeypatch):
     """Have a terminal that can draw."""
-    terminal = SimpleNamespace(isatty=lambda: True)
-    monkeypatch.setattr(screens, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
+    monkeypatch.setattr(presenter, "at_terminal", lambda: True)
     monkeypatch.setenv("TERM", "xterm-256color")
 
 

@@ -49,6 +49,10 @@ class Program:
     def interrupt(self):
         self.process.send_signal(signal.SIGINT)
 
+    def press_enter(self):
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
     def end(self):
         out, err = self.process.communicate(timeout=LONG_S)
         self.events += [json.loads(text) for text in out.splitlines()]
@@ -136,25 +140,24 @@ def test_another_terminal_can_watch_pause_resume_and_stop_the_run(begin, call):
     assert program.events[-1]["event"] == "failed"
 
 
-@pytest.mark.parametrize("how", ["enter", "resume", "stop"])
-def test_a_program_that_holds_goes_on_by_enter_or_from_another_terminal(begin, call, how):
-    program = begin('hold "turn the part"\nready\n', "--pace", FAST)
-    assert program.until("hold")["text"] == "turn the part"
-    if how == "enter":
-        program.process.stdin.write("\n")
-        program.process.stdin.flush()
-    else:
-        call(how, code=0)
+def test_a_program_that_holds_goes_on_by_enter_or_from_another_terminal(begin, call):
+    program = begin('repeat 3\nhold "turn the part"\nend\nready\n', "--pace", FAST)
+    for how in ("enter", "resume", "stop"):
+        assert program.until("hold")["text"] == "turn the part"
+        if how == "enter":
+            program.press_enter()
+        else:
+            call(how, code=0)
     code, _ = program.end()
-    assert code == (5 if how == "stop" else 0)
+    assert code == 5
+    assert [each["line"] for each in program.events if each["event"] == "done"] == [2, 2]
 
 
 def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin):
     program = begin(TOUR, "--pace", FAST, "--step")
     for line in (1, 3):
         assert f"line {line}:" in program.until("hold")["text"]
-        program.process.stdin.write("\n")
-        program.process.stdin.flush()
+        program.press_enter()
     program.until("hold")
     program.process.stdin.close()
     program.process.stdin = None

@@ -8,8 +8,7 @@ from contextlib import closing
 import pytest
 
 from armdrive import Arm
-from armdrive.cli.program.shell_session import Shell
-from armdrive.cli.program.shell_words import OWN_WORDS
+from armdrive.cli.program.shell_session import OWN_WORDS, Shell
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
@@ -151,7 +150,7 @@ def test_after_an_emergency_stop_the_message_names_the_next_step(capsys):
     with closing(Arm(connect_simulated(simulated_config("robko01")))) as arm:
         arm.enable()
         arm.home()
-        shell = Shell(arm, Namespace(json=False), OWN_WORDS, typing=True)
+        shell = Shell(arm, Namespace(json=False), typing=True)
         shell.take("point rest = here")
         arm.estop()
         with pytest.raises(WrongState) as caught:

@@ -125,18 +125,18 @@ def test_while_the_arm_is_paused_nothing_begins_and_the_shell_says_so(begin, cal
     assert "\n3\n" in prompt.enter("n")
 
 
-@pytest.mark.parametrize("how", ["enter", "resume", "interrupt"])
-def test_a_hold_is_over_by_enter_or_from_another_terminal_and_takes_no_entry_away(begin, call, how):
+def test_a_hold_is_over_by_enter_or_from_another_terminal_and_takes_no_entry_away(begin, call):
     call("home", code=0)
     prompt = begin()
-    prompt.type('hold "turn the part"\r')
-    prompt.until("turn the part: Enter goes on")
-    if how == "resume":
-        call("resume", code=0)
-    else:
-        prompt.type("\r") if how == "enter" else prompt.interrupt()
-    assert ("[E301]" in prompt.until()) == (how == "interrupt")
-    assert "\n6\n" in prompt.enter("2 * 3")
+    for how in ("enter", "resume", "interrupt"):
+        prompt.type('hold "turn the part"\r')
+        prompt.until("turn the part: Enter goes on")
+        if how == "resume":
+            call("resume", code=0)
+        else:
+            prompt.type("\r") if how == "enter" else prompt.interrupt()
+        assert ("[E301]" in prompt.until()) == (how == "interrupt")
+        assert "\n6\n" in prompt.enter("2 * 3")
 
 
 def test_a_real_arm_asks_at_the_prompt_and_one_that_is_gone_leaves_the_program(begin, tmp_path):

@@ -13,8 +13,7 @@ from armdrive.cli.program.run_output import CLEAR_LINE, Display, RunOutput
 from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import RunStep
 from armdrive.programs.problems import SourceMark, numbered_lines
-from armdrive.programs.progress import RunProgress, Took
-from armdrive.programs.run_view import duration, line_words
+from armdrive.programs.progress import RunProgress, Took, duration, line_words
 from kinematics import Pose
 
 GO = go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))

@@ -9,7 +9,6 @@ import pytest
 from cia402_rig import Rig, steps
 
 from armdrive.dialects.bus.paths import PlannedPath
-from armdrive.dialects.cia402.settings import Cia402Settings, period_ms
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -341,14 +340,6 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
     rig.do(ReadPosition())
     with pytest.raises(Refused):
         rig.do(MendSetting(line))
-
-
-# -- numbers --------------------------------------------------------------------------------------
-
-
-def test_a_bus_that_is_slow_has_a_longer_period():
-    assert period_ms(Cia402Settings(), 6, 500_000) == 10
-    assert period_ms(Cia402Settings(), 6, 125_000) > 14
 
 
 def test_who_falls_silent_stops_within_what_is_said():

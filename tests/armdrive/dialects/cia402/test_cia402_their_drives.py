@@ -7,7 +7,6 @@ position that is the target at once.
 from __future__ import annotations
 
 import io
-import math
 from types import SimpleNamespace
 
 import pytest
@@ -16,20 +15,18 @@ canopen = pytest.importorskip("canopen")
 
 from canopen.objectdictionary.eds import import_eds  # noqa: E402
 from cia402_rig import steps  # noqa: E402
+from driver_bench import DriverBench  # noqa: E402
 
 from armdrive.connect.target import simulated_config  # noqa: E402
 from armdrive.dialects.cia402.controller import Cia402Controller  # noqa: E402
 from armdrive.registry import DIALECTS  # noqa: E402
 from armdrive.sim.cia402.objects import eds_text  # noqa: E402
 from armdrive.tasks import (  # noqa: E402
-    Alert,
     Done,
     DropCurrent,
     Halted,
     MoveAlong,
     MoveBy,
-    Progress,
-    ProtocolWarning,
     ReadPosition,
     SwitchOn,
 )
@@ -109,7 +106,7 @@ class TheirDrive:
             self.position = order[0x607A].raw
 
 
-class Bus:
+class Bus(DriverBench):
     """Their drives, and our controller, on simulated time."""
 
     def __init__(self) -> None:
@@ -118,38 +115,20 @@ class Bus:
         for drive in self.drives:
             drive.node.nmt.state = "PRE-OPERATIONAL"
         self.network.said.clear()
-        config = simulated_config("cia402")
-        self.controller = Cia402Controller(DIALECTS["cia402"].abilities, config)
-        self.now_s, self.due = 0.0, []
-        self.heard: list[object] = []
+        self.due: list[tuple[float, Frame]] = []
         self._unpacker = Unpacker()
+        abilities = DIALECTS["cia402"].abilities
+        super().__init__(Cia402Controller(abilities, simulated_config("cia402")))
 
-    def begin(self, request) -> None:
-        self.controller.begin(request, self.now_s)
-
-    def do(self, request, *, stop_s=math.inf):
-        self.begin(request)
-        while (reply := self._reply()) is None:
-            self._step()
-            if self.now_s >= stop_s:
-                self.controller.stop(hard=False)
-                stop_s = math.inf
-        return reply
-
-    def _reply(self):
-        while (event := self.controller.next_event()) is not None:
-            self.heard.append(event)
-            if not isinstance(event, Alert | ProtocolWarning | Progress):
-                return event
-        return None
-
-    def _step(self) -> None:
-        times = [at_s for at_s, _ in self.due]
-        self.now_s = max(self.now_s, min(self.controller.next_s(), *times, self.now_s + 1.0))
+    def _step(self, end_s: float) -> None:
+        self._pass_to(end_s, [at_s for at_s, _ in self.due])
         ready = [frame for at_s, frame in self.due if at_s <= self.now_s]
         self.due = [entry for entry in self.due if entry[0] > self.now_s]
         for frame in ready:
             self.controller.receive(pack(frame), self.now_s)
+        self._speak()
+
+    def _speak(self) -> None:
         for frame in self._unpacker.feed(self.controller.advance(self.now_s)):
             self.network.notify(frame.can_id, bytearray(frame.data), self.now_s)
             for drive in self.drives:
@@ -168,15 +147,15 @@ def test_their_drives_are_set_up_switched_on_and_driven_by_sync():
     way = (MoveBy(steps(3000, -1500), 20_000.0), MoveBy(steps(-1000), 20_000.0))
     assert bus.do(MoveAlong(iter(way), 0.3)) == Done()
     assert [drive.position for drive in bus.drives[:2]] == [2100, -1300]
-    assert not any(isinstance(event, Alert) for event in bus.heard)
+    assert not bus.alerts()
 
 
 def test_their_drives_are_stopped_by_a_quick_stop_held_and_let_go_when_asked():
     bus = Bus()
     bus.do(SwitchOn())
-    began_s = bus.now_s
+    bus.at_s[bus.now_s + 0.3] = lambda: bus.controller.stop(hard=False)
     way = MoveAlong(iter([MoveBy(steps(20_000), 20_000.0)]), 2.0)
-    assert bus.do(way, stop_s=began_s + 0.3) == Halted()
+    assert bus.do(way) == Halted()
     assert 0x02 in bus.drives[0].words
     assert {drive.word for drive in bus.drives} == {ENABLED}
     assert bus.drives[0].position < 20_000 * 0.35

@@ -8,14 +8,13 @@ from dataclasses import replace
 import pytest
 
 from armdrive import Arm
-from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import ArmError, DeviceFault, Refused, Stopped
+from armdrive.errors import ArmError, DeviceFault, Stopped
 from armdrive.motion.context import _evidence, _refused_words
 from armdrive.registry.simulate import simulate
-from armdrive.status import Current, Evidence, State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.tasks import RequestRejected
 from kinematics import Joints, Pose
 
@@ -23,12 +22,10 @@ START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 LOOK_S = 0.02
 
 
-def mks_arm(homing=None, gripper=None, options=None, **settings) -> Arm:
+def mks_arm(homing=None, options=None, **settings) -> Arm:
     """Connect to a fresh twin that stands in the air."""
     config = simulated_config("mks")
     config = replace(config, device=replace(config.device, **settings), homing=homing)
-    if gripper:
-        config = replace(config, gripper=replace(config.gripper, kind=gripper))
     twin = simulate(config, **(options or {}))
     twin.device.bring_to(START, 20.0)
     return Arm(connect_simulated(config, twin=twin))
@@ -152,35 +149,6 @@ def test_drives_as_they_are_shipped_are_one_id_and_that_is_said():
         mks_arm(options={"factory": True})
 
 
-def test_a_stall_ends_in_an_error_that_names_the_drive_and_a_reset_clears_it():
-    arm = ready()
-    arm.twin.faults.add("stall", "2")
-    with pytest.raises(DeviceFault, match=r"drive 2 \(shoulder\)"):
-        arm.move_j(shoulder_deg=60.0)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.trust is Trust.SUSPECT
-    arm.twin.faults.end()
-    arm.reset()
-    arm.enable()
-    assert arm.status.current is Current.HELD
-    world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-    arm.move_j(shoulder_deg=45.0)
-    assert arm.twin.world.motors == arm.status.acknowledged
-
-
-def test_a_port_that_is_no_can_adapter_is_refused():
-    config = simulated_config("mks")
-    wrong = replace(config, connection=replace(config.connection, port="/dev/ttyUSB0"))
-    with pytest.raises(Refused, match="can:slcan"):
-        dialects.DIALECTS["mks"].controller(wrong)
-
-
-def test_a_gripper_that_no_drive_moves_is_refused():
-    with pytest.raises(Refused, match=r"gripper\.kind"):
-        mks_arm(gripper="servo")
-
-
 def connected_in_another_mode() -> Arm:
     """Connect to an arm of which one drive is in another mode."""
     config = simulated_config("mks")
@@ -224,27 +192,6 @@ def test_a_mode_that_is_wrong_still_keeps_the_arm_from_moving():
         arm.enable()
     with pytest.raises(ArmError):
         arm.jog_j(base_deg=1.0)
-
-
-@pytest.mark.parametrize("fault", ["drive-reset", "drive-mute"])
-def test_one_drive_that_fails_in_motion_stops_all_and_is_named(fault):
-    arm = ready()
-    arm.twin.device.at(arm.pace.now_s() + 0.5, lambda: arm.twin.faults.add(fault, "3"))
-    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:
-        arm.move_j(base_deg=30, shoulder_deg=60, elbow_deg=-60)
-    assert "garbled" not in str(failed.value)
-    assert "refused a valid motion" not in arm.status.trust_reason
-    stood = arm.twin.world.motors
-    arm.sleep(1.0)
-    assert arm.twin.world.motors == stood
-    assert arm.status.trust is Trust.SUSPECT
-    arm.twin.faults.end()
-    arm.reset()
-    arm.enable()
-    world = arm.twin.world
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-    arm.move_j(base_deg=10)
-    assert arm.twin.world.motors == arm.status.acknowledged
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,7 @@ import pytest
 from mks_bench import MksBench, homing_at, stands
 
 from armdrive.dialects.mks.compare import parsed_line
-from armdrive.dialects.mks.settings import MksSettings
-from armdrive.errors import ArmFileError, Refused
+from armdrive.errors import Refused
 from armdrive.tasks import (
     AlertKind,
     ClearFault,
@@ -201,17 +200,6 @@ def test_homing_that_finds_nothing_is_ended():
     bench.node(5).sim.motor.switch.at = 10**9
     words = denied(bench.do(HomeDevice(((4,),))))
     assert "drive 5 (left wrist) found no switch" in words
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"ids": (1, 1)}, {"ids": ()}, {"ids": (0,)}, {"ids": (2048,)}, {"firmware": "new"},
-     {"microsteps": 8}, {"acceleration": 256}, {"segment_s": 0.5}, {"watchdog_s": 0.15},
-     {"poll_s": 0.3}],
-)  # fmt: skip
-def test_settings_that_cannot_be_are_refused(wrong):
-    with pytest.raises(ArmFileError, match="mks"):
-        MksSettings(**wrong)
 
 
 def test_a_search_goes_no_farther_than_the_joints():

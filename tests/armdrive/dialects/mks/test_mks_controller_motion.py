@@ -222,23 +222,6 @@ def test_a_stop_ends_it_within_the_bound_and_tells_where(hard, after_s):
     assert bool(requests(bench, mks.EmergencyStop)) == hard
 
 
-def test_a_lost_stop_is_said_again():
-    bench = MksBench().ready()
-    lost = []
-
-    def loses(frame, host):
-        stop = host and isinstance(mks.decode_request(frame), mks.Stop) and frame.can_id == 1
-        lost.extend([frame] if stop else [])
-        return stop and len(lost) < 3
-
-    bench.loses = loses
-    bench.begin(along(straight(30)))
-    bench.run(0.5)
-    bench.controller.stop(hard=False)
-    assert bench.finish() == Halted()
-    assert len(lost) >= 3
-
-
 def test_a_jog_that_is_let_go_of_stops():
     bench = MksBench().ready()
     held = [True]

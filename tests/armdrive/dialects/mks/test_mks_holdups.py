@@ -124,7 +124,7 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
     assert bench.positions.largest < 4500
 
 
-@pytest.mark.parametrize("for_s", [0.2, 0.5])
+@pytest.mark.parametrize("for_s", [0.2, 0.5, 0.6])
 def test_a_program_that_stood_still_goes_on_where_the_drives_are(for_s):
     bench = moving(0.5, CORNER)
     suspend(bench, for_s)

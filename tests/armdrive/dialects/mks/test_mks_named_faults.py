@@ -31,6 +31,7 @@ ROWS = {
     "a drive is reset": ("drive-reset 3", r"drive 3 \(elbow\)", FAULT),
     "a drive says nothing": ("drive-mute 3", r"drive 3 \(elbow\)", FAULT),
     "a drive has no power": ("drive-dead 3", r"drive 3 \(elbow\)", FAULT),
+    "a shaft is blocked": ("stall 2", r"drive 2 \(shoulder\)", FAULT),
     "a drive gets another mode": ("drive-mode 3 2", r"drive 3 \(elbow\) is in mode 2", FAULT),
     "a drive gets an id of another": ("drive-id 3 2", r"drive [23]", FAULT),
     "all drives lose their power": ("brown-out", "power|answer|reset", FAULT),

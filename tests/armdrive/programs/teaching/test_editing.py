@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest
-from armdrive.programs.teaching import edit as editing
+from armdrive.programs.teaching import steps as editing
 from armdrive.programs.teaching.steps import parse_step
 from armdrive.storage.points import GRIPPER_WORDS, Point, Step, StepList
 from kinematics import Joints

@@ -9,7 +9,7 @@ from armdroid_bench import BYTE_S, CONFIG, Bench
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.errors import BadRequest, StateFileError
+from armdrive.errors import BadRequest
 from armdrive.registry.simulate import simulate
 from armdrive.sim.mechanics.motors import MotorRack
 
@@ -90,9 +90,6 @@ class TestCharacters:
         assert bench.hear(13.0) == ""
         assert bench.hear(1.0) == "offsets = 0,0,0,1111,0,12\r\n"
 
-    def test_numbers_wrap_at_16_bits(self, bench):
-        assert bench.ask("100200g") == f"debug = 0 0 0 0 0 {100200 - 131072}\r\n"
-
     def test_what_finds_no_room_during_a_motion_is_lost(self, bench):
         bench.send("6,50d")
         bench.hear(0.1)
@@ -113,9 +110,16 @@ class TestCharacters:
         assert bench.hear(took_s - 0.006) != answer
         assert bench.hear(0.006).endswith("\n")
 
-    def test_it_names_its_version_and_interface(self, bench):
-        assert bench.ask("v") == "firmware version = 2.0/protocol = 1.0a\r\n"
-        assert bench.ask("V") == "interface = direct-drive\r\n"
+    @pytest.mark.parametrize(
+        ("said", "answer"),
+        [
+            ("v", "firmware version = 2.0/protocol = 1.0a\r\n"),
+            ("V", "interface = direct-drive\r\n"),
+            ("100200g", f"debug = 0 0 0 0 0 {100200 - 131072}\r\n"),  # wraps at 16 bits
+        ],
+    )
+    def test_what_it_tells_of_itself(self, bench, said, answer):
+        assert bench.ask(said) == answer
 
 
 class TestCurrent:
@@ -123,12 +127,10 @@ class TestCurrent:
         height = bench.device.world.pose.z_mm
         assert bench.ask("0t") == "torque = disabled\r\n"
         assert bench.device.world.pose.z_mm < height - 5
-        bench.ask("6,1d")
-        assert bench.device.world.energised
-
-    def test_torque_moves_nothing(self, bench):
-        bench.ask("0t")
         assert moved(bench, lambda: bench.ask("1t")) == (0,) * 6
+        assert bench.device.world.energised
+        bench.ask("0t")
+        bench.ask("6,1d")
         assert bench.device.world.energised
 
 
@@ -182,10 +184,6 @@ class TestSaved:
         assert again.world.motors == twin.world.motors
         assert again.device.registers[0] == 20
         assert again.board.details()["rpm"] == 250
-
-    def test_it_is_no_other_dialects_arm(self):
-        with pytest.raises(StateFileError, match="speaks"):
-            simulate(CONFIG, {**simulate(CONFIG).save(), "dialect": "teachmover"})
 
     @pytest.mark.parametrize("option", [{"character_s": -1.0}, {"speed_error": -2.0}, {"greet": 1}])
     def test_settings_that_no_board_has_are_refused(self, option):

@@ -30,6 +30,9 @@ def test_a_reset_in_motion_is_an_alarm_and_loses_the_ramp_that_was_not_made():
     assert bench.say("$J=X5F100") == ["error:8"]
     assert bench.say("$X") == ["[MSG:Caution: Unlocked]", "ok"]
     assert bench.ask().state is State.IDLE
+    bench.say("G1X-100F1500", 1.0)
+    bench.put(HOLD + RESET)  # while it brakes
+    assert bench.wait(0.4) == ["ALARM:3"]
 
 
 def test_an_arm_that_does_not_run_on_loses_nothing():
@@ -77,14 +80,6 @@ def test_when_a_reset_in_motion_takes_the_current_away_is_that_of_the_firmware(f
         assert not seen
     else:
         assert (seen[0], seen[-1]) == pytest.approx(off, abs=0.015)
-
-
-def test_a_reset_while_it_brakes_is_an_alarm_too():
-    bench = Bench()
-    bench.say("G1X100F1500", 1.0)
-    bench.put(HOLD + RESET)
-    bench.wait(1.0)
-    assert "ALARM:3" in bench.heard
 
 
 def test_a_reset_clears_what_was_queued_and_read():
@@ -173,40 +168,32 @@ def test_a_hard_limit_stops_dead_and_the_board_is_mute_until_its_reset():
     assert bench.heard.count("ALARM:1") == 2
 
 
-def test_a_board_of_the_newer_kind_goes_on_reporting():
-    bench = at_the_end(Bench(LIMITED, firmware="grblhal"), 10.0)
-    bench.say("G1X50F1500", 2.0)
-    assert bench.ask().state is State.ALARM
-
-
-def test_a_switch_that_closes_by_itself_is_a_hard_limit():
-    bench = at_the_end(Bench(LIMITED, limit_interrupts=True))
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda device: device.board.set_switch(2, SwitchState.CLOSED),
+        lambda device: device.push((60, 0, 0, 0, 0, 0)),
+    ],
+)
+def test_a_switch_that_closes_at_rest_is_a_hard_limit(act):
+    bench = at_the_end(Bench(LIMITED, firmware="grblhal"), 5.0)
     assert isinstance(bench.device.board, HasSwitches)
-    bench.device.board.set_switch(2, SwitchState.CLOSED)
+    act(bench.device)
     assert bench.wait(0.1) == ["ALARM:1", "[MSG:Reset to continue]"]
+    assert bench.ask().state is State.ALARM  # the newer firmware goes on reporting
     with pytest.raises(BadRequest, match="0 to 5"):
         bench.device.board.set_switch(6, SwitchState.OPEN)
 
 
-def test_a_push_against_a_switch_is_a_hard_limit():
-    bench = at_the_end(Bench(LIMITED, limit_interrupts=True), 5.0)
-    bench.device.push((60, 0, 0, 0, 0, 0))
-    assert bench.wait(0.1)[:1] == ["ALARM:1"]
-
-
-def test_the_usual_six_axis_build_accepts_hard_limits_and_does_nothing():
-    bench = at_the_end(Bench(), 10.0)
-    assert bench.say("$21=1") == ["ok"]
+@pytest.mark.parametrize(("firmware", "line"), [("mega5x", "$21=1"), ("grbl", "$21=0")])
+def test_without_hard_limits_a_switch_only_shows(firmware, line):
+    """The usual build of six axes accepts $21=1 and does nothing."""
+    bench = at_the_end(Bench(firmware=firmware), 10.0)
+    assert bench.say(line) == ["ok"]
     bench.say("G1X12F1500", 2.0)
     bench.device.board.set_switch(2, SwitchState.CLOSED)
     bench.wait(0.1)
     assert (bench.ask().state, bench.reports[-1].pins) == (State.IDLE, "XZ")
-
-
-def test_without_hard_limits_a_switch_only_shows():
-    bench = at_the_end(Bench(), 10.0)
-    bench.say("G1X12F1500", 2.0)
-    assert (bench.ask().state, bench.reports[-1].pins) == (State.IDLE, "X")
 
 
 def test_a_target_outside_the_travel_is_refused_of_a_jog_and_an_alarm_of_a_move():

@@ -24,11 +24,8 @@ def test_the_factory_delay_switches_the_motors_off_after_every_move():
     assert not bench.device.world.energised
     assert bench.device.world.joints["shoulder"] < before
     assert bench.device.registers[0] == 50
-
-
-def test_a_delay_of_255_keeps_them_on():
-    bench = Bench()
-    bench.say("G1X5F3000", 5.0)
+    assert bench.say("$1=255", 0.1) == ["ok"]
+    bench.say("G1X10F3000", 5.0)
     assert bench.device.world.energised
 
 

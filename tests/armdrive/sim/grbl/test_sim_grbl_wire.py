@@ -8,28 +8,38 @@ import pytest
 from grbl_bench import BYTE_S, MACHINE, Bench, stream
 
 from armdrive.errors import BadRequest
-from armdrive.sim.grbl.firmware import FIRMWARES
 from firmware_protocol.grbl import Host, Line, State, Variant
 
 SOFT_RESET, JOG_CANCEL = "\x18", "\x85"
 
 
 @pytest.mark.parametrize(
-    ("firmware", "variant", "opt"),
+    ("firmware", "variant", "opt", "ring"),
     [
-        ("grbl", Variant.GRBL, "[OPT:V,15,128]"),
-        ("mega5x", Variant.GRBL, "[OPT:VNMGH,35,255,0]"),
-        ("grblhal", Variant.GRBLHAL, "[OPT:VNM,35,1024]"),
-        ("fluidnc", Variant.FLUIDNC, "[OPT:PHS]"),
+        ("grbl", Variant.GRBL, "[OPT:V,15,128]", 128),
+        ("mega5x", Variant.GRBL, "[OPT:VNMGH,35,255,0]", 255),
+        ("grblhal", Variant.GRBLHAL, "[OPT:VNM,35,1024]", 1024),
+        ("fluidnc", Variant.FLUIDNC, "[OPT:PHS]", 256),
     ],
 )
-def test_every_firmware_says_what_it_is(firmware, variant, opt):
+def test_every_firmware_says_what_it_is_and_its_full_ring_drops_bytes_silently(
+    firmware, variant, opt, ring
+):
     bench = Bench(firmware=firmware)
     assert [one.variant for one in bench.banners] == [variant]
     said = bench.say("$I")
     assert opt in said
     assert said[-1] == "ok"
     assert ("[AXS:6:XYZABC]" in said) == (firmware in ("mega5x", "grblhal"))
+    bench.heard.clear()
+    bench.say("!")  # nothing is read any more
+    lines = 150
+    bench.put("G4P0.001\n" * lines)
+    assert bench.wait(0.2) == []
+    assert bench.ask().free_bytes == 0
+    assert bench.device.board.details()["lost_bytes"] == lines * 9 - ring
+    bench.say("~", 2.0)
+    assert bench.heard.count("ok") == ring // 9
 
 
 def test_an_unknown_firmware_is_refused_by_name():
@@ -69,19 +79,6 @@ def test_a_line_that_is_too_long_is_refused_whole(firmware, most):
     bench = Bench(firmware=firmware)
     assert bench.say("G1F300" + "X" + "0" * (most - 8) + "1", 3.0) == ["ok"]
     assert bench.say("G1F300" + "X" + "0" * (most - 7) + "1", 3.0) == ["error:11"]
-
-
-@pytest.mark.parametrize(("firmware", "ring"), [("grbl", 128), ("mega5x", 255), ("grblhal", 1024)])
-def test_a_full_ring_drops_bytes_without_a_word(firmware, ring):
-    bench = Bench(firmware=firmware)
-    bench.say("!")  # nothing is read any more
-    lines = 150
-    bench.put("G4P0.001\n" * lines)
-    assert bench.wait(0.2) == []
-    assert bench.ask().free_bytes == 0
-    assert bench.device.board.details()["lost_bytes"] == lines * 9 - ring
-    bench.say("~", 2.0)
-    assert bench.heard.count("ok") == ring // 9
 
 
 def test_real_time_bytes_are_picked_out_of_the_middle_of_a_line():
@@ -214,11 +211,6 @@ def test_startup_lines_run_at_every_start_and_answer_nothing():
     bench.say(SOFT_RESET, 0.1)
     assert bench.heard[-1] == ">G91:ok"
     assert "G91" in bench.say("$G")[0]
-
-
-def test_every_firmware_has_its_own_figures():
-    assert {one.ring_bytes for one in FIRMWARES.values()} == {128, 255, 256, 1024}
-    assert [one.cancel_clears_ring for one in FIRMWARES.values()] == [False, True, True, False]
 
 
 def test_noise_is_answered_by_errors_and_breaks_nothing():

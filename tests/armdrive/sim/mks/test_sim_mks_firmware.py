@@ -48,7 +48,7 @@ def before(version: tuple[int, int, int]) -> str:
 
 @pytest.mark.parametrize("ability", ASKED_FOR, ids=lambda each: each.name.lower())
 def test_a_drive_answers_what_its_firmware_has_and_ignores_the_rest(ability):
-    since = mks.SINCE[ability].version
+    since = ability.since
     for firmware, answered in ((before(since), False), (text(since), True)):
         bench = Bench(firmware=firmware)
         assert bool(bench.ask(1, ASKED_FOR[ability], 0.1)) is answered

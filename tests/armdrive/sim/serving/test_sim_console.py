@@ -105,7 +105,7 @@ def test_the_cable_is_put_back_under_another_name(console):
 
 
 def test_faults_are_begun_listed_and_ended(console):
-    assert console.answer("fault") == "nothing is wrong"
+    assert console.answer("fault") == "no faults"
     assert console.answer("fault stall 2") == "fault: a motor no longer follows"
     assert console.answer("fault drop 0.5 --from host @60").startswith("fault in 60 s: ")
     assert state(console)["stalled"] == [2]
@@ -172,5 +172,5 @@ def test_every_command_is_in_the_help(console):
 def test_an_empty_line_is_not_answered_and_quit_ends(console):
     assert console.answer("  ") == ""
     assert not console.ended
-    assert json.loads(console.answer("quit --json")) == {"ok": True, "text": "ends"}
+    assert json.loads(console.answer("quit --json")) == {"ok": True, "text": "ending"}
     assert console.ended

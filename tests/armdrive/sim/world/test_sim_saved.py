@@ -12,11 +12,9 @@ from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import recalled
 from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.world.arm import World
-from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
 from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step
-from kinematics.presets import preset
 
 
 def lived_in():
@@ -110,9 +108,3 @@ def test_what_no_arm_has_saved_is_refused_by_name(path, value, named):
 def test_what_is_no_world_at_all_is_refused(data):
     with pytest.raises(StateFileError, match="--fresh"):
         world_from_json(data)
-
-
-def test_a_world_of_another_arm_is_refused():
-    saved = world_to_json(World(ArmBody.of_preset(preset("minimover5"))))
-    with pytest.raises(StateFileError, match="minimover5"):
-        world_from_json(saved)

@@ -1,4 +1,4 @@
-"""An arm on CiA 402 drives behind a real wire: what it listens to, and that it connects."""
+"""An arm on drives behind a real wire: what it listens to, how it is found, what ends it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from armdrive.connect.target import find
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import listen
 from armdrive.dialects.cia402.wire import Cia402Bus
-from armdrive.status import State
+from armdrive.errors import ArmError, PortUnavailable
+from armdrive.status import State, Trust
 from armdrive.transports import opening as url
 from firmware_protocol.canopen import STATUSWORD, SdoServer
 from firmware_protocol.frames import Unpacker, pack
@@ -29,15 +30,31 @@ needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no p
 PORT = "can:slcan:/dev/ttyACM0?bitrate=500000"
 
 
-def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(monkeypatch):
+RIVAL = 0x700 + 127
+"""Another program that beats as this one."""
+CIA402_IDS = sorted((*(0x80 + node + base for node in (3, 10) for base in (0, 0x100, 0x500, 0x680)),
+                     RIVAL))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("dialect", "ids", "port", "heard"),
+    [
+        ("cia402", (3, 10), PORT, f"{PORT}&ids={','.join(map(str, CIA402_IDS))}"),
+        ("mks", (1, 2, 3, 4, 5, 9), PORT, f"{PORT}&ids=1,2,3,4,5,9"),
+        ("mks", (1, 2, 3, 4, 5, 9), f"{PORT}&ids=1,2", f"{PORT}&ids=1,2"),
+        ("mks", (1, 2, 3, 4, 5, 9), "/dev/ttyACM0", "/dev/ttyACM0"),
+    ],
+)
+def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(
+    dialect, ids, port, heard, monkeypatch
+):
     opened = []
     monkeypatch.setattr(url, "open_link", lambda name, *_words, **_named: opened.append(name))
-    config = find(PORT, dialect_name="cia402").config
-    device = replace(config.device, ids=(3, 10))
-    PortOpening(replace(config, device=device)).open()
-    heard = [0x80 + node + base for node in (3, 10) for base in (0, 0x100, 0x500, 0x680)]
-    rival = 0x700 + device.master_id  # another program that beats as this one
-    assert opened == [f"{PORT}&ids={','.join(map(str, sorted((*heard, rival))))}"]
+    config = find(PORT, dialect_name=dialect).config
+    device = replace(config.device, ids=ids)
+    wire = replace(config.connection, port=port)
+    PortOpening(replace(config, device=device, connection=wire)).open()
+    assert opened == [heard]
 
 
 def test_an_answer_that_nobody_has_fetched_is_given_up_with_its_transfer():
@@ -105,3 +122,33 @@ def test_an_arm_on_a_bus_of_another_process_is_found_and_moves_nothing(tmp_path)
         with Arm.connect(f"can:slcan:{path}?bitrate=500000", dialect="cia402") as arm:
             assert arm.status.state is State.STANDBY
         assert not bus.state()["moving"]
+
+
+def test_a_bus_that_this_computer_does_not_have_is_refused_in_words():
+    with pytest.raises(PortUnavailable):
+        Arm.connect("can:socketcan:can99", dialect="mks")
+
+
+def read_often(arm, times):
+    """Look at an arm again and again."""
+    for _ in range(times):
+        arm.sleep(0.05)
+        arm.read_inputs()
+
+
+@needs_pty
+def test_an_adapter_that_left_the_bus_comes_back_within_the_same_program(tmp_path):
+    path = tmp_path / "can0"
+    with SimProcess(path, "mks") as bus, Arm.connect(bus.port, dialect="mks") as arm:
+        before = bus.state()["motors"]
+        bus.say("fault bus-off")
+        with pytest.raises(ArmError):
+            read_often(arm, 200)
+        assert arm.status.trust is not Trust.REFERENCED
+        bus.say("fault off")
+        if arm.status.state is State.DISCONNECTED:  # at once: the adapter is let go of before
+            arm.reconnect()
+        arm.reset()
+        arm.enable()
+        assert arm.status.state is State.STANDBY
+        assert bus.state()["motors"] == before

@@ -1,0 +1,180 @@
+"""Another program reaches the simulated drives by an adapter on a pseudo-terminal, in real time."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import can
+import pytest
+from bus_sim import bus_arm
+from cli_calls import Caller
+from pages import page
+from served import ServedDevice
+from waiting import LONG_S
+
+from armdrive.registry.simulate import simulate_device
+from armdrive.sim.cia402.kind import KIND as CIA402
+from armdrive.sim.device import DrivesOnBus, SaysEmergencies
+from armdrive.sim.faults.table import FAULTS
+from armdrive.sim.mks.kind import KIND as MKS
+from armdrive.sim.serving.loop import make_server
+from firmware_protocol import canopen, mks
+from firmware_protocol.frames import Frame
+
+TURN, NODE = 0x4000, 3
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+class ServedDrives(ServedDevice):
+    """The arm in a thread, its console on a pipe, and python-can at the other end."""
+
+    def __init__(self, dialect, path) -> None:
+        super().__init__(make_server(slcan=path), simulate_device(bus_arm(dialect)))
+
+    def open(self) -> can.BusABC:
+        return can.Bus(
+            interface="slcan", channel=self.server.address, bitrate=500_000, sleep_after_open=0.0
+        )
+
+
+def say(bus: can.BusABC, frame: Frame) -> None:
+    bus.send(can.Message(arbitration_id=frame.can_id, data=frame.data, is_extended_id=False))
+
+
+def hear(bus: can.BusABC, timeout_s: float = LONG_S) -> Frame | None:
+    message = bus.recv(timeout_s)
+    return None if message is None else Frame(message.arbitration_id, bytes(message.data))
+
+
+def answer(bus: can.BusABC):
+    """Return what an MKS drive says next."""
+    return mks.decode_answer(hear(bus))
+
+
+def upload(bus: can.BusABC, place: canopen.Place) -> bytes:
+    client = canopen.SdoClient(NODE)
+    request = client.upload(place)
+    while request is not None:
+        say(bus, request)
+        request = client.receive_frame(hear(bus))
+    ended = client.next_event()
+    assert isinstance(ended, canopen.Uploaded)
+    return ended.data
+
+
+@pytest.fixture
+def served(tmp_path):
+    running = ServedDrives("mks", tmp_path / "can0")
+    yield running
+    running.end()
+
+
+@needs_pty
+def test_python_can_moves_the_arm_and_the_console_shows_it(served):
+    with served.open() as bus:
+        say(bus, mks.encode(1, mks.MoveAbsoluteAxis(TURN // 8, 300, 0)))
+        assert answer(bus).outcome is mks.Outcome.STARTED
+        assert answer(bus).outcome is mks.Outcome.DONE
+        say(bus, mks.encode(1, mks.ReadEncoder()))
+        assert answer(bus) == mks.EncoderRead(TURN // 8)
+    state = json.loads(served.tell("state --json"))
+    assert state["registers"] == [TURN // 8, 0, 0, 0, 0, 0]
+    assert state["drives"][0]["mode"] == "bus_foc"
+    assert "current on" in served.tell("state")
+
+
+@needs_pty
+def test_its_adapter_leaves_the_bus_until_it_is_opened_anew(served):
+    ask = mks.encode(1, mks.ReadEncoder())
+    with served.open() as bus:
+        served.tell("fault bus-off")
+        say(bus, ask)
+        assert hear(bus, 0.1) is None
+        assert served.server.adapter.refused == 1
+    with served.open() as bus:
+        say(bus, ask)
+        assert answer(bus).code is mks.Code.ENCODER
+        assert served.tell("fault") == "no faults"
+        served.tell("fault alone")
+        say(bus, ask)
+        assert hear(bus, 0.1) is None
+        served.tell("fault off")
+        say(bus, ask)
+        assert answer(bus).code is mks.Code.ENCODER
+
+
+@needs_pty
+def test_drives_are_plugged_in_and_pulled_one_by_one(served):
+    ask = {node: mks.encode(node, mks.ReadEncoder()) for node in (1, 3)}
+    with served.open() as bus:
+        assert served.tell("plug 2 3") == "on the bus: shoulder, elbow"
+        say(bus, ask[1])
+        assert hear(bus, 0.1) is None
+        say(bus, ask[3])
+        assert answer(bus) == mks.EncoderRead(0)
+        assert "numbered 1 to 6" in served.tell("plug 7")
+        assert served.tell("plug none") == "on the bus: none"
+        served.tell("plug all")
+        say(bus, ask[1])
+        assert answer(bus) == mks.EncoderRead(0)
+
+
+@needs_pty
+def test_python_can_asks_a_drive_and_the_console_steers_it(tmp_path):
+    served = ServedDrives("cia402", tmp_path / "can0")
+    try:
+        with served.open() as bus:
+            told = upload(bus, canopen.DEVICE_TYPE)
+            assert canopen.DataType.U32.unpack(told) == 0x0004_0192
+            assert upload(bus, canopen.Place(0x1008)) == b"Simulated CiA 402 servo drive"
+            served.tell(f"fault drive-fault {NODE} 4310")
+            emergency = canopen.Emergency.read(hear(bus))
+            assert (emergency.node, emergency.words) == (NODE, "drive too hot")
+        drive = json.loads(served.tell("state --json"))["drives"][NODE - 1]
+        assert (drive["id"], drive["nmt"], drive["state"]) == (NODE, "pre_operational", "fault")
+        assert drive["error_code"] == "4310"
+        assert served.tell("plug 2") == "on the bus: shoulder"
+    finally:
+        served.end()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("mks --pty x", "--slcan PATH is required"),
+        ("mks", "--slcan PATH is required"),
+        ("cia402 --pty x", "--slcan PATH is required"),
+        ("cia402 --slcan x --set missing=6", "missing is written"),
+        ("teachmover --slcan x", "--pty PATH offers it"),
+    ],
+)
+def test_each_device_is_offered_over_a_wire_of_its_kind(capsys, words, told):
+    assert told in Caller(capsys)("sim", *words.split(), code=2).err
+
+
+@pytest.mark.parametrize(
+    ("dialect", "option", "fault", "other"),
+    [
+        ("mks", "firmware=file", "drive-reset MOTOR", "grbl"),
+        ("cia402", "hold_after_loss=hold", "drive-fault MOTOR CODE", "mks"),
+    ],
+)
+def test_the_list_tells_its_settings_and_faults(capsys, dialect, option, fault, other):
+    out = Caller(capsys)("sim", dialect, "--list").out
+    assert option in out
+    assert fault in out
+    assert fault.split()[0] not in Caller(capsys)("sim", other, "--list").out
+
+
+@pytest.mark.parametrize(
+    ("kind", "needs", "begins"),
+    [(MKS, DrivesOnBus, ""), (CIA402, SaysEmergencies, "# CiA 402 drives")],
+)
+def test_the_page_tells_every_setting_and_every_fault_of_the_drives(kind, needs, begins):
+    text = page("simulating")
+    text = text.split(begins)[1] if begins else text
+    for option in kind.options:
+        assert f"| `{option.name}` |" in text
+    for name, fault in FAULTS.items():
+        assert f"`{name}`" in text or fault.needs is not needs
