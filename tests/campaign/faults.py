@@ -117,7 +117,7 @@ def _pendant(stage: Stage) -> str:
     stage.look()
     board = stage.twin.board
     if isinstance(board, HasPendant) and stage.draw.random() < 0.5:
-        board.pendant.press_named("STOP")
+        board.press_named("STOP")
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)
     steps[motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
