@@ -80,7 +80,9 @@ def _garbage(stage: Stage) -> str:
 
 
 def _mute(stage: Stage) -> str:
-    return ask(stage, f"mute --for {stage.draw.choice((0.2, 1.0, 3.0, 8.0))}")
+    for_s = stage.draw.choice((0.2, 1.0, 3.0, 8.0))
+    stage.untold_until_s |= dict.fromkeys(range(len(stage.world.motors)), stage.now_s + for_s)
+    return ask(stage, f"mute --for {for_s}")
 
 
 def _unplug(stage: Stage) -> str:
