@@ -11,7 +11,7 @@ from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
-from armdrive.render.scene import Moment, posture_cameras, posture_rows
+from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.status import Trust
 from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
@@ -22,9 +22,9 @@ WIDTH, HEIGHT = 60, 16
 
 def posture_drawing(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
     """Draw a posture from the side."""
-    moment, (side, _) = Moment(joints, opening_mm), posture_cameras(joints)
     braille = can_braille(sys.stdout.encoding, os.environ)
-    return posture_rows(arm.model, moment, side, WIDTH, HEIGHT, braille=braille)
+    drawing = PostureDrawing(arm.model, braille=braille)
+    return drawing.side(Moment(joints, opening_mm), WIDTH, HEIGHT)
 
 
 def ask_operator(request: PostureRequest) -> bool:
@@ -157,12 +157,9 @@ def posture_pictures(request: PostureRequest) -> list[str]:
     """Draw the posture asked for from the side and from above, beside each other."""
     moment = Moment(request.joints, request.opening_mm)
     braille = can_braille(sys.stdout.encoding, os.environ)
-    side, top = (
-        posture_rows(
-            request.arm.model, moment, camera, PICTURE_WIDTH, PICTURE_HEIGHT, braille=braille
-        )
-        for camera in posture_cameras(request.joints)
-    )
+    drawing = PostureDrawing(request.arm.model, braille=braille)
+    side = drawing.side(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
+    top = drawing.top(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
     return [f"{a:<{PICTURE_WIDTH}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
 
 

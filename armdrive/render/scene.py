@@ -527,19 +527,31 @@ def posture_cameras(joints: Joints | None) -> tuple[Camera, Camera]:
     return VIEWS["side"] if joints is None else side_of(joints[0]), VIEWS["top"]
 
 
-def posture_rows(
-    model: ArmModel,
-    moment: Moment,
-    camera: Camera,
-    width: int,
-    height: int,
-    *,
-    braille: bool,
-    blocks: Iterable[Box] = (),
-) -> list[str]:
-    """Draw a posture, and blocks that lie about, as `height` rows of `width` characters."""
-    drawing = ArmDrawing(model)
-    space = drawing.space(moment)
-    sheets = (*space.sheets, (_boxes(blocks, Ink.BASE),))
-    studio = Studio(drawing.dome, braille=braille)
-    return studio.draw(SceneSpace(sheets), camera, width, height).rows()
+class PostureDrawing:
+    """Draws postures as rows of characters, from the side and from above.
+
+    What surrounds the arm is drawn once, so that a moving arm can be followed.
+    """
+
+    def __init__(self, model: ArmModel, *, braille: bool) -> None:
+        self.braille = braille
+        self._drawing = ArmDrawing(model)
+        self._side, self._top = (Studio(self._drawing.dome, braille=braille) for _ in range(2))
+
+    def side(
+        self, moment: Moment, width: int, height: int, blocks: Iterable[Box] = ()
+    ) -> list[str]:
+        """Return `height` rows of `width` characters, with blocks that lie about."""
+        camera, _ = posture_cameras(moment.joints)
+        return self._side.draw(self._space(moment, blocks), camera, width, height).rows()
+
+    def top(self, moment: Moment, width: int, height: int, blocks: Iterable[Box] = ()) -> list[str]:
+        """Return the view from above."""
+        _, camera = posture_cameras(moment.joints)
+        return self._top.draw(self._space(moment, blocks), camera, width, height).rows()
+
+    def _space(self, moment: Moment, blocks: Iterable[Box]) -> SceneSpace:
+        space = self._drawing.space(moment)
+        self._drawing.trail.add(None)  # each picture is of one posture alone
+        *still, moving = space.sheets
+        return SceneSpace((*still, (*moving, _boxes(blocks, Ink.BASE))))

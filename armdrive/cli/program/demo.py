@@ -27,7 +27,7 @@ from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced
 from armdrive.registry import DEFAULT
 from armdrive.registry.simulate import simulate
 from armdrive.render.canvas import can_braille
-from armdrive.render.scene import Moment, posture_cameras, posture_rows
+from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.sim.simulated_arm import SimulatedArm
 from kinematics.guards.shapes import Box
 
@@ -42,41 +42,42 @@ def draw(
     """Perform at `pace` times real time, drawn; return what was carried, and the arm's time."""
     braille = braille and can_braille(sys.stdout.encoding, os.environ)
     messages, lines = [""], 0
+    drawing = PostureDrawing(config.model, braille=braille)
     # on Ctrl-C the arm is closed first, which ends the performance
     with ThreadPoolExecutor(1) as pool, Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
         performance = pool.submit(perform, arm, JOBS, messages.append)
         put("", control=CURSOR_OFF)
         try:
             while not performance.done():
-                lines = _draw(arm, twin, messages[-1], pace, braille, lines)
+                lines = _draw(arm, twin, messages[-1], pace, drawing, lines)
                 wait((performance,), FRAME_S)
-            _draw(arm, twin, messages[-1], pace, braille, lines)
+            _draw(arm, twin, messages[-1], pace, drawing, lines)
         finally:
             put("", control=CURSOR_ON)
         return performance.result(), time_s(arm)
 
 
 def _draw(
-    arm: Arm, twin: SimulatedArm, message: str, pace: float, braille: bool, last_lines: int
+    arm: Arm,
+    twin: SimulatedArm,
+    message: str,
+    pace: float,
+    drawing: PostureDrawing,
+    last_lines: int,
 ) -> int:
     """Draw over the last picture; return how many lines there are now."""
     columns, rows = shutil.get_terminal_size()
     width, height = min(columns - 1, MOST_COLUMNS), max(min(rows - 4, MOST_ROWS), 4)
     with between_steps(arm):
-        joints, blocks = twin.world.joints, _blocks(twin)
-        moment = Moment(joints, twin.world.opening_mm)
+        blocks = _blocks(twin)
+        moment = Moment(twin.world.joints, twin.world.opening_mm)
     left = width * 3 // 5
-    cameras = zip(posture_cameras(joints), (left, width - left - 1), strict=True)
-    side, top = (
-        posture_rows(
-            arm.config.model, moment, camera, cells, height, braille=braille, blocks=blocks
-        )
-        for camera, cells in cameras
-    )
+    side = drawing.side(moment, left, height, blocks)
+    top = drawing.top(moment, width - left - 1, height, blocks)
     picture = [f"{a:<{left}} {b}" for a, b in zip(side, top, strict=True)]
     status = arm.status
     picture.append(f"{status.which}, shown {pace:g} times faster"[:width])
-    if not braille:
+    if not drawing.braille:
         message = message.replace("°", " deg")
     picture.append(f"{time_s(arm):6.1f} s  {message}"[:width])
     back = f"\x1b[{last_lines}F" if last_lines else ""

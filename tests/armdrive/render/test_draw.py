@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from armdrive.render.camera import VIEWS
 from armdrive.render.canvas import Ink, can_braille, clip, raster
-from armdrive.render.scene import Moment, posture_cameras, posture_rows
+from armdrive.render.scene import Moment, PostureDrawing, posture_cameras
 from kinematics import Joints, preset
 from kinematics.guards.shapes import Box
 
@@ -19,9 +19,10 @@ def posture(base_deg=0.0, links_deg=(60.0, -80.0, -60.0)):
     return Joints.of(base_deg, *links_deg, 0.0)
 
 
-def drawn(joints, view, size=(60, 20), *, braille=True, opening_mm=30.0, **more):
-    camera = posture_cameras(joints)[view]
-    return posture_rows(MODEL, Moment(joints, opening_mm), camera, *size, braille=braille, **more)
+def drawn(joints, view, size=(60, 20), *, braille=True, opening_mm=30.0, blocks=()):
+    drawing = PostureDrawing(MODEL, braille=braille)
+    draw = (drawing.side, drawing.top)[view]
+    return draw(Moment(joints, opening_mm), *size, blocks)
 
 
 SIDE, TOP = 0, 1
@@ -163,6 +164,14 @@ def test_opening_the_gripper_changes_the_fingers():
 def test_blocks_carry_their_names():
     block = Box("red", (220.0, -30.0, 0.0), (280.0, 30.0, 60.0))
     assert any("red" in row for row in drawn(posture(), SIDE, braille=False, blocks=[block]))
+
+
+def test_a_drawing_shows_one_posture_alone():
+    """No trail of the postures before, which another drawing has never seen."""
+    drawing, there = PostureDrawing(MODEL, braille=True), Moment(posture(30.0), 30.0)
+    for base_deg in range(0, 30, 2):
+        drawing.top(Moment(posture(float(base_deg)), 30.0), 60, 20)
+    assert drawing.top(there, 60, 20) == PostureDrawing(MODEL, braille=True).top(there, 60, 20)
 
 
 def test_an_unknown_posture_is_seen_from_the_usual_side():

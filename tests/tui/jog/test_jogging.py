@@ -7,7 +7,7 @@ from desk_session import Session
 from textual import events
 
 from armdrive.errors import Refused
-from armdrive.moves import GripperMove, Jog, ParkMove, Space
+from armdrive.moves import Jog, ParkMove, Space
 from armdrive.status import LinkStats, State
 from tui.axes import AxisRow, AxisTable
 from tui.jog import panels as tables
@@ -239,12 +239,12 @@ def test_the_load_of_the_wire_is_that_of_its_busier_direction():
 async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed(key, opening_mm):
     async with Session(PlannerArm()) as session:
         await session.press(key)
-        assert session.arm.asked_for == []
+        assert session.arm.asked("open") == []
         assert "enter arms the keys first" in session.text("messages")
         await session.arm_keys()
         await session.press(key)
         await session.settle()
-        assert session.arm.asked_for == [GripperMove(opening_mm, 0.25)]
+        assert session.arm.asked("open") == [("open", opening_mm, 0.25)]
         assert not session.desk.armed
 
 
