@@ -105,6 +105,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="an elbow that both shoulders share leaves out the shoulder's height",
+        promise="an arm is solved by the class that it is of",
+        path="kinematics/chains/placing.py",
+        old="        (-two, start[2], p[2]),\n",
+        new="",
+        tests=tests_of(
+            "tests/kinematics/chains/test_closed_form.py",
+            "test_the_class_of_an_arm_in_words",
+        ),
+    ),
+    Mutant(
         name="a link table's second solution of an angle is left out",
         promise="a closed form finds every branch",
         path="kinematics/chains/subproblems.py",
