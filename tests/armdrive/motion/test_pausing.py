@@ -20,6 +20,7 @@ from armdrive.errors import (
     Stopped,
     WrongState,
 )
+from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
 
 BY_BURSTS, QUEUED = "teachmover", "grbl"
@@ -69,7 +70,7 @@ def test_a_paused_motion_stands_and_goes_on_to_the_same_step(dialect):
     assert arm.status.trust is Trust.REFERENCED
 
 
-@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])  # tests/bounds does it for all
+@pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialect):
     arm = raised(dialect)
     world, handle = arm.twin.world, arm.move_j(base_deg=80.0, speed=0.7, wait=False)
