@@ -24,6 +24,7 @@ from tests.firmware_protocol.eds_writer import write_eds
 
 BOOT_S = 0.5
 RPDO, TPDO = canopen.Place(0x1400, 1), canopen.Place(0x1800, 1)
+ON_EVENT = 255  # transmission type of a PDO that is sent on the event of its profile
 
 
 @pytest.fixture
@@ -154,7 +155,7 @@ class TestNmt:
         assert beats(heard) == [canopen.NodeState.BOOTING]
         assert bench.state(1).state is canopen.DriveState.ENABLED
         assert bench.read(1, canopen.Place(0x60C2, 1)) == 10
-        assert bench.read(1, canopen.Place(0x1800, 2)) == canopen.ON_EVENT
+        assert bench.read(1, canopen.Place(0x1800, 2)) == ON_EVENT
 
     def test_a_stopped_node_is_deaf_and_reacts(self, bench):
         bench.write(1, canopen.HEARTBEAT_REACTION, 3)
@@ -309,7 +310,7 @@ class TestPdos:
         bench.set_up(1, transmission=3)
         assert [len(bench.sync()) for _ in range(6)] == [0, 0, 1, 0, 0, 1]
         bench.send(canopen.Nmt(canopen.NmtCommand.PRE_OPERATIONAL, 1).frame)
-        bench.set_up(1, transmission=canopen.ON_EVENT)
+        bench.set_up(1, transmission=ON_EVENT)
         bench.order(1, 6, PP, 0)
         (frame,) = [each for each in bench.run() if each.can_id == 0x181]
         assert canopen.Statusword(STATE.unpack(frame.data)[0]).state is canopen.DriveState.READY
