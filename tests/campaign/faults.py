@@ -17,7 +17,7 @@ from .asking import DEVICE, HOST, Fault, ask, motor
 from .faults_can import ON_A_BUS
 from .stage import STATE, Stage, suspend
 from .turned import turned_by_hand
-from .unled import half_heard, half_told
+from .unled import cut_off, half_heard, half_told
 from .untold import fail_power, seen_by_s
 
 
@@ -80,10 +80,13 @@ def _garbage(stage: Stage) -> str:
 
 
 def _mute(stage: Stage) -> str:
-    return ask(stage, f"mute --for {stage.draw.choice((0.2, 1.0, 3.0, 8.0))}")
+    for_s = stage.draw.choice((0.2, 1.0, 3.0, 8.0))
+    stage.untold_until_s |= dict.fromkeys(range(len(stage.world.motors)), stage.now_s + for_s)
+    return ask(stage, f"mute --for {for_s}")
 
 
 def _unplug(stage: Stage) -> str:
+    cut_off(stage)
     stage.promise_silence("the cable was pulled")
     return ask(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
 

@@ -68,9 +68,10 @@ def board_of(name: str, variant: int) -> dict[str, str]:
 
 GREETING = ("grbl",)
 """Dialects whose boards greet whenever they begin anew."""
-CUT_OFF = ("E407", "E409")
-"""The errors of an arm whose wire was lost: no drive is told to hold where its shaft is until it is
-reset. A shaft that is blocked meanwhile springs when it comes free, as the page of MKS drives says.
+CUT_OFF = ("E407", "E409", "E502")
+"""The errors of an arm whose wire was lost, or none of whose drives answers: none is told to hold
+where its shaft is until the arm is reset. A shaft that is blocked meanwhile springs when it comes
+free, as the page of MKS drives says.
 """
 LOOKING = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 

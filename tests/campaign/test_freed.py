@@ -6,9 +6,11 @@ import random
 
 import pytest
 
+from armdrive.errors import NoAnswer
 from kinematics import Motors
 
 from .actions import connect
+from .faults import FAULTS
 from .freed import CATCHES_UP_S, Freed
 from .mission import run_mission
 from .outcome import Outcome
@@ -76,6 +78,28 @@ def test_no_drive_is_told_where_its_shaft_is_between_a_lost_wire_and_the_reset()
     stage.twin.faults.add("bus-off", for_s=0.2)
     arm.sleep(3.0)
     arm.reconnect()
+    assert not stage._hears(FINGERS, stage.now_s)
+    arm.reset()
+    assert stage._hears(FINGERS, stage.now_s)
+
+
+def test_no_drive_is_told_where_its_shaft_is_while_none_is_heard():
+    stage = Stage("cia402", random.Random(1), 0)
+    connect(stage)
+    next(fault for fault in FAULTS if fault.name == "a mute device").begin(stage)
+    assert not stage._hears(FINGERS, stage.now_s)
+    assert stage._hears(FINGERS, stage.now_s + 10.0)
+
+
+def test_nor_from_when_no_drive_answered_to_the_reset():
+    stage = Stage("cia402", random.Random(1), 0)
+    connect(stage)
+    arm = stage.arm
+    arm.enable()
+    stage.twin.faults.add("mute")
+    with pytest.raises(NoAnswer):
+        arm.jog_j(base_deg=1.0)
+    stage.twin.faults.end()
     assert not stage._hears(FINGERS, stage.now_s)
     arm.reset()
     assert stage._hears(FINGERS, stage.now_s)

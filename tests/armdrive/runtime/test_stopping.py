@@ -99,13 +99,6 @@ def test_stop_works_in_every_state_and_twice(state):
     assert arm.status.state.value == state
 
 
-def test_a_stop_of_an_arm_that_stands_does_not_stop_the_next_motion():
-    arm = ready_arm()
-    arm.stop()
-    arm.move_j(base_deg=3)
-    assert arm.joints.deg["base"] == pytest.approx(3.0, abs=0.03)
-
-
 def test_a_stop_before_the_first_step_lets_nothing_begin():
     arm = ready_arm()
     handle = arm.move_j(base_deg=30, wait=False)

@@ -170,6 +170,20 @@ def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
     assert rig.positions == there
 
 
+def test_drives_that_an_earlier_program_left_running_are_waited_for_and_then_stopped():
+    rig = moving(steps(100_000), settings={"strategy": "profile"})
+    for node in rig.device.board.nodes:  # it had them mind no heartbeat
+        node.objects.keep(canopen.CONSUMER_HEARTBEAT, 0)
+        node.watch()
+    again = Rig()
+    again.twin, again.device, again.link = rig.twin, rig.device, rig.link
+    again.now_s = rig.now_s
+    there = rig.positions[0]
+    assert isinstance(again.do(ReadPosition()), Registers)
+    assert there + 15_000 < rig.positions[0] < 60_000
+    again.stands(1.0)
+
+
 def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
     rig = Rig().ready()
     rig.along(MOVE)
