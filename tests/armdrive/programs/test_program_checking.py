@@ -7,7 +7,7 @@ from program_bench import BOOK, acts, refused, started, told
 
 from armdrive.errors.table import entry
 from armdrive.programs import read_program
-from armdrive.programs.language.grammar import DEEPEST_BLOCK
+from armdrive.programs.language.grammar import DEEPEST_BLOCK, LONGEST_LINE, MOST_LINES
 from armdrive.programs.language.words import RESERVED, WORDS
 from armdrive.programs.problems import MOST_SHOWN, ProgramError
 
@@ -164,6 +164,11 @@ def test_blocks_and_values_are_nested_only_so_deep():
     assert "nested too deeply" in refused("x = " + "(" * 2000 + "1" + ")" * 2000)[0][2]
     assert "nested too deeply" in refused("x = " + "-" * 2000 + "1")[0][2]
     assert "nested too deeply" in refused("x = 1" + " + 1" * 2000)[0][2]
+
+
+def test_a_text_that_no_person_wrote_is_refused_at_once():
+    assert "a line has at most" in refused("#" * (LONGEST_LINE + 1))[0][2]
+    assert "a program has at most" in refused("\n" * MOST_LINES + "ready")[0][2]
 
 
 # -- names that may have no value --------------------------------------------------------------

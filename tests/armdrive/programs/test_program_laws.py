@@ -243,8 +243,10 @@ def test_old_and_untidy_text_becomes_todays():
 
 def test_comments_stay_with_their_lines_or_stand_behind_them():
     text = "if on # one\nelse # two\nend # three\nrepeat # four\nend\nx: # five\n"
+    text += "if on then goto x # six\n"
     assert formatted(text) == (
         "if on  # one\nelse  # two\nend\n# three\nrepeat  # four\nend\nx:  # five\n"
+        "if on  # six\n  goto x\nend\n"
     )
 
 
