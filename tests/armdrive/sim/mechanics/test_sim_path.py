@@ -73,6 +73,8 @@ def test_a_square_corner_is_passed_at_the_speed_of_the_junction_deviation():
 def test_a_line_that_ends_makes_room_for_another():
     rack, _ = laid([((800, 0, 0), 25.0)] * 3)
     assert rack.waiting == 3
+    first_s, second_s = rack.bends(0.0, rack.done_s)
+    assert first_s == rack.next_line_s < second_s < rack.done_s
     rack.settle(rack.next_line_s)
     assert rack.waiting == 2
     assert rack.goal == (2400, 0, 0)
