@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.config.guards import GuardSettings
-from armdrive.config.link_model import UrdfSettings
+from armdrive.config.link_model import AxisRow, LinkRow, ModelHead, Placement, Tip, UrdfSettings
 from armdrive.config.sections import (
     Connection,
     FingerModel,
     FrameSettings,
     GripperSettings,
+    HomingKeys,
     MotionSettings,
     YawedPostureSettings,
 )
@@ -39,10 +40,26 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("fingers", FingerModel),
     ("reference", YawedPostureSettings),
     ("park", YawedPostureSettings),
+    ("homing", HomingKeys),
     ("frames.NAME", FrameSettings),
     ("guards", GuardSettings),
 )
 """The sections that every arm may have, in the order of the file."""
+
+MODEL_HEAD = """# The keys of a model file
+
+An arm file may name a model file (`model = "models/six.toml"`). It has a link table, `[[links]]`
+with `[base]` and `[tool]`, or joint axes, `[[axes]]` with `[tip]`.
+"""
+
+MODEL_SECTIONS: tuple[tuple[str, type[Any]], ...] = (
+    ("[links]", LinkRow),
+    ("base", Placement),
+    ("tool", Placement),
+    ("[axes]", AxisRow),
+    ("tip", Tip),
+)
+"""The sections of a model file; a name in brackets is that of an array."""
 
 
 def page() -> str:
@@ -55,6 +72,10 @@ def _sections() -> Iterator[str]:
         yield from _table(f"`[{name}]`", map(_row, fields(kind)))
     for row in DIALECTS.values():
         yield from _table(f"`[{row.name}]`: {row.title}", map(_row, fields(row.settings())))
+    yield MODEL_HEAD
+    yield from _table("At the top", map(_row, fields(ModelHead)))
+    for name, kind in MODEL_SECTIONS:
+        yield from _table(f"`[{name}]`", map(_row, fields(kind)))
 
 
 def _row(key: Field[Any]) -> tuple[str, str, Rule]:

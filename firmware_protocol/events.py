@@ -21,6 +21,13 @@ class Unreadable:
 
 
 @dataclass(frozen=True, slots=True)
+class Stray:
+    """A readable message that answers nothing, for example an answer that comes too late."""
+
+    answer: object
+
+
+@dataclass(frozen=True, slots=True)
 class UnreadableFrame:
     """A CAN frame that is no message, or not one that belongs here, and the reason."""
 

@@ -61,6 +61,19 @@ def boolean(field: str, value: object) -> bool:
     return value
 
 
+def some_bytes(most: int, *, exactly: bool = False) -> Rule:
+    """Return a rule that accepts at most, or exactly, a number of bytes."""
+    allowed = f"{most} bytes" if exactly else f"at most {most} bytes"
+
+    def rule(field: str, value: object) -> bytes:
+        fits = isinstance(value, bytes) and len(value) <= most
+        if not fits or not isinstance(value, bytes) or (exactly and len(value) != most):
+            raise BadField(field, value, allowed)
+        return value
+
+    return rule
+
+
 def an_instance(kind: type, allowed: str) -> Rule:
     """Return a rule that accepts instances of one class."""
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from firmware_protocol.errors import BadField, whole
+from firmware_protocol.fields import boolean
 
 STANDARD_ID_MAX, EXTENDED_ID_MAX = 0x7FF, 0x1FFF_FFFF
 DATA_MAX = 8
@@ -29,11 +30,6 @@ _CRC_BEGIN = 0xFFFF
 _TEXT = r"([0-9A-F]{3}|[0-9A-F]{8})#(R[0-8]?|(?:[0-9A-F]{2}\.?){0,8})"
 
 
-def _flag(field: str, value: object) -> None:
-    if not isinstance(value, bool):
-        raise BadField(field, value, "True or False")
-
-
 @dataclass(frozen=True, slots=True)
 class Frame:
     """A classic CAN frame. Raises `BadField` for invalid fields."""
@@ -44,8 +40,8 @@ class Frame:
     remote: bool = False
 
     def __post_init__(self) -> None:
-        _flag("extended", self.extended)
-        _flag("remote", self.remote)
+        boolean("extended", self.extended)
+        boolean("remote", self.remote)
         whole("can_id", self.can_id, 0, EXTENDED_ID_MAX if self.extended else STANDARD_ID_MAX)
         most = 0 if self.remote else DATA_MAX
         if not isinstance(self.data, bytes) or len(self.data) > most:

@@ -90,7 +90,7 @@ def connect_remembered(
         except StateFileError as error:
             raise StateFileError(
                 f"the remembered world {world_file(config.name)} cannot be used: {error}; "
-                "--fresh begins anew"
+                "--fresh starts over"
             ) from None
         parts = connecting.connect_simulated(
             config,

@@ -18,7 +18,7 @@ HELP, BACK = "?", "back"
 
 
 class Back(Exception):
-    """Somebody wants to answer the question before once more."""
+    """The user wants to answer the previous question again."""
 
 
 def ask(question: Question, take: Callable[[str], Any]) -> Any:
@@ -38,10 +38,10 @@ def ask(question: Question, take: Callable[[str], Any]) -> Any:
 
 
 def ask_value(question: Question, *, resumed_by: str = "") -> Any:
-    """Ask a question that stands by itself, and return its value.
+    """Ask a single question, and return its value.
 
-    `resumed_by` is the command that goes on where this one was left, if one does. Raises
-    `BadRequest` where the answers have ended, or `OperatorNeeded` with that command.
+    `resumed_by` is the command that continues from here, if there is one. Raises `BadRequest` if
+    the input has ended, or `OperatorNeeded` with that command.
     """
 
     def take(line: str) -> Any:
@@ -54,15 +54,15 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
             return ask(question, take)
         except Back:
             leave = (
-                "here; Ctrl-C leaves, and the same command goes on" if resumed_by else "from here"
+                "here; Ctrl-C leaves, and the same command continues" if resumed_by else "from here"
             )
             say(f"  there is no way back {leave}")
         except BadRequest as ended:
             if not resumed_by:
                 raise
             raise OperatorNeeded(
-                f"the answers ended at {question.words!r}: what was done stays done, and "
-                f"`{resumed_by}` goes on there"
+                f"the input ended at the question {question.words!r}: finished steps are kept, "
+                f"and `{resumed_by}` continues there"
             ) from ended
 
 
@@ -73,7 +73,7 @@ def agree(words: str, why: str, default: str = "no") -> bool:
 
 @dataclass(frozen=True, slots=True)
 class TerminalPerson:
-    """The person at the terminal, who is told and asked in a dialog."""
+    """The person at the terminal, in a dialog."""
 
     resumed_by: str = ""
 
@@ -99,9 +99,7 @@ def _line(question: Question) -> str:
     default = f" [{question.default}]" if question.default is not None else ""
     line = typed(f"{question.words}{default} ")
     if line is None:
-        raise BadRequest(
-            f"the answers ended at the question {question.words!r}: nothing is written"
-        )
+        raise BadRequest(f"the input ended at the question {question.words!r}: nothing is written")
     if not sys.stdin.isatty():
         say(line)
     return line

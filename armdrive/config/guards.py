@@ -26,7 +26,7 @@ def _mm(means: str, low: float = 0.0) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class GuardSettings:
-    """The keys of [guards] beside its arrays; a key that is left out keeps the model's guard."""
+    """The keys of [guards] without its arrays; a key that is left out keeps the model's guard."""
 
     tolerance_mm: float | None = setting(
         None, "how far below the table rounding may put the tip", low=0.0, high=50.0

@@ -165,17 +165,19 @@ class LinkRow:
     """One of [[links]], from the base on; what is left out is zero, and without limits."""
 
     joint: str = setting("", "the joint's name; by default joint_1, joint_2, ...")
-    kind: str = setting("revolute", words=tuple(kind.value for kind in JointKind))
+    kind: str = setting(
+        "revolute", "how the joint moves", words=tuple(kind.value for kind in JointKind)
+    )
     theta_deg: float = setting(0.0, "angle about z with the joint at zero")
     d_mm: float = setting(0.0, "distance along z with the joint at zero")
     a_mm: float = setting(0.0, "length of the link")
     alpha_deg: float = setting(0.0, "twist of the link")
     offset_deg: float | None = setting(None, "how far the table's zero lies from the joint's own")
     offset_mm: float | None = setting(None, "the same of a prismatic joint")
-    low_deg: float | None = setting(None, "limit of the joint's value; without it, none")
-    high_deg: float | None = None
+    low_deg: float | None = setting(None, "lowest value of the joint; without it, no limit")
+    high_deg: float | None = setting(None, "highest value of the joint; without it, no limit")
     low_mm: float | None = setting(None, "the same of a prismatic joint")
-    high_mm: float | None = None
+    high_mm: float | None = setting(None, "the same of a prismatic joint")
 
 
 def _model(table: TomlTable, name: str) -> Model | None:
@@ -261,11 +263,13 @@ class AxisRow:
         means="along the axis, of any length; a joint turns right-handed"
     )
     joint: str = setting("", "the joint's name; by default joint_1, joint_2, ...")
-    kind: str = setting("revolute", words=tuple(kind.value for kind in JointKind))
-    low_deg: float | None = setting(None, "limit of the joint's value; without it, none")
-    high_deg: float | None = None
+    kind: str = setting(
+        "revolute", "how the joint moves", words=tuple(kind.value for kind in JointKind)
+    )
+    low_deg: float | None = setting(None, "lowest value of the joint; without it, no limit")
+    high_deg: float | None = setting(None, "highest value of the joint; without it, no limit")
     low_mm: float | None = setting(None, "the same of a prismatic joint")
-    high_mm: float | None = None
+    high_mm: float | None = setting(None, "the same of a prismatic joint")
 
     def axis(self, where: str, number: int) -> JointAxis:
         """Return the joint's axis. Raises `ArmFileError`, which names the row."""

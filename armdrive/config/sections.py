@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from types import MappingProxyType
 
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import TomlTable, between, check_settings, number, require_list, setting
+from armdrive.text.toml import TomlTable, between, check_settings, number, setting
 from kinematics.frames.user_frame import UserFrame
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -203,6 +203,16 @@ class FrameSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class HomingKeys:
+    """The keys of [homing] without its joints; without `groups` the device has its own order."""
+
+    opening_mm: float = setting(0.0, "how far open the fingers are after homing")
+    groups: tuple[tuple[int, ...], ...] = setting(
+        (), "motors by number, in the order in which they home", low=1
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class HomingSettings:
     """The device's own homing: the joints where it ends, and the order of the motors.
 
@@ -246,32 +256,20 @@ def read_accelerations(table: TomlTable, names: tuple[str, ...]) -> tuple[float 
 
 def read_homing(table: TomlTable, model: ArmModel) -> HomingSettings | None:
     """Read the section of the device's own homing; None if joints are missing."""
-    table.allow(["joints_deg", "opening_mm", "groups"])
+    given = table.section(HomingKeys, elsewhere=["joints_deg"]) or HomingKeys()
     names = model.arm.joint_names
     why = ": where every joint stands once the device has homed"
     angles = table.by_name("joints_deg", names, number, all_since=why)
-    opening_mm = table.value("opening_mm", number, 0.0)
     motors = len(model.transmission.motors) if model.transmission is not None else 0
-    groups = table.value("groups", lambda value, _: _groups(value, motors), ())
-    if len(angles) < len(names):
-        return None
-    turned = tuple(math.radians(angles[name]) for name in names)
-    return HomingSettings(Joints(turned, names), opening_mm, groups)
-
-
-def _groups(value: object, motors: int) -> tuple[tuple[int, ...], ...]:
-    fits = isinstance(value, list) and all(
-        isinstance(group, list)
-        and group
-        and all(type(motor) is int and 1 <= motor <= motors for motor in group)
-        for group in value
-    )
-    if not fits:
-        raise ArmFileError(
+    if not all(given.groups) or any(motor > motors for group in given.groups for motor in group):
+        table.problems.note(
             f"homing.groups lists motors by number, 1 to {motors}, in the order in which they "
             "home, for example [[3], [2], [1, 4, 5]]"
         )
-    return tuple(map(tuple, require_list(value, "homing.groups", "[[3], [2]]")))
+    if len(angles) < len(names):
+        return None
+    turned = tuple(math.radians(angles[name]) for name in names)
+    return HomingSettings(Joints(turned, names), given.opening_mm, given.groups)
 
 
 # Backlash in whole motor steps: how far a motor turns after a reversal before the arm follows.

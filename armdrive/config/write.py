@@ -14,7 +14,14 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.config.guards import GuardSettings, guard_table
 from armdrive.config.preset import LENGTHS
-from armdrive.config.sections import OPENING, SLIDING, TURNING, FingerModel, backlash_keys
+from armdrive.config.sections import (
+    OPENING,
+    SLIDING,
+    TURNING,
+    FingerModel,
+    HomingKeys,
+    backlash_keys,
+)
 from armdrive.text.toml import require_table, rule_of
 from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from kinematics.presets import ArmPreset
@@ -30,7 +37,6 @@ MEANINGS: Mapping[str, str] = {
     "park": "where it parks, by default 30 mm above the reference",
     "tool": "a tool in the fingers: its point, seen from the finger tips",
     "homing.joints_deg": "where every joint stands after homing",
-    "groups": "motors by number, in the order in which they home",
     "speeds_deg_s": "at full load",
     "accelerations_deg_s2": "of planned motion, instead of full speed after motion.ramp_s",
     "steps_per_turn": "motor steps per turn of the joint; directions are signs, below",
@@ -39,8 +45,8 @@ MEANINGS: Mapping[str, str] = {
     "joint_signs": "-1 where a joint's positive direction is the other one",
     "sees": "joint = share; a negative one where it counts the other way",
     "follows": "whole steps added for each step of an earlier motor",
-} | {each.name: rule_of(each).help for each in fields(GuardSettings)}
-"""The meanings of sections and keys that no settings class declares."""
+} | {each.name: rule_of(each).help for kind in (GuardSettings, HomingKeys) for each in fields(kind)}
+"""The meanings of sections, and of keys that are written one by one."""
 
 
 def complete(config: ArmConfig, table: Mapping[str, Any]) -> str:
@@ -80,8 +86,7 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[TomlSecti
     for name, frame in require_table(table.get("frames", {}), "frames").items():
         yield _section(f"frames.{name}", frame.items())
     if (homing := config.homing) is not None:
-        order = [("opening_mm", homing.opening_mm), ("groups", homing.groups)]
-        yield _section("homing", order)
+        yield _settings("homing", HomingKeys(homing.opening_mm, homing.groups))
         yield _section("homing.joints_deg", zip(names, map(_deg, homing.joints), strict=True))
     if isinstance(model, ArmPreset):
         yield _section("lengths", ((key, getattr(model.arm, key)) for key in LENGTHS))

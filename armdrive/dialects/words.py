@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
 from firmware_protocol.errors import ProtocolError
+from firmware_protocol.events import Unreadable
 from firmware_protocol.lines import LineSplitter
 
 Sentences: TypeAlias = Mapping[type, Callable[[Any], str]]
@@ -25,6 +26,8 @@ def plain(message: object) -> str:
     """Return a message's name and fields: `SetCurrent(800)` is `set current: 800 mA`."""
     if isinstance(message, str):
         return str(message)
+    if isinstance(message, Unreadable):
+        return f"unreadable: `{escaped(message.data)}`: {message.reason}"
     if isinstance(message, Enum):
         return _name(message.name)
     if not is_dataclass(message):
@@ -73,6 +76,8 @@ def _value(value: object) -> str:
         return _name(value.name)
     if isinstance(value, bytes):
         return value.hex(" ")
+    if is_dataclass(value):
+        return plain(value)
     if isinstance(value, tuple):
         return " ".join(_value(each) for each in value)
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -116,10 +116,10 @@ class Journal:
             yield
         except BaseException as error:
             with contextlib.suppress(Exception):
-                self.broke_off(error)
+                self.note_failure(error)
             raise
 
-    def broke_off(self, error: BaseException) -> None:
+    def note_failure(self, error: BaseException) -> None:
         """Write down why the program ended early, if anything had begun."""
         if self._entry is not None:
             self._write(replace(self._entry, why=str(error) or type(error).__name__))
@@ -232,7 +232,7 @@ NEAR_MM = 2.0
 """How far the fingers may be from where they should be."""
 
 
-def taken_up(
+def resumed_plan(
     plan: RunPlan, source: ArmProgram, path: Path, arm: Arm | None, *, how: str, move: str
 ) -> RunPlan:
     """Return the plan of a program that resumes where it was interrupted. Raises `Refused`.

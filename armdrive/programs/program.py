@@ -118,10 +118,6 @@ class Program:
     lines: SourceLines = field(default_factory=dict)
     near: bool = False
 
-    def line_at(self, mark: SourceMark) -> str:
-        """Return the line at a mark, "" if there is none."""
-        return self.lines.get((mark.file, mark.line), "").strip()
-
     def error(self, problems: Iterable[Problem]) -> ProgramError:
         """Return the error with these problems, at least one."""
         return program_error(problems, self.lines, self.file if self.near else None)

@@ -266,9 +266,9 @@ class ArmSession:
         self._saved: set[Path] = set()
         self._stops = arm.stops
         self._outputs = 0
-        self.begin_anew()
+        self.start_over()
 
-    def begin_anew(self) -> None:
+    def start_over(self) -> None:
         """Forget everything typed. The arm stays as it is."""
         self.session = Session("" if self.typing else INPUT)
 

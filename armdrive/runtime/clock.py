@@ -224,14 +224,6 @@ class SimulatedPace:
         self.lateness = Lateness()
         self._engine: Engine | None = None
 
-    @property
-    def _now_s(self) -> float:
-        return self.clock.now_s
-
-    @_now_s.setter
-    def _now_s(self, now_s: float) -> None:
-        self.clock.now_s = now_s
-
     def now_s(self) -> float:
         """Return the simulated time."""
         return self.clock.now_s

@@ -241,7 +241,7 @@ def _clear(arm: Arm) -> bool:
 
 
 def all_work(seen: Mapping[str, SawSwitch]) -> bool:
-    """Tell whether every switch that there is raised an alarm, and there is one at least."""
+    """Return whether there are switches and each of them raised an alarm."""
     return SawSwitch.ALARM in seen.values() and set(seen.values()) <= {
         SawSwitch.ALARM,
         SawSwitch.NONE,

@@ -114,8 +114,8 @@ def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
     An alert takes the reply's place, since no reply can be trusted after it.
     """
     reply, alert = None, None
-    # Ctrl-C inside a step would leave a motion unstopped; of simulated drives that harms nobody,
-    # and to delay signals takes longer than a step.
+    # Ctrl-C inside a step would leave a motion running. Simulated drives can do no harm, and
+    # changing the signal handlers would take longer than the step itself.
     step = contextlib.nullcontext if isinstance(clock, DialogClock) else SignalsBetweenSteps
     while True:
         now_s = clock.now_s()
@@ -134,7 +134,7 @@ def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
 
 
 class DialogPerson(Protocol):
-    """The person in a dialog, who is told and asked, and looks at the arm."""
+    """The person in a dialog: reads lines, answers questions, looks at the arm."""
 
     def tell(self, text: str) -> None:
         """Tell the person a line."""
@@ -173,7 +173,7 @@ def _done(act: object, person: DialogPerson, perform: Callable[[object], Any]) -
 
 
 class DialogRunner:
-    """Holds dialogs beside a link, which scripts of its protocol and controllers speak on."""
+    """Holds dialogs during which scripts and controllers use a link."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The person beside a simulated arm, who handles it and watches it as a user does a real one."""
+"""The person at a simulated arm, who handles and watches it as a user does a real one."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armdrive.sim.simulated_arm import SimulatedArm
 class SimulatedPerson:
     """Plugs drives in, presses switches, sees what moves, and answers.
 
-    With `ask` the user answers, and is told what there was to see.
+    With `ask` the user answers, after reading what there was to see.
     """
 
     def __init__(

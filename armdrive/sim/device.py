@@ -35,23 +35,15 @@ from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
 
 
-class TeachPendant(Protocol):
-    """A teach pendant, to which the host can hand over control."""
+@runtime_checkable
+class HasPendant(Protocol):
+    """A board with a teach pendant, to which the host can hand over control."""
 
     def press_named(self, name: str) -> None:
         """Press a key by its name. Raises `BadRequest` if the pendant has no such key."""
 
     def return_control(self) -> bool:
         """Return control to the host. Returns False if the host already has it."""
-
-
-@runtime_checkable
-class HasPendant(Protocol):
-    """A board with a teach pendant."""
-
-    @property
-    def pendant(self) -> TeachPendant:
-        """The pendant."""
 
 
 @runtime_checkable

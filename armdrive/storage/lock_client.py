@@ -169,7 +169,7 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
 def _heard(name: str, connection: Connection[Any, Any], longer_s: float = 0.0) -> dict[str, Any]:
     if not connection.poll(PATIENCE_S + longer_s):
         raise ArmError(f"{holder_words(name)} does not answer; stop the arm at its own switch")
-    answer = json.loads(connection.recv_bytes(65536))
+    answer = json.loads(connection.recv_bytes(LARGEST_BYTES))
     return answer if isinstance(answer, dict) else {}
 
 

@@ -101,7 +101,7 @@ def require_plain(found: os.stat_result, path: Path) -> None:
 
 
 def is_own(found: os.stat_result) -> bool:
-    """Tell whether a file is this user's or root's, where the system knows users."""
+    """Return whether a file is this user's or root's, if the system knows users."""
     return os.name != "posix" or found.st_uid in (0, os.geteuid())
 
 
@@ -180,7 +180,7 @@ def read_text(
 
 
 def is_there(path: Path) -> bool:
-    """Tell whether a path leads to anything; one that no file can have leads to nothing."""
+    """Return whether a path leads to anything; a path that no file can have does not."""
     try:
         return path.exists()
     except (OSError, ValueError):  # a name that is too long, or has a NUL in it

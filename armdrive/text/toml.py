@@ -322,11 +322,6 @@ def text(value: object, where: str) -> str:
     return str(_convert(str, value, where))
 
 
-def boolean(value: object, where: str) -> bool:
-    """Return true or false."""
-    return bool(_convert(bool, value, where))
-
-
 def whole(value: object, where: str) -> int:
     """Return a whole number."""
     return int(_convert(int, value, where))
@@ -356,12 +351,7 @@ def within(where: str, value: float, low: float, high: float, hint: str = "") ->
 
 def between(low: float, high: float, hint: str = "") -> Read[float]:
     """Return what reads a number between these bounds, both included."""
-    return number_by(Rule(low, high, hint=hint))
-
-
-def number_by(rule: Rule) -> Read[float]:
-    """Return what reads a number that a rule allows."""
-    return _checked(float, rule)
+    return _checked(float, Rule(low, high, hint=hint))
 
 
 def joint_range(value: object, where: str) -> JointRange:

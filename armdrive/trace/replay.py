@@ -269,116 +269,10 @@ def answer_to(entries: Sequence[TraceEntry], index: int) -> TraceEntry | None:
     return None
 
 
-# Comparing the messages of the arm with those of the simulated device.
+# The replay itself: the messages of the arm and of the simulated device are compared.
 
 GRACE_S = 1.0  # an unrequested answer of the simulated device this long before the arm's differs
 _NOT_COMPARED = frozenset((Weight.PASSING, Weight.SELF))
-
-
-class Comparison:
-    """Compares entries up to the first difference; `compared` counts those that agreed."""
-
-    def __init__(self, bench: ReplayBench) -> None:
-        self.compared = 0
-        self.divergence: Divergence | None = None
-        self._bench = bench
-        self._describer = bench.describer
-        self._splitter = bench.describer.splitter()
-        self._counts_seen = False
-        self._received_s = 0.0
-        self._passing: Message | None = None
-
-    def resume(self) -> None:
-        """Start again after a gap: a message that began before the gap is incomplete."""
-        self._splitter = self._describer.splitter()
-
-    def received(self, index: int, entry: TraceEntry, request: str) -> None:
-        """Compare the messages that the bytes of an entry complete."""
-        data = entry.what if isinstance(entry.what, bytes) else b""
-        for message in self._splitter.feed(data):
-            self._received_s = entry.time_s
-            if message.weight is Weight.PASSING:
-                self._passing = message
-            start_banner = message.weight is Weight.BANNER and not self._counts_seen
-            if message.weight in _NOT_COMPARED or start_banner or self.divergence is not None:
-                continue
-            self._compare(index, entry, message, request)
-
-    def _compare(self, index: int, entry: TraceEntry, message: Message, request: str) -> None:
-        arm = self._describer.said(message.data)
-        banner = message.weight is Weight.BANNER
-        answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
-        if answer is None:
-            why = "the arm sent a message that the simulated device did not send"
-            self._differ(index, entry, why, arm, "nothing")
-        elif not self._agrees(message, answer, request):
-            self._differ(index, entry, "the answers differ", arm, self._describer.said(answer.data))
-        else:
-            self.compared += 1
-
-    def _agrees(self, message: Message, answer: Message, request: str) -> bool:
-        if message.data == answer.data or message.weight is Weight.BANNER:
-            return True
-        momentary = message.weight is answer.weight is Weight.MOMENT
-        moving = request.startswith("Move") or self._bench.moving
-        return momentary and moving and message.kind == answer.kind
-
-    def counts(self, index: int, entry: TraceEntry) -> None:
-        """Compare the counts of motors at rest."""
-        if not self._counts_seen:
-            self._counts_seen = True
-            self._bench.discard_banners()
-        counts = counts_of(entry)
-        at_rest = self._bench.stand(entry.time_s)
-        twin = self._bench.registers
-        if at_rest and counts == twin:
-            self.compared += 1
-            return
-        why = "the motor counts differ" if at_rest else "the simulated device still moves"
-        self._differ(index, entry, why, counts_text(counts), counts_text(twin))
-
-    def timed_out(self, index: int, entry: TraceEntry) -> None:
-        """Check that the simulated device has been as silent as the arm was."""
-        self._bench.advance(entry.time_s)
-        self.extra_answer(index, entry, entry.time_s)
-        report = self._bench.passing
-        if report is not None and self._bench.passing_s > self._received_s + GRACE_S / 4:
-            why = (
-                f"the arm was silent from {self._received_s:.3f} s on; the simulated device was not"
-            )
-            self._differ(index, entry, why, str(entry.what), self._describer.said(report.data))
-
-    def alerted(self, index: int, entry: TraceEntry) -> None:
-        """Compare the latest progress reports, if the arm's raised an alert."""
-        text = str(entry.what)
-        arm, twin = (
-            "nothing" if each is None else self._describer.said(each.data)
-            for each in (self._passing, self._bench.passing)
-        )
-        if text.startswith(AlertKind.RESTARTED.value):
-            why = "the arm restarted; the simulated device did not"
-            self._differ(index, entry, why, text, twin)
-        elif text.startswith(AlertKind.ASTRAY.value) and arm != twin:
-            self._differ(index, entry, "the arm was off the commanded path", arm, twin)
-
-    def extra_answer(self, index: int, entry: TraceEntry, before_s: float) -> None:
-        """Check that the simulated device has sent no answer that the arm never sent."""
-        message = self._bench.extra_answer(before_s)
-        if message is not None:
-            arm = str(entry.what) if entry.kind is EntryKind.TIMEOUT else "nothing"
-            why = "the simulated device sent a message that the arm did not send"
-            self._differ(index, entry, why, arm, self._describer.said(message.data))
-
-    def _differ(self, index: int, entry: TraceEntry, why: str, arm: str, twin: str) -> None:
-        if self.divergence is None:
-            bench = self._bench
-            self.divergence = Divergence(
-                index, entry.time_s, why, arm, twin, bench.words, bench.view
-            )
-
-
-# The replay itself.
-
 _REPLIES = frozenset((EntryKind.REPLY, EntryKind.REGISTERS, EntryKind.TIMEOUT))
 
 
@@ -437,7 +331,7 @@ def replay(recording: Recording, settings: Mapping[str, Value] | None = None) ->
 
 
 class _Replay:
-    """A replay in progress."""
+    """A replay in progress: it compares entries up to the first difference."""
 
     def __init__(
         self, entries: tuple[TraceEntry, ...], bench: ReplayBench, notes: list[str]
@@ -445,8 +339,14 @@ class _Replay:
         self._entries = entries
         self._bench = bench
         self._notes = notes
-        self._comparison = Comparison(bench)
         self._request = ""  # the request that has no reply yet
+        self._compared = 0
+        self._divergence: Divergence | None = None
+        self._describer = bench.describer
+        self._splitter = bench.describer.splitter()
+        self._counts_seen = False
+        self._received_s = 0.0
+        self._passing: Message | None = None
 
     def run(self) -> Replayed:
         """Process all entries up to the first difference."""
@@ -459,14 +359,13 @@ class _Replay:
             if missing and index == missing.stop:
                 self._resume(index)
             self._take(index, entry)
-            if self._comparison.divergence is not None:
+            if self._divergence is not None:
                 break
         else:
             self._end()
         if missing.stop == len(self._entries) and missing:
             self._notes.append("entries are missing, and the rest cannot be compared")
-        found = self._comparison
-        return Replayed(found.compared, self._bench.late_s, found.divergence, tuple(self._notes))
+        return Replayed(self._compared, self._bench.late_s, self._divergence, tuple(self._notes))
 
     # -- where the simulated device starts ------------------------------------------------------
 
@@ -496,7 +395,7 @@ class _Replay:
         counts = counts_of(answer)
         self._bench.advance(self._entries[index].time_s)
         self._bench.place(counts, position(counts, offset_at(self._entries, index)))
-        self._comparison.resume()
+        self._splitter = self._describer.splitter()  # a message from before the gap is incomplete
         self._request = ""
         self._notes.append(
             f"entries are missing: the comparison starts again at {answer.time_s:.3f} s"
@@ -505,20 +404,19 @@ class _Replay:
     # -- entries --------------------------------------------------------------------------------
 
     def _take(self, index: int, entry: TraceEntry) -> None:
-        comparison = self._comparison
         if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
             self._bench.send(entry.what, entry.time_s)
         elif entry.kind is EntryKind.RECEIVED:
-            comparison.received(index, entry, self._request)
+            self._received(index, entry)
         elif entry.kind is EntryKind.REQUEST:
-            comparison.extra_answer(index, entry, entry.time_s - GRACE_S)
+            self._extra_answer(index, entry, entry.time_s - GRACE_S)
             self._request = str(entry.what)
         elif entry.kind is EntryKind.ALERT:
-            comparison.alerted(index, entry)
+            self._alerted(index, entry)
         elif entry.kind is EntryKind.REGISTERS:
-            comparison.counts(index, entry)
+            self._counts(index, entry)
         elif entry.kind is EntryKind.TIMEOUT:
-            comparison.timed_out(index, entry)
+            self._timed_out(index, entry)
         if entry.kind in _REPLIES:
             self._request = ""
 
@@ -529,7 +427,93 @@ class _Replay:
         index = len(self._entries) - 1
         last = self._entries[index]
         self._bench.advance(last.time_s)
-        self._comparison.extra_answer(index, last, last.time_s - GRACE_S)
+        self._extra_answer(index, last, last.time_s - GRACE_S)
+
+    # -- comparing -----------------------------------------------------------------------------
+
+    def _received(self, index: int, entry: TraceEntry) -> None:
+        """Compare the messages that the bytes of an entry complete."""
+        data = entry.what if isinstance(entry.what, bytes) else b""
+        for message in self._splitter.feed(data):
+            self._received_s = entry.time_s
+            if message.weight is Weight.PASSING:
+                self._passing = message
+            start_banner = message.weight is Weight.BANNER and not self._counts_seen
+            if message.weight in _NOT_COMPARED or start_banner or self._divergence is not None:
+                continue
+            self._compare(index, entry, message)
+
+    def _compare(self, index: int, entry: TraceEntry, message: Message) -> None:
+        arm = self._describer.said(message.data)
+        banner = message.weight is Weight.BANNER
+        answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
+        if answer is None:
+            why = "the arm sent a message that the simulated device did not send"
+            self._differ(index, entry, why, arm, "nothing")
+        elif not self._agrees(message, answer):
+            self._differ(index, entry, "the answers differ", arm, self._describer.said(answer.data))
+        else:
+            self._compared += 1
+
+    def _agrees(self, message: Message, answer: Message) -> bool:
+        if message.data == answer.data or message.weight is Weight.BANNER:
+            return True
+        momentary = message.weight is answer.weight is Weight.MOMENT
+        moving = self._request.startswith("Move") or self._bench.moving
+        return momentary and moving and message.kind == answer.kind
+
+    def _counts(self, index: int, entry: TraceEntry) -> None:
+        """Compare the counts of motors at rest."""
+        if not self._counts_seen:
+            self._counts_seen = True
+            self._bench.discard_banners()
+        counts = counts_of(entry)
+        at_rest = self._bench.stand(entry.time_s)
+        twin = self._bench.registers
+        if at_rest and counts == twin:
+            self._compared += 1
+            return
+        why = "the motor counts differ" if at_rest else "the simulated device still moves"
+        self._differ(index, entry, why, counts_text(counts), counts_text(twin))
+
+    def _timed_out(self, index: int, entry: TraceEntry) -> None:
+        """Check that the simulated device has been as silent as the arm was."""
+        self._bench.advance(entry.time_s)
+        self._extra_answer(index, entry, entry.time_s)
+        report = self._bench.passing
+        if report is not None and self._bench.passing_s > self._received_s + GRACE_S / 4:
+            why = (
+                f"the arm was silent from {self._received_s:.3f} s on; the simulated device was not"
+            )
+            self._differ(index, entry, why, str(entry.what), self._describer.said(report.data))
+
+    def _alerted(self, index: int, entry: TraceEntry) -> None:
+        """Compare the latest progress reports, if the arm's raised an alert."""
+        text = str(entry.what)
+        arm, twin = (
+            "nothing" if each is None else self._describer.said(each.data)
+            for each in (self._passing, self._bench.passing)
+        )
+        if text.startswith(AlertKind.RESTARTED.value):
+            why = "the arm restarted; the simulated device did not"
+            self._differ(index, entry, why, text, twin)
+        elif text.startswith(AlertKind.ASTRAY.value) and arm != twin:
+            self._differ(index, entry, "the arm was off the commanded path", arm, twin)
+
+    def _extra_answer(self, index: int, entry: TraceEntry, before_s: float) -> None:
+        """Check that the simulated device has sent no answer that the arm never sent."""
+        message = self._bench.extra_answer(before_s)
+        if message is not None:
+            arm = str(entry.what) if entry.kind is EntryKind.TIMEOUT else "nothing"
+            why = "the simulated device sent a message that the arm did not send"
+            self._differ(index, entry, why, arm, self._describer.said(message.data))
+
+    def _differ(self, index: int, entry: TraceEntry, why: str, arm: str, twin: str) -> None:
+        if self._divergence is None:
+            bench = self._bench
+            self._divergence = Divergence(
+                index, entry.time_s, why, arm, twin, bench.words, bench.view
+            )
 
 
 def replayed_view(recording: Recording, replayed: Replayed) -> dict[str, Any]:

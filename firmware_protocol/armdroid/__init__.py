@@ -8,7 +8,6 @@ from firmware_protocol.armdroid.host import LINE_BYTES as LINE_BYTES
 from firmware_protocol.armdroid.host import Completed as Completed
 from firmware_protocol.armdroid.host import Event as Event
 from firmware_protocol.armdroid.host import Host as Host
-from firmware_protocol.armdroid.host import Stray as Stray
 from firmware_protocol.armdroid.messages import ANSWER_TO as ANSWER_TO
 from firmware_protocol.armdroid.messages import KEPT as KEPT
 from firmware_protocol.armdroid.messages import MOTORS as MOTORS
@@ -42,5 +41,6 @@ from firmware_protocol.armdroid.messages import VersionReported as VersionReport
 from firmware_protocol.armdroid.messages import Welcome as Welcome
 from firmware_protocol.armdroid.messages import ZeroOffsets as ZeroOffsets
 from firmware_protocol.events import Overrun as Overrun
+from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.lines import MAX_EARLY as MAX_EARLY

@@ -35,10 +35,7 @@ from firmware_protocol.armdroid.messages import (
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.events import Overrun
 
-# The sketch's character machine: an accumulator, an argument index and the arguments it keeps.
-#
 # Numbers are 16-bit `int` and wrap, as on the AVR boards that the sketch was written for.
-
 
 _DIGITS = b"0123456789"
 _WORD, _SIGN = 1 << 16, 1 << 15
@@ -64,74 +61,6 @@ def wrapped(value: int) -> int:
     return (value + _SIGN) % _WORD - _SIGN
 
 
-class Characters:
-    """The sketch's state between characters.
-
-    Only `r` and a new session clear the arguments; `h`, `o`, `v`, `V` and `g` leave the accumulator
-    unchanged.
-    """
-
-    def __init__(self) -> None:
-        self._arguments = [0] * KEPT
-        self._index = 0
-        self._accumulator = 0
-
-    @property
-    def arguments(self) -> tuple[int, ...]:
-        """The five kept arguments."""
-        return tuple(self._arguments)
-
-    @property
-    def accumulator(self) -> int:
-        """The number that is being received."""
-        return self._accumulator
-
-    @property
-    def clean(self) -> bool:
-        """Whether no half-received command can alter the next one."""
-        return self._index == 0 and self._accumulator == 0
-
-    def take(self, byte: int) -> Request | None:
-        """Take one character; return the command that it completes, or None."""
-        if byte in _DIGITS:
-            self._accumulator = wrapped(self._accumulator * 10 + byte - _DIGITS[0])
-        elif byte == ord("-"):
-            self._accumulator = wrapped(-self._accumulator)
-        elif byte == ord(","):
-            self._shift()
-        elif byte in _WITH_NUMBERS:
-            return self._execute(chr(byte))
-        elif byte in _PLAIN:
-            if byte == ord("r"):
-                self.reset()
-            return _PLAIN[byte]
-        return None
-
-    def reset(self) -> None:
-        """Reset all state, as at the start of a session."""
-        self._arguments = [0] * KEPT
-        self._index = self._accumulator = 0
-
-    def _shift(self) -> None:
-        # the sketch writes the sixth past the end of its array; the effect is not simulated
-        if self._index < KEPT:
-            self._arguments[self._index] = self._accumulator
-        self._index = (self._index + 1) % MOTORS
-        self._accumulator = 0
-
-    def _execute(self, letter: str) -> Request:
-        value, self._accumulator = self._accumulator, 0
-        if letter == "t":
-            return Torque(value != 0)
-        if letter == "s":
-            return SetSpeed(value) if 1 <= value <= RPM_MAX else OddSpeed(value)
-        self._index = 0
-        if letter == "D":
-            return DriveAll((*self._arguments, value))
-        motor = self._arguments[0] & 0xFF  # a uint8_t in the library's call
-        return DriveOne(motor, value) if 1 <= motor <= MOTORS else DriveNone(motor, value)
-
-
 ROOM_BYTES = 4096  # input buffer; an AVR board with a hardware port has room for 64
 
 
@@ -151,10 +80,15 @@ class Device:
     The host's `Clear` and `DropArguments` arrive as the board interprets them: as a `DriveOne` of 0
     steps or a `DriveNone`. Text of other dialects is interpreted likewise: the `D` in `@READ` is a
     `DriveAll` by the kept arguments.
+
+    Only `r` and a new session clear the arguments; `h`, `o`, `v`, `V` and `g` leave the accumulator
+    unchanged.
     """
 
     def __init__(self, room_bytes: int = ROOM_BYTES) -> None:
-        self._characters = Characters()
+        self._arguments = [0] * KEPT
+        self._index = 0
+        self._accumulator = 0
         self._waiting = bytearray()
         self._room_bytes = room_bytes
         self._lost = 0
@@ -173,17 +107,17 @@ class Device:
     @property
     def arguments(self) -> tuple[int, ...]:
         """The five kept arguments, for the answer to `ReportArguments`."""
-        return self._characters.arguments
+        return tuple(self._arguments)
 
     @property
     def accumulator(self) -> int:
         """The number that is being received, for the answer to `ReportArguments`."""
-        return self._characters.accumulator
+        return self._accumulator
 
     @property
     def clean(self) -> bool:
         """Whether no half-received command can alter the next one."""
-        return self._characters.clean
+        return self._index == 0 and self._accumulator == 0
 
     def receive_data(self, data: bytes) -> None:
         """Take characters from the host in any chunks; those that do not fit are lost."""
@@ -223,7 +157,7 @@ class Device:
     def forget(self) -> Request | None:
         """Reset, as after a loss of power; return the unanswered command."""
         request, self._request = self._request, None
-        self._characters.reset()
+        self._reset()
         self._waiting.clear()
         self._lost = 0
         return request
@@ -233,7 +167,7 @@ class Device:
         for at, byte in enumerate(self._waiting):
             if byte not in MEANT:
                 return at + 1, Ignored(byte)
-            request = self._characters.take(byte)
+            request = self._take(byte)
             if request is not None:
                 self._request = request
                 return at + 1, request
@@ -242,4 +176,45 @@ class Device:
     def _welcome(self) -> None:
         if self._request is not None:
             raise LocalProtocolError("an answer is owed: a board says Welcome between commands")
-        self._characters.reset()
+        self._reset()
+
+    # -- the sketch's character machine: an accumulator, an argument index and kept arguments ------
+
+    def _take(self, byte: int) -> Request | None:
+        """Take one character; return the command that it completes, or None."""
+        if byte in _DIGITS:
+            self._accumulator = wrapped(self._accumulator * 10 + byte - _DIGITS[0])
+        elif byte == ord("-"):
+            self._accumulator = wrapped(-self._accumulator)
+        elif byte == ord(","):
+            self._shift()
+        elif byte in _WITH_NUMBERS:
+            return self._execute(chr(byte))
+        elif byte in _PLAIN:
+            if byte == ord("r"):
+                self._reset()
+            return _PLAIN[byte]
+        return None
+
+    def _reset(self) -> None:
+        self._arguments = [0] * KEPT
+        self._index = self._accumulator = 0
+
+    def _shift(self) -> None:
+        # the sketch writes the sixth past the end of its array; the effect is not simulated
+        if self._index < KEPT:
+            self._arguments[self._index] = self._accumulator
+        self._index = (self._index + 1) % MOTORS
+        self._accumulator = 0
+
+    def _execute(self, letter: str) -> Request:
+        value, self._accumulator = self._accumulator, 0
+        if letter == "t":
+            return Torque(value != 0)
+        if letter == "s":
+            return SetSpeed(value) if 1 <= value <= RPM_MAX else OddSpeed(value)
+        self._index = 0
+        if letter == "D":
+            return DriveAll((*self._arguments, value))
+        motor = self._arguments[0] & 0xFF  # a uint8_t in the library's call
+        return DriveOne(motor, value) if 1 <= motor <= MOTORS else DriveNone(motor, value)

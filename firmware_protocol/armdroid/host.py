@@ -30,7 +30,7 @@ from firmware_protocol.armdroid.messages import (
     encode_command,
 )
 from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.events import Unreadable
+from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.lines import LineHost
 
 LINE_BYTES = 80  # the sketch's own line buffer; its longest answer has 51 characters
@@ -57,13 +57,6 @@ class Completed:
             case Torque(asked), TorqueReported(told):
                 return asked == told
         return True
-
-
-@dataclass(frozen=True, slots=True)
-class Stray:
-    """A readable but unexpected answer, for example a late answer after `give_up`."""
-
-    answer: Answer
 
 
 Event: TypeAlias = Completed | Stray | Unreadable | Welcome

@@ -14,8 +14,9 @@ from typing import TypeAlias
 
 from firmware_protocol.canopen.objects import DataType, Dictionary, Place, Value
 from firmware_protocol.canopen.sdo import AbortCode
-from firmware_protocol.canopen.services import Service, checked_node, cob_id
+from firmware_protocol.canopen.services import ONE_NODE, Service, cob_id
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import BYTE, an_instance, checks, whole_from
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
 
@@ -138,6 +139,7 @@ PDO_SERVICES = {
     Direction.TRANSMITTED: (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4),
 }
 """The PDOs with predefined COB-IDs."""
+PREDEFINED = 4
 _COB, _TRANSMISSION, _INHIBIT, _EVENT = 1, 2, 3, 5  # sub-indices
 
 
@@ -162,6 +164,12 @@ def switched_off(direction: Direction, number: int, node: int) -> Write:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(
+    direction=an_instance(Direction, "a Direction"),
+    number=whole_from(1, PREDEFINED),
+    node=ONE_NODE,
+    transmission=BYTE,
+)
 class PdoSetup:
     """The desired configuration of a PDO with a predefined COB-ID: `number` is 1 to 4.
 
@@ -176,11 +184,6 @@ class PdoSetup:
     transmission: int = EVERY_SYNC
 
     def __post_init__(self) -> None:
-        if not isinstance(self.direction, Direction):
-            raise BadField("direction", self.direction, "a Direction")
-        whole("number", self.number, 1, len(PDO_SERVICES[self.direction]))
-        checked_node(self.node)
-        whole("transmission", self.transmission, 0, 255)
         if self.transmission in _RESERVED:
             raise BadField("transmission", self.transmission, "0 to 240 or 252 to 255")
 

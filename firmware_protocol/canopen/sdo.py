@@ -11,6 +11,7 @@ from firmware_protocol.canopen.objects import Place
 from firmware_protocol.canopen.services import Service, cob_id, is_for
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
 from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.fields import checks, some_bytes, whole_from
 from firmware_protocol.frames import Frame
 
 EVENTS_MAX = 64
@@ -155,16 +156,13 @@ class NextSegment:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(data=some_bytes(SEGMENT_MAX))
 class Segment:
     """A segment of data, from either side."""
 
     toggle: bool
     data: bytes
     last: bool
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.data, bytes) or len(self.data) > SEGMENT_MAX:
-            raise BadField("data", self.data, f"at most {SEGMENT_MAX} bytes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,14 +173,12 @@ class SegmentTaken:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(code=whole_from(0, 0xFFFF_FFFF))
 class Abort:
     """Either side aborts the transfer."""
 
     place: Place
     code: int
-
-    def __post_init__(self) -> None:
-        whole("code", self.code, 0, 0xFFFF_FFFF)
 
     @property
     def words(self) -> str:

@@ -10,6 +10,7 @@ from enum import Enum, IntEnum, IntFlag
 from typing import Self
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.fields import BYTE, an_instance, checks, optional, some_bytes, whole_from
 from firmware_protocol.frames import DATA_MAX, Frame
 
 NODE_MAX = 0x7F
@@ -50,6 +51,10 @@ class Service(Enum):
 
 _BY_COMMON = {service.base: service for service in Service if service.common}
 _BY_BASE = {service.base: service for service in Service if not service.common}
+
+
+ONE_NODE = whole_from(1, NODE_MAX)
+"""The rule of a field that names one node."""
 
 
 def checked_node(node: object) -> int:
@@ -132,16 +137,12 @@ SPEAKS: dict[NodeState, frozenset[str]] = {
 
 
 @dataclass(frozen=True, slots=True)
+@checks(command=an_instance(NmtCommand, "an NmtCommand"), node=whole_from(ALL_NODES, NODE_MAX))
 class Nmt:
     """A command to one node or to `ALL_NODES`. There is no answer."""
 
     command: NmtCommand
     node: int = ALL_NODES
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.command, NmtCommand):
-            raise BadField("command", self.command, "an NmtCommand")
-        whole("node", self.node, ALL_NODES, NODE_MAX)
 
     @property
     def frame(self) -> Frame:
@@ -160,16 +161,12 @@ class Nmt:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(node=ONE_NODE, state=an_instance(NodeState, "a NodeState"))
 class Heartbeat:
     """A sign of life with the node's state. With `BOOTING` it is the boot-up message."""
 
     node: int
     state: NodeState
-
-    def __post_init__(self) -> None:
-        checked_node(self.node)
-        if not isinstance(self.state, NodeState):
-            raise BadField("state", self.state, "a NodeState")
 
     @property
     def booted(self) -> bool:
@@ -193,6 +190,7 @@ class Heartbeat:
 
 
 @dataclass(frozen=True, slots=True)
+@checks(node=ONE_NODE, silence_ms=whole_from(0, HEARTBEAT_MAX_MS))
 class HeartbeatWatch:
     """An entry of object 1016: a node to monitor, and its heartbeat timeout.
 
@@ -201,10 +199,6 @@ class HeartbeatWatch:
 
     node: int
     silence_ms: int
-
-    def __post_init__(self) -> None:
-        checked_node(self.node)
-        whole("silence_ms", self.silence_ms, 0, HEARTBEAT_MAX_MS)
 
     @property
     def value(self) -> int:
@@ -278,14 +272,11 @@ COUNTER_MAX = 240
 
 
 @dataclass(frozen=True, slots=True)
+@checks(counter=optional(whole_from(1, COUNTER_MAX)))
 class Sync:
     """A SYNC message, with a counter if object 1019 requires one."""
 
     counter: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.counter is not None:
-            whole("counter", self.counter, 1, COUNTER_MAX)
 
     @property
     def frame(self) -> Frame:
@@ -427,6 +418,12 @@ MAKERS_BYTES = 5
 
 
 @dataclass(frozen=True, slots=True)
+@checks(
+    node=ONE_NODE,
+    code=whole_from(0, 0xFFFF),
+    register=BYTE,
+    detail=some_bytes(MAKERS_BYTES, exactly=True),
+)
 class Emergency:
     """A node's error report: code, error register (object 1001), manufacturer-specific bytes."""
 
@@ -434,13 +431,6 @@ class Emergency:
     code: int
     register: int = 0
     detail: bytes = bytes(MAKERS_BYTES)
-
-    def __post_init__(self) -> None:
-        checked_node(self.node)
-        whole("code", self.code, 0, 0xFFFF)
-        whole("register", self.register, 0, 0xFF)
-        if not isinstance(self.detail, bytes) or len(self.detail) != MAKERS_BYTES:
-            raise BadField("detail", self.detail, f"{MAKERS_BYTES} bytes")
 
     @property
     def over(self) -> bool:

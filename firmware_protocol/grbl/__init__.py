@@ -1,5 +1,6 @@
 """The dialect of GRBL 1.1, grbl-Mega-5X, grblHAL and FluidNC, for both ends."""
 
+from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.grbl.answers import Alarm as Alarm
 from firmware_protocol.grbl.answers import Answer as Answer
@@ -83,4 +84,3 @@ from firmware_protocol.grbl.host import Host as Host
 from firmware_protocol.grbl.host import Refused as Refused
 from firmware_protocol.grbl.host import Restarted as Restarted
 from firmware_protocol.grbl.host import StatusReported as StatusReported
-from firmware_protocol.grbl.host import Unexpected as Unexpected

@@ -19,7 +19,7 @@ from operator import add, sub
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.events import Unreadable
+from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.grbl.answers import (
     PADDING,
     Alarm,
@@ -94,22 +94,8 @@ class StatusReported:
     work_position: tuple[float, ...] | None
 
 
-@dataclass(frozen=True, slots=True)
-class Unexpected:
-    """An answer while no line was unanswered."""
-
-    answer: Ok | Error | WordedError
-
-
 Event: TypeAlias = (
-    Acknowledged
-    | Refused
-    | AlarmRaised
-    | Restarted
-    | StatusReported
-    | Unexpected
-    | Unreadable
-    | Info
+    Acknowledged | Refused | AlarmRaised | Restarted | StatusReported | Stray | Unreadable | Info
 )
 
 
@@ -246,7 +232,7 @@ class Host(LineHost[Event]):
     def forget_outstanding(self) -> tuple[Command, ...]:
         """Forget the unanswered lines, and an awaited banner, and return the lines.
 
-        Meant for after a timeout. A late answer is `Unexpected` until the next `send`, and is
+        Meant for after a timeout. A late answer is `Stray` until the next `send`, and is
         then taken for the new line's: reset the board, or be sure that it is silent.
         """
         lost = self.outstanding_lines
@@ -278,7 +264,7 @@ class Host(LineHost[Event]):
     def _event(self, answer: Answer | WordedError | WordedAlarm, *, early: bool) -> Event:
         match answer:
             case Ok() | Error() | WordedError():
-                return Unexpected(answer) if early else self._answered(answer)
+                return Stray(answer) if early else self._answered(answer)
             case Banner():
                 return self._restarted(answer)
             case StatusReport():
@@ -294,7 +280,7 @@ class Host(LineHost[Event]):
 
     def _answered(self, answer: Ok | Error | WordedError) -> Event:
         if not self._outstanding:
-            return Unexpected(answer)
+            return Stray(answer)
         sent = self._outstanding.popleft()
         self._bytes -= sent.size
         command = sent.command

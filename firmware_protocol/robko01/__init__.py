@@ -6,6 +6,7 @@ once, takes absolute positions and does not wait for the motion.
 """
 
 from firmware_protocol.events import Overrun as Overrun
+from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.robko01.device import Device as Device
 from firmware_protocol.robko01.device import Heard as Heard
@@ -15,7 +16,6 @@ from firmware_protocol.robko01.frames import PAYLOAD_MAX as PAYLOAD_MAX
 from firmware_protocol.robko01.host import Answered as Answered
 from firmware_protocol.robko01.host import Event as Event
 from firmware_protocol.robko01.host import Host as Host
-from firmware_protocol.robko01.host import Stray as Stray
 from firmware_protocol.robko01.messages import AXES as AXES
 from firmware_protocol.robko01.messages import AXIS_NAMES as AXIS_NAMES
 from firmware_protocol.robko01.messages import WORD_MAX as WORD_MAX

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
-from firmware_protocol.events import Overrun, Unreadable
+from firmware_protocol.events import Overrun, Stray, Unreadable
 from firmware_protocol.robko01.frames import Frame, Receiving
 from firmware_protocol.robko01.messages import (
     Answer,
@@ -29,13 +29,6 @@ class Answered:
     """A request and its answer; `answer.status` is the outcome."""
 
     request: Request
-    answer: Answer
-
-
-@dataclass(frozen=True, slots=True)
-class Stray:
-    """An unexpected answer, for example a late one after `forget`."""
-
     answer: Answer
 
 

@@ -17,7 +17,15 @@ from functools import partial
 from typing import ClassVar, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError
-from firmware_protocol.fields import BYTE, an_instance, checks, numbered, row_of, whole_from
+from firmware_protocol.fields import (
+    BYTE,
+    an_instance,
+    checks,
+    numbered,
+    row_of,
+    some_bytes,
+    whole_from,
+)
 from firmware_protocol.robko01.frames import PAYLOAD_MAX, Frame, Kind, frame_bytes
 
 AXES = 6
@@ -59,6 +67,7 @@ class Status(IntEnum):
     TIMEOUT = 4
 
 
+_PAYLOAD = some_bytes(PAYLOAD_MAX)
 _SIX_WORDS = row_of(whole_from(WORD_MIN, WORD_MAX), AXES, f"{AXES} whole numbers, one an axis")
 
 
@@ -92,12 +101,6 @@ def wrap(position_steps: int) -> int:
 
 
 # The four forms of a payload, in requests and answers.
-
-
-def _some_bytes(field: str, value: object) -> bytes:
-    if not isinstance(value, bytes) or len(value) > PAYLOAD_MAX:
-        raise BadField(field, value, f"at most {PAYLOAD_MAX} bytes")
-    return value
 
 
 def _require_length(op: Op, payload: bytes, length: int, belong: str) -> bytes:
@@ -164,7 +167,7 @@ class _OfAxes:
 
 
 @dataclass(frozen=True, slots=True)
-@checks(payload=_some_bytes)
+@checks(payload=_PAYLOAD)
 class _OfBytes:
     """A message of any bytes."""
 
@@ -268,7 +271,7 @@ class Outputs(_OfByte):
 
 
 @dataclass(frozen=True, slots=True)
-@checks(robot_id=_some_bytes)
+@checks(robot_id=_PAYLOAD)
 class _OfRobotId:
     """A message with the robot's name. The firmware returns the name and does not store it."""
 
@@ -397,7 +400,7 @@ class Positions(_OfAxes):
 
 
 @dataclass(frozen=True, slots=True)
-@checks(op=numbered(Op), robot_id=_some_bytes)
+@checks(op=numbered(Op), robot_id=_PAYLOAD)
 class RobotId:
     """The answer to `SetRobotId` or `GetRobotId`."""
 

@@ -1,5 +1,6 @@
 """The TeachMover dialect: messages, host and device."""
 
+from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.teachmover.device import Device as Device
 from firmware_protocol.teachmover.device import Ignored as Ignored
@@ -8,7 +9,6 @@ from firmware_protocol.teachmover.host import MAX_ROWS as MAX_ROWS
 from firmware_protocol.teachmover.host import Completed as Completed
 from firmware_protocol.teachmover.host import Event as Event
 from firmware_protocol.teachmover.host import Host as Host
-from firmware_protocol.teachmover.host import Stray as Stray
 from firmware_protocol.teachmover.messages import ATTENTION as ATTENTION
 from firmware_protocol.teachmover.messages import SPEED_MAX as SPEED_MAX
 from firmware_protocol.teachmover.messages import Arm as Arm

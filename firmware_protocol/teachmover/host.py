@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.events import Unreadable
+from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.lines import LineHost
 from firmware_protocol.teachmover.messages import (
     AFTER_DONE,
@@ -51,13 +51,6 @@ class Completed:
     status: Status
     registers: Registers | None = None
     rows: tuple[ProgramRow, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Stray:
-    """A readable but unexpected line, for example a late answer after `give_up`."""
-
-    line: bytes
 
 
 Event: TypeAlias = Completed | Stray | Unreadable
@@ -142,7 +135,7 @@ class Host(LineHost[Event]):
     def _interpret(self, line: bytes) -> Event | None:
         reply = decode_reply(line)
         if self._command is None:
-            return Stray(line)
+            return Stray(reply)
         form, wanted = FORMS[self._awaits]
         if not isinstance(reply, form):
             return Unreadable(line, f"{wanted} was awaited after {self._command.name}")

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import aligned
-from kinematics.frames.transforms import IN_PLACE, Transform, position_of
-from kinematics.textbook.study import ROW_NAMES, Study
+from kinematics.frames.transforms import Transform, position_of
+from kinematics.textbook.study import ROW_NAMES, Study, named_factors
 from kinematics.textbook.symbolic_systems import symbolic_example, symbolic_sections
 from kinematics.textbook.systems.named import NamedBranch, NamedSingularity
 from kinematics.textbook.worked_example import ExampleSection, joints_text, plain, violation_text
@@ -118,12 +118,9 @@ def _links(of: Study) -> Iterator[str]:
 
 
 def _matrices(of: Study) -> Iterator[str]:
-    if of.subject.chain.base != IN_PLACE:
-        yield from _matrix("base", of.subject.chain.base)
-    for number, matrix in enumerate(of.matrices, 1):
-        yield from _matrix(f"A{number}", matrix)
-    if of.subject.chain.tool != IN_PLACE:
-        yield from _matrix("tool", of.subject.chain.tool)
+    chain = of.subject.chain
+    for name, matrix in named_factors(chain.base, of.matrices, chain.tool):
+        yield from _matrix(name, matrix)
 
 
 def _matrix(name: str, matrix: Transform) -> Iterator[str]:

@@ -35,7 +35,7 @@ from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
-from kinematics.frames.transforms import Transform, rotation_of
+from kinematics.frames.transforms import IN_PLACE, Transform, rotation_of
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Jacobian
 from kinematics.textbook.systems import system
@@ -215,6 +215,14 @@ def subject_of_chain(
 ) -> Subject:
     """Return a chain as a subject: it has a Jacobian, but no closed form."""
     return Subject(name, title, source, chain, None, chain_rows(chain), axes)
+
+
+def named_factors(
+    base: Transform, matrices: Sequence[Transform], tool: Transform
+) -> list[tuple[str, Transform]]:
+    """Return the factors of the tool's frame by name: A1 to An, with base and tool if they move."""
+    ends = [("base", base), *((f"A{n}", one) for n, one in enumerate(matrices, 1)), ("tool", tool)]
+    return [(name, one) for name, one in ends if name.startswith("A") or one != IN_PLACE]
 
 
 FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")

@@ -14,7 +14,7 @@ from typing import Any
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import JointKind
-from kinematics.frames.transforms import IN_PLACE, Transform
+from kinematics.frames.transforms import Transform
 from kinematics.textbook.notation import (
     GREEK,
     PLAIN,
@@ -24,7 +24,7 @@ from kinematics.textbook.notation import (
     matrix_text,
     notation,
 )
-from kinematics.textbook.study import Subject
+from kinematics.textbook.study import Subject, named_factors
 from kinematics.textbook.symbols import coordinate, named
 from kinematics.textbook.systems.named import System
 from kinematics.textbook.worked_example import ExampleSection
@@ -147,25 +147,19 @@ def _symbolic_example(chain: Chain, branches: tuple[SymbolicBranch, ...]) -> Sym
 
 
 def _symbolic_matrices(example: SymbolicExample, latex: bool) -> Iterator[str]:
-    named = [(f"A{number}", one) for number, one in enumerate(example.matrices, 1)]
-    if example.base != IN_PLACE:
-        named.insert(0, ("base", example.base))
-    if example.tool != IN_PLACE:
-        named.append(("tool", example.tool))
-    for index, (name, matrix) in enumerate(named):
+    for index, (name, matrix) in enumerate(_factors(example)):
         if index:
             yield ""
         yield from _matrix(name, matrix, latex)
 
 
 def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
-    factors = [f"A{number}" for number in range(1, len(example.matrices) + 1)]
-    if example.base != IN_PLACE:
-        factors.insert(0, "base")
-    if example.tool != IN_PLACE:
-        factors.append("tool")
-    written = " ".join(map(notation(latex=latex).name, factors))
+    written = " ".join(notation(latex=latex).name(name) for name, _ in _factors(example))
     yield from _matrix("T", example.product, latex, f" = {written}")
+
+
+def _factors(example: SymbolicExample) -> list[tuple[str, Transform]]:
+    return named_factors(example.base, example.matrices, example.tool)
 
 
 def _matrix(name: str, matrix: Transform, latex: bool, made_of: str = "") -> list[str]:

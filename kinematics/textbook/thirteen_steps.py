@@ -8,9 +8,8 @@ rules (chapter 3, "affixing frames to links"). Lengths in mm, angles in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from kinematics.chains.assignment import (
     BASE_FRAME,
@@ -29,52 +28,8 @@ from kinematics.chains.tables import table_text
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.frames.vectors import Vector, angle_between, distance
+from kinematics.textbook.notes import assignment_rules
 from kinematics.textbook.worked_example import frame_text, number_text, plain
-
-RULES: Mapping[Convention, Mapping[int, str]] = MappingProxyType(
-    {
-        Convention.STANDARD: MappingProxyType(
-            {
-                1: "number the joints from 1 to {n}, from the base to the tool; link 0 is the base",
-                2: "frame 0 on the base: z0 along the axis of joint 1",
-                3: "z{k} along the axis of joint {next}",
-                4: "origin L{k}: where z{k} meets z{before}, or else where their common normal "
-                "meets z{k}",
-                5: "x{k} normal to z{before} and z{k}; if these are parallel, away from z{before}",
-                6: "y{k} = z{k} \N{MULTIPLICATION SIGN} x{k}, which makes the frame right-handed",
-                7: "the same for the next frame, up to frame {last}",
-                8: "frame {n} at the tool's tip: z{n} along its approach, y{n} along its sliding, "
-                "x{n} along its normal vector",
-                9: "point b{k}: where x{k} meets z{before}",
-                10: "theta{k}: from x{before} to x{k}, about z{before}",
-                11: "d{k}: from L{before} to b{k}, along z{before}",
-                12: "a{k}: from b{k} to L{k}, along x{k}",
-                13: "alpha{k}: from z{before} to z{k}, about x{k}",
-            }
-        ),
-        Convention.CRAIG: MappingProxyType(
-            {
-                1: "number the joints from 1 to {n}, from the base to the tool; link 0 is the base",
-                2: "frame 0 on the base: frame 1 as it is while joint 1 is at zero, so z0 lies "
-                "along the axis of joint 1",
-                3: "z{k} along the axis of joint {k}",
-                4: "origin L{k}: where z{k} meets z{next}, or else where their common normal "
-                "meets z{k}",
-                5: "x{k} along the common normal towards z{next}; normal to both where they meet",
-                6: "y{k} = z{k} \N{MULTIPLICATION SIGN} x{k}, which makes the frame right-handed",
-                7: "the same for the next frame, up to frame {last}",
-                8: "frame {n}: z{n} along the axis of joint {n}; origin and x{n} so that as many "
-                "parameters as possible are zero",
-                9: "point b{k}: where x{before} meets z{k}",
-                10: "theta{k}: from x{before} to x{k}, about z{k}",
-                11: "d{k}: from b{k} to L{k}, along z{k}",
-                12: "a{before}: from L{before} to b{k}, along x{before}",
-                13: "alpha{before}: from z{before} to z{k}, about x{before}",
-            }
-        ),
-    }
-)
-"""What each step does, for frame or link k; the second list has Craig's six rules in it."""
 
 NEARLY_PARALLEL_RAD = 1e-3
 """Axes that are nearer than this to parallel were probably meant to be: the step says so."""
@@ -149,6 +104,7 @@ class _Account:
     def __init__(self, found: Assignment) -> None:
         self._found = found
         self._craig = found.chain.convention is Convention.CRAIG
+        self._rules = assignment_rules(found.chain.convention)
         self._count = len(found.chain)
         self._frames: dict[int, FoundFrame] = {}
         self._points: list[Vector] = []
@@ -211,7 +167,7 @@ class _Account:
 
     def _step(self, number: int, k: int, *lines: str) -> AssignmentStep:
         names = {"k": k, "before": k - 1, "next": k + 1, "n": self._count, "last": self._count - 1}
-        rule = RULES[self._found.chain.convention][number].format(**names)
+        rule = self._rules[number - 1].format(**names)
         notes = [
             f"note: {choice.sentence}"
             for choice in self._found.choices

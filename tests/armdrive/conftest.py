@@ -12,7 +12,7 @@ from cli_calls import Caller
 from doctor_bench import lead
 from serial.tools import list_ports as pyserial
 
-from armdrive.setup import survey as timing
+from armdrive.cli.set_up import doctor
 from armdrive.status import SchedulingJitter
 from armdrive.transports import can_link, can_threads
 
@@ -53,7 +53,7 @@ def own(tmp_path):
 @pytest.fixture
 def _punctual(monkeypatch):
     """Have the doctor find the computer punctual at once, however busy it is with tests."""
-    monkeypatch.setattr(timing, "measured_jitter", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
+    monkeypatch.setattr(doctor, "measured_jitter", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
 
 
 @pytest.fixture

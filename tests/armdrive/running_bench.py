@@ -120,6 +120,23 @@ PICK_AND_PLACE = (
 BLOCK = TableBlock("A", 250.0, 60.0, 0.0, 30.0, 30.0)
 
 
+@contextmanager
+def at_each_start(arm, happens):
+    """Have something happen with each motion that the arm has begun: `happens(move, handle)`."""
+    start = arm.start
+
+    def starting(move, **how):
+        handle = start(move, **how)
+        happens(move, handle)
+        return handle
+
+    arm.start = starting
+    try:
+        yield
+    finally:
+        arm.start = start
+
+
 def table_arm(dialect="teachmover", *blocks):
     """Return a simulated arm in its reference posture, with blocks on its table."""
     config = simulated_config(dialect)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from armdrive.runtime.clock import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.sim.wire import TimeQueue
 from armdrive.transports.link import Link
@@ -123,8 +123,7 @@ class CampaignPace(SimulatedPace):
     """One program's time, which goes on where the last program's ended."""
 
     def __init__(self, start_s: float, agenda: Agenda) -> None:
-        super().__init__()
-        self._now_s = start_s
+        super().__init__(SimulatedClock(start_s))
         self._agenda = agenda
         self._driven: Engine | None = None
         self._turns = 0
@@ -151,7 +150,7 @@ class CampaignPace(SimulatedPace):
         if self._turns > MOST_TURNS:
             raise Hangs(f"the engine was called {MOST_TURNS} times at {now_s:.3f} s")
         assert self._driven is not None
-        now_s = max(self._now_s, now_s)
+        now_s = max(self.clock.now_s, now_s)
         if self._driven.broken is not None:
             self.meanwhile(now_s)
         return min(self._driven.advance(now_s), self._agenda.next_s)
@@ -183,7 +182,7 @@ class CampaignPace(SimulatedPace):
 
     def jump(self, by_s: float) -> None:
         """Let time pass while the program was suspended, as a thread in real time sees it."""
-        self._now_s += by_s
+        self.clock.now_s += by_s
         self._agenda.patience.postpone(by_s)
         if self._driven is not None:
             self._driven.suspended(by_s)

@@ -17,7 +17,7 @@ from .asking import DEVICE, HOST, Fault, ask, motor
 from .faults_can import ON_A_BUS
 from .stage import STATE, Stage, suspend
 from .turned import turned_by_hand
-from .unled import half_heard, half_told
+from .unled import cut_off, half_heard, half_told
 from .untold import fail_power, seen_by_s
 
 
@@ -84,6 +84,7 @@ def _mute(stage: Stage) -> str:
 
 
 def _unplug(stage: Stage) -> str:
+    cut_off(stage)
     stage.promise_silence("the cable was pulled")
     return ask(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
 
@@ -117,7 +118,7 @@ def _pendant(stage: Stage) -> str:
     stage.look()
     board = stage.twin.board
     if isinstance(board, HasPendant) and stage.draw.random() < 0.5:
-        board.pendant.press_named("STOP")
+        board.press_named("STOP")
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)
     steps[motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))

@@ -6,7 +6,7 @@ from armdrive.sim.device import DrivesOnBus
 
 from .asking import DEVICE, HOST, Fault, ask, motor
 from .stage import Stage
-from .unled import unled
+from .unled import cut_off, unled
 from .untold import seen_by_s
 
 NEAR_ZERO = 64
@@ -33,6 +33,7 @@ def _overtake(stage: Stage) -> str:
 
 
 def _bus_off(stage: Stage) -> str:
+    cut_off(stage)
     stage.promise_silence("the adapter left the bus")
     return ask(stage, f"bus-off --for {stage.draw.choice((0.1, 1.0, 5.0))}")
 

@@ -21,7 +21,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.clock import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 from armdrive.trace.files import parse_recording
@@ -144,8 +144,7 @@ def test_a_spoilt_state_file_is_refused_or_true(left, data):
     with contextlib.suppress(StateFileError):
         recorder.load()
     twin.link.reopen()
-    pace = SimulatedPace()
-    pace._now_s = twin.device.now_s
+    pace = SimulatedPace(SimulatedClock(twin.device.now_s))
     arm = Arm(assemble(config, twin.link, pace, simulated=True, recorder=FileRecorder(STATE, disk)))
     status = arm.status
     assert status.trust in (Trust.UNKNOWN, Trust.RESTORED)

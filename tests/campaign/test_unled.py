@@ -76,6 +76,17 @@ def test_a_program_that_dies_between_the_orders_of_drives_is_excused_for_as_long
     assert half_told(Stage("grbl", random.Random(1), 0)) is None
 
 
+@pytest.mark.parametrize("name", ["unplugged, replugged", "the adapter bus-off"])
+@pytest.mark.parametrize("overtaken", [True, False])
+def test_drives_that_are_cut_off_while_an_order_waits_to_be_overtaken_are_excused(name, overtaken):
+    stage = Stage("mks", random.Random(1), 0)
+    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    if overtaken:
+        stage.late_orders_until_s = stage.now_s + 0.5
+    next(fault for fault in FAULTS if fault.name == name).begin(stage)
+    assert (stage.watch.unled is not None) is overtaken
+
+
 def test_a_line_that_spoils_every_other_frame_excuses_what_several_drives_turn_together():
     noise = next(fault for fault in FAULTS if fault.name == "a noisy line")
     seen = {}

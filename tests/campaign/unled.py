@@ -71,6 +71,15 @@ def half_told(stage: Stage) -> Unled | None:
     return half_heard(stage, 0.0)
 
 
+def cut_off(stage: Stage) -> None:
+    """Excuse drives that are cut off while frames overtake each other.
+
+    An order that waits to be overtaken never comes then, and its drive ends at the one before.
+    """
+    if stage.now_s < stage.late_orders_until_s and (excuse := half_told(stage)) is not None:
+        stage.watch.unled = excuse
+
+
 def half_heard(stage: Stage, for_s: float) -> Unled | None:
     """Return the excuse of drives each of which may miss what it is told for so long.
 

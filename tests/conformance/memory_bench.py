@@ -14,7 +14,7 @@ from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.operator import Operator
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.clock import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.faults.request import parse_words
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.record import FileRecorder
@@ -24,14 +24,6 @@ from .fitted import fitted_config
 from .seen import Seen
 
 WAKES_S = 0.001
-
-
-class LaterPace(SimulatedPace):
-    """Simulated time that goes on where the last driver left it: the device has no other."""
-
-    def __init__(self, start_s: float) -> None:
-        super().__init__()
-        self._now_s = start_s
 
 
 class MemoryBench(Bench):
@@ -72,7 +64,7 @@ class MemoryBench(Bench):
             assemble(
                 self._config,
                 self.twin.link,
-                LaterPace(self._now_s),
+                SimulatedPace(SimulatedClock(self._now_s)),
                 simulated=True,
                 recorder=FileRecorder(self._record_file),
                 operator=self.twin.operator,

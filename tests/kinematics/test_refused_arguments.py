@@ -140,7 +140,6 @@ def of_system(name):
         f"{name}.solution": lambda values: one.solution(values, branch_of(one)),
         f"{name}.ik, the seed": lambda values: one.ik(goal, values or ()),
         f"{name}.ik_frame, the seed": lambda values: one.ik_frame(frame, values or ()),
-        f"{name}.miss": lambda values: one.miss(values, frame),
         f"{name}.by_matrices": lambda values: one.by_matrices(*(values if listed(values) else ())),
         f"{name}.by_vectors": lambda values: one.by_vectors(*(values if listed(values) else ())),
         f"{name}.by_trigonometry": lambda values: one.by_trigonometry(
@@ -199,7 +198,6 @@ def test_what_is_not_as_many_numbers_as_needed_is_refused(name):
         (lambda: PUMA.sized(d1="1"), "d_mm must be a finite number"),
         (lambda: PUMA.sized(1.0), "the lengths of puma are d1, a1"),
         (lambda: PUMA.solution((0.0,) * 6, []), "puma has no branch"),
-        (lambda: PUMA.miss((0.0,) * 6, None), "4 rows of 4 numbers are needed"),
         (lambda: system([]), "no system is named"),
         (lambda: preset({}), "no preset arm is named"),
         (lambda: Joints(None), "joint angles are a list of numbers, not None"),

@@ -358,7 +358,7 @@ WATCH_KEYS = (
 
 
 # The screens of the desk: function keys, palette and help are made from this table. Which class
-# shows which of them is the desk's to say: a `DeskScreen` (screens.py says what that needs).
+# shows which of them is the desk's to say: a `DeskScreen` (desk.py says what that needs).
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from typing import Any
 
 from armdrive.cli.learn.explain_axes import explain_axes
 from armdrive.cli.learn.models import (
+    branch_view,
     find_model,
     find_subject,
     find_system,
@@ -227,9 +228,7 @@ def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
 
 
 def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:
-    return {
-        "name": branch.name,
-        "joints": shown_joints(example.subject.chain, branch.joints),
+    return branch_view(example.subject.chain, branch) | {
         "workings": {
             one.symbol: math.degrees(one.value) if one.unit == "rad" else one.value
             for one in branch.workings
@@ -237,8 +236,6 @@ def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:
         "comes_to": _goal(example, example.comes_to(branch)),
         "free": list(branch.free),
         "degenerate": branch.degenerate,
-        "within_limits": branch.within_limits,
-        "violations": list(map(violation_text, branch.violations)),
     }
 
 

@@ -225,7 +225,7 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         "model": model.name,
         "structure": found.structure,
         **solution_view(chain, solution),
-        "branches": [_branch_view(chain, branch) for branch in branches],
+        "branches": [branch_view(chain, branch) for branch in branches],
     }
     lines = (
         f"{model.title}, {_count_text(goal, branches)}",
@@ -313,7 +313,8 @@ def _branch_row(chain: Chain, branch: NamedBranch) -> BranchRow:
     return BranchRow(branch.name, values, tuple(map(violation_text, branch.violations)))
 
 
-def _branch_view(chain: Chain, branch: NamedBranch) -> dict[str, Any]:
+def branch_view(chain: Chain, branch: NamedBranch) -> dict[str, Any]:
+    """Return a solution as plain data, in mm and degrees."""
     return {
         "name": branch.name,
         "joints": shown_joints(chain, branch.joints),

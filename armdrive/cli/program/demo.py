@@ -1,6 +1,6 @@
 """The simulated arm takes three blocks, measures each with its fingers, and stacks them.
 
-In a terminal that is drawn: the script runs in a thread, and the drawing follows it.
+In a terminal that is drawn: the script runs in a thread, while this one draws.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import argparse
 import os
 import shutil
 import sys
-import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target, default_arm
@@ -36,47 +36,25 @@ MOST_COLUMNS, MOST_ROWS = 110, 22
 CLEAR_LINE, CURSOR_OFF, CURSOR_ON = "\x1b[K", "\x1b[?25l", "\x1b[?25h"
 
 
-class _Performance(threading.Thread):
-    """The script in a thread of its own, and its latest message."""
-
-    def __init__(self, arm: Arm) -> None:
-        super().__init__(name="demo", daemon=True)
-        self.arm = arm
-        self.message = ""
-        self.carried: list[CarriedBlock] = []
-        self.error: Exception | None = None
-
-    def run(self) -> None:
-        """Perform, and keep what went wrong for the thread that draws."""
-        try:
-            self.carried = perform(self.arm, JOBS, self._note)
-        except Exception as error:
-            self.error = error
-
-    def _note(self, text: str) -> None:
-        self.message = text
-
-
 def draw(
     config: ArmConfig, twin: SimulatedArm, *, pace: float, braille: bool
 ) -> tuple[list[CarriedBlock], float]:
     """Perform at `pace` times real time, drawn; return what was carried, and the arm's time."""
     braille = braille and can_braille(sys.stdout.encoding, os.environ)
-    with Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
-        performance = _Performance(arm)
-        performance.start()
-        drawing, lines = PostureDrawing(config.model, braille=braille), 0
+    messages, lines = [""], 0
+    drawing = PostureDrawing(config.model, braille=braille)
+    # on Ctrl-C the arm is closed first, which ends the performance
+    with ThreadPoolExecutor(1) as pool, Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
+        performance = pool.submit(perform, arm, JOBS, messages.append)
         put("", control=CURSOR_OFF)
         try:
-            while performance.is_alive():
-                lines = _draw(arm, twin, performance.message, pace, drawing, lines)
-                performance.join(FRAME_S)
-            lines = _draw(arm, twin, performance.message, pace, drawing, lines)
+            while not performance.done():
+                lines = _draw(arm, twin, messages[-1], pace, drawing, lines)
+                wait((performance,), FRAME_S)
+            _draw(arm, twin, messages[-1], pace, drawing, lines)
         finally:
             put("", control=CURSOR_ON)
-        if performance.error is not None:
-            raise performance.error
-        return performance.carried, time_s(arm)
+        return performance.result(), time_s(arm)
 
 
 def _draw(

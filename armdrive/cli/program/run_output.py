@@ -194,7 +194,7 @@ class Display:
         self.tell(event, text)
         self._output.place(mark, self.lines, error)
         if resume and not self._output.as_json:
-            put_error(f"to go on from there: {resume}\n")
+            put_error(f"to continue from there: {resume}\n")
 
     def say(self, text: str) -> None:
         """Show what the program says."""
@@ -204,9 +204,8 @@ class Display:
     def waits(self, text: str, *, enter: bool = True) -> None:
         """Show that the program waits for a person, and how that person answers."""
         words = f"{text}: " * bool(text)
-        goes_on = "Enter goes on, and so does `armdrive resume`"
-        how = goes_on if enter else "`armdrive resume` lets it go on"
-        self.tell({"event": "hold", "text": text}, f"{words}{how}")
+        how = "press Enter or run `armdrive resume`" if enter else "run `armdrive resume`"
+        self.tell({"event": "hold", "text": text}, f"{words}{how} to continue")
 
     def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
         """Show something else: an event for programs, lines for people."""

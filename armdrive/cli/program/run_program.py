@@ -23,7 +23,7 @@ from armdrive.cli.program.run_common import (
 from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.program.run_report import check, rehearsal_plan
 from armdrive.programs.acts import Answer, RunStep
-from armdrive.programs.journal import Journal, taken_up
+from armdrive.programs.journal import Journal, resumed_plan
 from armdrive.programs.problems import mark_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.progress import duration, line_words
@@ -53,7 +53,7 @@ def _plan(source: ArmProgram, arm: Arm | None, options: argparse.Namespace) -> R
     plan = rehearsal_plan(options, source.machine)
     if options.resume:
         how, move = resume_command(options), move_command(options)
-        plan = taken_up(plan, source, options.program, arm, how=how, move=move)
+        plan = resumed_plan(plan, source, options.program, arm, how=how, move=move)
     return plan if options.loops is None else replace(plan, loops=options.loops)
 
 

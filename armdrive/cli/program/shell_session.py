@@ -1,4 +1,4 @@
-"""Takes the lines of a prompt: carries entries out on the arm, and does the shell's own words."""
+"""Takes the lines of a prompt: carries out entries on the arm, and the shell's own words."""
 
 from __future__ import annotations
 
@@ -85,12 +85,12 @@ WAYS_OUT: Mapping[State, str] = MappingProxyType(
         State.DISCONNECTED: "`reconnect` looks for the wire; `save` and `quit` need none",
     }
 )
-"""What is to be typed where the arm stands in a state that nothing moves in."""
+"""What to type in each state in which nothing moves."""
 
 REFERENCE = "`home` references the arm"
 
 _LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
-"""A word and what stands behind it; `list = 3` gives a name a value."""
+"""A word and the text after it; `list = 3` assigns a value instead."""
 
 
 class Left(Exception):
@@ -98,7 +98,7 @@ class Left(Exception):
 
 
 ShellAction: TypeAlias = Callable[["Shell", str], None]
-"""What does a word of the shell, with what stands behind it."""
+"""Carries out a word of the shell, given the text after it."""
 
 
 class Shell:
@@ -247,7 +247,7 @@ def _program_path(word: str, example: str) -> Path:
 
 
 def _new(shell: Shell, _: str) -> None:
-    shell.on_arm.begin_anew()
+    shell.on_arm.start_over()
     shell.tell({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
 
 

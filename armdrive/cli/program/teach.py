@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 import time
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
@@ -35,51 +35,35 @@ def record(options: argparse.Namespace) -> Result:
     recorder = StepRecorder(options.name, Choices(how, options.speed, options.waits, options.rest))
     what = f"recording {name} as {options.name}: a step wherever it comes to rest"
     tell(options, f"{what}; Ctrl-C ends it")
-    kept = _Kept(options, book, recorder)
+    keep = partial(_keep, options, book, recorder)
     try:
-        _follow(recorder, watch_holder(name, LOOK_EVERY_S), config.model.arm.joint_names, kept)
+        for view in watch_holder(name, LOOK_EVERY_S):
+            if "state" not in view:
+                raise ArmError(str(view.get("error", "the holder does not let itself be watched")))
+            if view["state"] == "disconnected":
+                break
+            keep(recorder.see(seen_in(view, config.model.arm.joint_names), time.monotonic()))
     except KeyboardInterrupt:  # how a recording ends
         pass
     finally:
-        kept.take(recorder.end(time.monotonic()))
+        keep(recorder.end(time.monotonic()))
     if not recorder.steps:
         raise Refused("nothing was recorded: the arm was never seen at rest")
     count = f"{len(recorder.steps)} steps over {len(recorder.points)} points"
     return Result(None, f"{options.name}: {count}, in {book.path}")
 
 
-def _follow(
-    recorder: StepRecorder, views: Iterator[Mapping[str, Any]], names: tuple[str, ...], kept: _Kept
+def _keep(
+    options: argparse.Namespace, book: Points, recorder: StepRecorder, made: tuple[Step, ...]
 ) -> None:
-    """Take up what is seen of an arm, until it is given back."""
-    for view in views:
-        if "state" not in view:
-            raise ArmError(str(view.get("error", "the holder does not let itself be watched")))
-        if view["state"] == "disconnected":
-            return
-        now_s = time.monotonic()
-        kept.take(recorder.see(seen_in(view, names), now_s))
-
-
-class _Kept:
-    """Prints steps as they come, and writes them down at once: no way to end loses any."""
-
-    def __init__(self, options: argparse.Namespace, book: Points, recorder: StepRecorder) -> None:
-        self._options, self._again = options, options.again
-        self._book = book
-        self._recorder = recorder
-
-    def take(self, made: tuple[Step, ...]) -> None:
-        """Take the steps that were made last."""
-        if not made:
-            return
-        recorder = self._recorder
-        sequences = {recorder.name: recorder.sequence}
-        self._book.put_all(recorder.points, sequences, again=self._again)
-        self._again = True  # what stands there from now on is this recording
-        for number, step in enumerate(made, len(recorder.steps) - len(made) + 1):
-            view = {"step": number, "text": str(step)}
-            show(Result(view, f"{number:>3}  {step}"), self._options)
+    """Write the latest steps down at once, so that no way to end loses any, and print them."""
+    first = len(recorder.steps) - len(made)
+    if made:
+        again = options.again or first > 0  # later steps replace those of this recording
+        book.put_all(recorder.points, {recorder.name: recorder.sequence}, again=again)
+    for number, step in enumerate(made, first + 1):
+        view = {"step": number, "text": str(step)}
+        show(Result(view, f"{number:>3}  {step}"), options)
 
 
 def _require_free(book: Points, options: argparse.Namespace) -> None:

@@ -18,6 +18,7 @@ from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, str
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import ScriptIO
+from armdrive.dialects.words import plain
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
@@ -176,7 +177,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 self._board.heard_speed(event.answer.rpm)
             if isinstance(event, Stray) and event.answer == TorqueReported(on=False):
                 self.io.notify(Alert(AlertKind.SWITCHED_OFF, LET_GO))
-            self.io.notify(ProtocolWarning(str(event)))
+            self.io.notify(ProtocolWarning(plain(event)))
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""

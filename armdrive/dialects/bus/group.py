@@ -64,7 +64,6 @@ class Signal(Enum):
 
     STOP = "a stop was requested, or a jog was released"
     OUTAGE = "no drive has replied for a while, or one has replied again after that"
-    ANSWERED = "every drive that owed a reply has sent an unrequested frame instead"
     TROUBLE = "a drive does not follow its orders, or does not reply"
     REJECTED = "a drive reports that it rejects an order"
     ALL_SENT = "the final targets have been sent"
@@ -98,7 +97,6 @@ TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(
         (Phase.MOVING, Signal.ALL_SENT): (Phase.ARRIVING, Act.NOTHING),
         (Phase.OUTAGE, Signal.STOP): (Phase.STOPPING, Act.STOP),
         (Phase.OUTAGE, Signal.TROUBLE): (Phase.STOPPING, Act.EXPLAIN),
-        (Phase.OUTAGE, Signal.ANSWERED): (Phase.MOVING, Act.NOTHING),
         (Phase.OUTAGE, Signal.LOCATED): (Phase.MOVING, Act.RESUME),
         (Phase.OUTAGE, Signal.ALL_SENT): (Phase.ARRIVING, Act.NOTHING),
         (Phase.ARRIVING, Signal.STOP): (Phase.STOPPING, Act.STOP),

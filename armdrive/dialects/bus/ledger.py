@@ -99,7 +99,7 @@ class Ledger:
         """Record a frame from the drive; one that `settles` is one of the replies it owes.
 
         A frame that was not `asked` for, such as the end of a motion, proves that the drive has
-        power, but not that it receives anything.
+        power, but not that it receives anything: what was sent to it stays unanswered.
         """
         self._owed -= settles
         silent = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
@@ -107,8 +107,8 @@ class Ledger:
             self.suspect(now_s + REPLY_GRACE_S)
         if self.pending and self._owed <= self._owed_before_suspicion:
             self._suspected_s = math.inf  # it has answered everything, so it had power throughout
-        self._missed, self.open_s = 0, math.inf
         if asked:
+            self._missed, self.open_s = 0, math.inf
             self.replied_s, self.unanswered_polls = now_s, 0
 
     def suspect(self, until_s: float) -> None:

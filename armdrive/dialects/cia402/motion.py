@@ -53,8 +53,10 @@ class CyclicTrip:
         """Whether the jog was released."""
         self._request = request
         self._ease_s = ease_s
+        self.stays = False
+        """Whether the arm is paused and stands on the path until the pause ends."""
         self._rate, self._full_s = 1.0, 0.0
-        self._held = self._stays = False
+        self._held = False
 
     @property
     def over(self) -> bool:
@@ -86,7 +88,7 @@ class CyclicTrip:
         self.eased = self.eased or self._request.let_go()
         held, self._held = self._held, self._request.held_back()
         slowed = not held and self._rate < 1.0
-        self._stays = self._held and (self._stays or wait or stand or slowed)
+        self.stays = self._held and (self.stays or wait or stand or slowed)
         if not (self.eased or self._held):
             dry = self.time_s > self.path.end_s > 0.0
             self.feed.fetch(lambda: self._has_room(period_s), self.time_s, dry=dry)
@@ -99,7 +101,7 @@ class CyclicTrip:
     def _next_rate(self, period_s: float, wait: bool) -> float:
         """Return the rate of path time; during a pause it falls towards the path's end."""
         change, left_s = period_s / self._full_s, self.path.end_s - self.time_s
-        if self.eased or wait or self._stays:
+        if self.eased or wait or self.stays:
             return max(self._rate - change, 0.0)
         if self._held and left_s > period_s:
             return max(min(self._rate, math.sqrt(2.0 * left_s / self._full_s)), MIN_RATE)
@@ -129,6 +131,8 @@ class CyclicMotion:
     hz: float = 0.0
     """The present speed of the busiest motor."""
     shown_s: float = -math.inf
+    short_s: dict[Cia402Drive, float] = field(default_factory=dict)
+    """Since when, in listened time, each drive stands short of its target in a pause."""
 
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Send targets along segments, until the end or until something stops the drives."""
@@ -136,7 +140,7 @@ class CyclicMotion:
         path = PlannedPath(Motors(drive.shaft.goal for drive in self.lead.io.group.drives))
         window_s = self.lead.io.settings.smoothing_ms / 1000.0
         trip = CyclicTrip(request, path, window_s, self._ease_s)
-        self.hz, self.shown_s = 0.0, self.lead.io.now_s
+        self.hz, self.shown_s, self.short_s = 0.0, self.lead.io.now_s, {}
         try:
             reply = yield from self.lead.carry_out(
                 Phase.MOVING,
@@ -186,7 +190,21 @@ class CyclicMotion:
         if self.lead.io.now_s >= self.shown_s + PROGRESS_S:
             self.shown_s = self.lead.io.now_s
             self.lead.io.progress()
-        return Signal.ALL_SENT if trip.over else None
+        return self._blocked_in_pause(trip) or (Signal.ALL_SENT if trip.over else None)
+
+    def _blocked_in_pause(self, trip: CyclicTrip) -> Signal | None:
+        """Return TROUBLE if a drive stands short of a target that a pause keeps.
+
+        Its shaft is blocked, and would spring to the target when it comes free. Elsewhere targets
+        go on, so that its error grows until the observer finds it.
+        """
+        listened_s = self.lead.io.listened.s
+        for drive in self.lead.io.group.drives:
+            if not (trip.stays and self.lead.stands_short(drive)):
+                self.short_s.pop(drive, None)
+            elif listened_s > self.short_s.setdefault(drive, listened_s) + SETTLE_S:
+                return self.lead.blame(astray_alert(drive))
+        return None
 
     def _ease_s(self) -> float:
         """Return how long slowing down from the present speed takes."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from armdrive.dialects.grbl.planner import SEGMENTS, SegmentBuffer, segments_of
 from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
+from armdrive.dialects.words import plain
 from armdrive.tasks import Alert, AlertKind, Event, ProtocolWarning, Registers
 from firmware_protocol.grbl import (
     AXIS_LETTERS,
@@ -19,7 +20,7 @@ from firmware_protocol.grbl import (
     Setting,
     State,
     StatusReported,
-    Unexpected,
+    Stray,
     Unreadable,
     Variant,
     Version,
@@ -173,9 +174,9 @@ class BoardState:
                 self.garbled += 1
                 if not self.contacted:
                     self._count_axes(data)
-                return ProtocolWarning(str(message))
-            case Unexpected():
-                return ProtocolWarning(str(message))
+                return ProtocolWarning(plain(message))
+            case Stray():
+                return ProtocolWarning(plain(message))
         return None
 
     def _count_axes(self, report: bytes) -> None:

@@ -343,8 +343,6 @@ class Outage:
             self._back_s, self._asked_s, observer.returned_s = now_s, math.inf, math.inf
         if run.blame(observer.silence()):
             return Signal.TROUBLE
-        if math.isinf(self._back_s):
-            return None if observer.silent_s(now_s) else Signal.ANSWERED
         if not self._all_read or observer.doubtful:
             return None
         if run.blame(found_off_path(run) or self._displaced()):

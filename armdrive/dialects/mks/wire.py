@@ -15,6 +15,7 @@ from armdrive.dialects.bus.observer import Bounds, ObservedDrive, Observer
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.words import plain
 from armdrive.tasks import ProtocolWarning, Registers, Reply, RequestRejected, Timeout
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
@@ -319,13 +320,15 @@ class MksWire(ScriptIO[Event]):
             case Failed(_, MoveAbsoluteAxis()):
                 pass  # for this order or the one it replaced: see `ledger.Rejections`
             case Stray(node, answer) if not isinstance(answer, Status):
-                self.notify(ProtocolWarning(f"drive {node} answered twice, or late: {answer}"))
+                self.notify(
+                    ProtocolWarning(f"drive {node} answered twice, or late: {plain(answer)}")
+                )
             case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
-                self.notify(ProtocolWarning(str(event)))
+                self.notify(ProtocolWarning(plain(event)))
             case UnreadableFrame() | Foreign() | Overrun() | Failed():
-                self.notify(ProtocolWarning(str(event)))
+                self.notify(ProtocolWarning(plain(event)))
             case LimitStop(node) if not self.drive(node).moving:
-                self.notify(ProtocolWarning(str(event)))
+                self.notify(ProtocolWarning(plain(event)))
             case _:
                 pass  # ends of motions and late replies: the position says more
 

@@ -19,6 +19,7 @@ from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion, RobkoStart, RobkoWatch
 from armdrive.dialects.robko01.settings import SLACK_S, TOLD_BY_S, Pacing, RobkoSettings
 from armdrive.dialects.speed_table import PaceMeter
+from armdrive.dialects.words import plain
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
@@ -115,7 +116,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         if isinstance(event, Answered):
             self._exchange.heed(event)
         elif not (isinstance(event, Stray) and isinstance(event.answer, Pong)):
-            self.io.notify(ProtocolWarning(str(event)))
+            self.io.notify(ProtocolWarning(plain(event)))
 
     def give_up(self) -> None:
         """Give up on the unanswered request."""

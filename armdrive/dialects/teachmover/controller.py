@@ -12,6 +12,7 @@ from armdrive.abilities import Abilities
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
+from armdrive.dialects.words import plain
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
@@ -264,7 +265,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
 
     def unsolicited(self, message: HostEvent) -> None:
         """Report a line that answers no request."""
-        self.io.notify(ProtocolWarning(str(message)))
+        self.io.notify(ProtocolWarning(plain(message)))
 
     def give_up(self) -> None:
         """Give up on the unanswered command."""

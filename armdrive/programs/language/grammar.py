@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import replace
 from functools import cache
 from itertools import chain
@@ -461,7 +462,7 @@ _NESTING = frozenset({
 _OPENING = ("IF", "WHILE", "REPEAT", "DEFINE")
 """The terminals that begin a block."""
 
-_HEAD = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
+_HEAD = re.compile(rf"\s*({'|'.join(_OPENING)})(?!\w)", re.IGNORECASE)
 
 
 class LineMistake(Exception):
@@ -528,13 +529,13 @@ class ProgramReader:
 
     def take(self, line: str, number: int = 1, end: str = "BREAK") -> object:
         """Take the next line; `end` is the terminal after it. Raises `LineMistake`."""
-        before, operators, first = len(self.open_blocks), 0, True
-        depth = len(self._state.state_stack)
+        before, operators, base = len(self.open_blocks), 0, 0
         try:
             for token in self._tokens(line, number, end):
+                if not base:
+                    self._require_fits(token)
                 found = self._feed(token)
-                if first:  # the first token has completed the line before
-                    depth, first = len(self._state.state_stack) - 1, False
+                base = base or len(self._state.state_stack) - 1
                 operators += token.type in _NESTING
                 if operators > MOST_OPERATORS:
                     raise self._mistake(number, 1, "this is nested too deeply: name its parts")
@@ -543,11 +544,10 @@ class ProgramReader:
         except UnexpectedInput as error:
             accepted = self._parser.accepts()  # type: ignore[no-untyped-call] # lark's
             column, text = mistake(error, line, accepted, statement=end == "BREAK")
-            if not first:
-                self._back_to(depth)
+            self._back_to(base)
             raise self._mistake(number, column, text) from None
         except LineMistake:
-            self._back_to(depth)
+            self._back_to(base)
             raise
         return found
 
@@ -587,10 +587,22 @@ class ProgramReader:
             shared.maker.file = self._file
             return self._parser.feed_token(token)
 
-    def _back_to(self, depth: int) -> None:
-        """Forget what was read of a line: no line is reduced before the next one begins."""
-        del self._state.state_stack[depth:]
-        del self._state.value_stack[depth - 1 :]
+    def _require_fits(self, token: Token) -> None:
+        """Raise lark's `UnexpectedToken` if a line cannot begin with a token.
+
+        The parser is tried without making anything: the first token of a line completes what comes
+        before it, which cannot be undone.
+        """
+        trial = self._state.copy(deepcopy_values=False)
+        trial.parse_conf = copy(trial.parse_conf)
+        trial.parse_conf.callbacks = {}
+        trial.feed_token(token, is_end=token.type == "$END")
+
+    def _back_to(self, base: int) -> None:
+        """Forget what was read of a line, which stands on the stack from `base` on."""
+        if base:
+            del self._state.state_stack[base:]
+            del self._state.value_stack[base - 1 :]
 
     def _mark(self, line: int | None, column: int | None) -> SourceMark:
         return SourceMark(line or 1, column or 1, self._file)

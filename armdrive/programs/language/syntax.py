@@ -356,8 +356,6 @@ def names_of(tree: Tree, known: frozenset[str] = frozenset()) -> ProgramNames:
             subprograms.setdefault(define.name.lower(), define)
         own = own_names(define)
         for line in every((statement,) if define is None else define.body):
-            if isinstance(line, Define):
-                continue
             lines.append((define, line))
             names = {value.name.lower() for value, _ in set_by(line)} - own
             by_shift = isinstance(line, Do) and line.word == "shift"

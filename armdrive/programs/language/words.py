@@ -234,7 +234,7 @@ TEACH = (
 )
 """The steps of a taught sequence, which only `armdrive teach` and the desk know."""
 
-SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
+SHAPES = (*(form.name for form in FORMS if form.name.isalpha()), "else")
 """The first words of the lines that shape a program."""
 
 

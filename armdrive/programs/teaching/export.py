@@ -193,7 +193,17 @@ class _Maker:
             self._go(self._points[step.point])
         else:
             self._opening_mm = self._opening(step)
-        self._add(step.speed)
+        if self._point is None:
+            raise Refused("a row is a posture of the whole arm: begin with a step to a point")
+        if self._opening_mm is None:
+            raise Refused("the opening of the fingers there is unknown: teach it again")
+        transmission = self._config.model.transmission
+        if transmission is None:
+            raise Refused("the arm file gives no motors")
+        there = transmission.to_motors(self._point.joints, self._opening_mm)
+        registers = tuple(at - zero for at, zero in zip(there, self._origin, strict=True))
+        number = len(self.rows) + 1
+        self.rows.append(self._pendant.row(self._config, number, step.speed, registers))
 
     def _go(self, point: Point) -> None:
         if self._opening_mm is None:
@@ -214,19 +224,3 @@ class _Maker:
         if width_mm is None or not closed_mm <= width_mm <= open_mm:
             raise Refused(f"the fingers open from {closed_mm:g} to {open_mm:g} mm")
         return width_mm
-
-    def _add(self, speed: float) -> None:
-        if self._point is None:
-            raise Refused("a row is a posture of the whole arm: begin with a step to a point")
-        if self._opening_mm is None:
-            raise Refused("the opening of the fingers there is unknown: teach it again")
-        positions = self._registers(self._point.joints, self._opening_mm)
-        number = len(self.rows) + 1
-        self.rows.append(self._pendant.row(self._config, number, speed, positions))
-
-    def _registers(self, joints: Joints, opening_mm: float) -> tuple[int, ...]:
-        transmission = self._config.model.transmission
-        if transmission is None:
-            raise Refused("the arm file gives no motors")
-        there = transmission.to_motors(joints, opening_mm)
-        return tuple(at - zero for at, zero in zip(there, self._origin, strict=True))

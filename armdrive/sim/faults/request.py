@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, SimDevice
@@ -121,34 +122,12 @@ class FaultBench:
     cable: Cable
 
 
-def _always() -> bool:
-    return True
+Fault: TypeAlias = Generator[Callable[[], bool] | None, None, None]
+"""A fault: it checks its words and yields, begins when it is resumed, and yields again if it lasts.
 
-
-@dataclass(frozen=True, slots=True)
-class Running:
-    """A fault in progress: how to end it, and whether it still has an effect."""
-
-    end: Callable[[], object]
-    alive: Callable[[], bool] = _always
-
-
-Begin = Callable[[], Running | None]
-"""Begins a fault; returns None if it is over at once."""
-Prepare = Callable[[FaultBench, FaultRequest], Begin]
-"""Checks the words of a request, and returns the function that begins the fault."""
-
-
-def lasting(
-    begin: Callable[[], object], end: Callable[[], object], alive: Callable[[], bool] = _always
-) -> Begin:
-    """Return a function that begins a fault which lasts until it is ended."""
-
-    def started() -> Running:
-        begin()
-        return Running(end, alive)
-
-    return started
+Resuming it once more ends it. The second yield may give a function that tells whether the fault
+still has an effect; None means until it is ended.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +141,7 @@ class FaultKind:
     name: str
     arguments: str
     summary: str
-    prepare: Prepare
+    run: Callable[[FaultBench, FaultRequest], Fault]
     needs: type | None = None
     lasts_s: float | None = None
     replaces: bool = False

@@ -1,6 +1,7 @@
 """The faults of simulated arms: what each does, their table, and those in progress.
 
-First come the faults of the controller and the arm: power, resets, motors, limit switches.
+Each fault is a generator (`Fault`): what precedes its first `yield` checks the words of a request,
+and what follows the second one ends the fault. First come the faults of the controller and the arm.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
@@ -27,15 +28,12 @@ from armdrive.sim.device import (
     lacks,
 )
 from armdrive.sim.faults.request import (
-    Begin,
     Cable,
+    Fault,
     FaultBench,
     FaultKind,
     FaultRequest,
-    Prepare,
-    Running,
     check_count,
-    lasting,
 )
 from armdrive.sim.wire import (
     Amount,
@@ -58,38 +56,45 @@ from armdrive.transports.in_process import MemoryLink
 from kinematics.errors import did_you_mean
 
 BROWN_OUT_S = 0.5
+RunFault: TypeAlias = Callable[[FaultBench, FaultRequest], Fault]
 
 
-def brown_out(bench: FaultBench, _: FaultRequest) -> Begin:
+def brown_out(bench: FaultBench, _: FaultRequest) -> Fault:
     """Cut the power for a while."""
-    return lasting(lambda: bench.device.set_power(False), lambda: bench.device.set_power(True))
+    yield None
+    bench.device.set_power(False)
+    yield None
+    bench.device.set_power(True)
 
 
-def reset(bench: FaultBench, _: FaultRequest) -> Begin:
+def reset(bench: FaultBench, _: FaultRequest) -> Fault:
     """Reset the board with its power on."""
     board = bench.device.board
     if not isinstance(board, Resettable):
         raise lacks(board, "reset apart from its power")
-    return board.reset
+    yield None
+    board.reset()
 
 
-def lose_steps(bench: FaultBench, request: FaultRequest) -> Begin:
+def lose_steps(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a motor lose steps."""
     motor, count = motor_of(bench, request.words[0]), whole(request.words[1])
     if count < 1:
         raise BadRequest(f"1 step or more can be lost, not {count}")
-    return lambda: bench.device.world.lose(motor, count)
+    yield None
+    bench.device.world.lose(motor, count)
 
 
-def stall(bench: FaultBench, request: FaultRequest) -> Begin:
+def stall(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a motor stop following."""
     motor, stalled = motor_of(bench, request.words[0]), bench.device.world.stalled
-    return lasting(
-        lambda: stalled.add(motor), lambda: stalled.discard(motor), lambda: motor in stalled
-    )
+    yield None
+    stalled.add(motor)
+    yield lambda: motor in stalled
+    stalled.discard(motor)
 
 
-def switch(bench: FaultBench, request: FaultRequest) -> Begin:
+def switch(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a limit switch stick, or free it."""
     board = bench.device.board
     if not isinstance(board, HasSwitches):
@@ -99,12 +104,11 @@ def switch(bench: FaultBench, request: FaultRequest) -> Begin:
     if state not in states:
         raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
 
-    if states[state] is SwitchState.FREE:
-        return lambda: board.set_switch(axis, SwitchState.FREE)
-    return lasting(
-        lambda: board.set_switch(axis, states[state]),
-        lambda: board.set_switch(axis, SwitchState.FREE),
-    )
+    yield None
+    board.set_switch(axis, states[state])
+    if states[state] is not SwitchState.FREE:
+        yield None
+        board.set_switch(axis, SwitchState.FREE)
 
 
 def motor_of(bench: FaultBench, word: str) -> int:
@@ -123,40 +127,41 @@ NOISE_BYTES = 8
 NOISE_MOST = 4096
 
 
-def on_wire(effect: Callable[[FaultRequest], Effect], first: int = 0, default: str = "") -> Prepare:
-    """Return a row's `prepare` that applies an effect to the directions concerned."""
+def on_wire(
+    effect: Callable[[FaultRequest], Effect], first: int = 0, default: str = ""
+) -> RunFault:
+    """Return the fault that applies an effect to the directions concerned.
+
+    The amount is the word after the `first` ones, or the default.
+    """
     return ruling(lambda request, amount: Rule(effect(request), amount), first, default)
 
 
 def ruling(
     make: Callable[[FaultRequest, Amount], Rule], first: int = 0, default: str = ""
-) -> Prepare:
-    """Return a row's `prepare` that applies a rule to the directions concerned."""
+) -> RunFault:
+    """Return the fault that applies a rule to the directions concerned, until it is used up."""
 
-    def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
+    def run(bench: FaultBench, request: FaultRequest) -> Fault:
         words = request.words[first:] or ((default,) if default else ())
-        rules = [
-            (lane, make(request, _amount(words[0] if words else "", request, lane_number)))
-            for lane_number, lane in enumerate(_lanes(bench, request.side))
-        ]
+        yield from _in_force(
+            [
+                (lane, make(request, _amount(words[0] if words else "", request, lane_number)))
+                for lane_number, lane in enumerate(_lanes(bench, request.side))
+            ]
+        )
 
-        return _in_force(rules)
-
-    return prepare
+    return run
 
 
-def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Begin:
-    """Return a function that adds rules to their directions until they are used up or removed."""
-
-    def put() -> None:
-        for lane, rule in rules:
-            lane.rules.append(rule)
-
-    def withdraw() -> None:
-        for lane, rule in rules:
-            lane.rules = [one for one in lane.rules if one is not rule]
-
-    return lasting(put, withdraw, lambda: any(rule in lane.rules for lane, rule in rules))
+def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Fault:
+    """Keep rules in force until they are used up, or the fault is ended."""
+    yield None
+    for lane, rule in rules:
+        lane.rules.append(rule)
+    yield lambda: any(rule in lane.rules for lane, rule in rules)
+    for lane, rule in rules:
+        lane.rules = [one for one in lane.rules if one is not rule]
 
 
 def _lanes(bench: FaultBench, side: str) -> list[WireDirection]:
@@ -191,35 +196,40 @@ def delaying(request: FaultRequest) -> Effect:
     return late(seconds)
 
 
-def mute(bench: FaultBench, _: FaultRequest) -> Begin:
+def mute(bench: FaultBench, _: FaultRequest) -> Fault:
     """Make the device send nothing."""
-    return _silencing(bench, "device")
+    return _silence(bench, "device")
 
 
-def _silencing(bench: FaultBench, side: str) -> Begin:
-    """Return a function that blocks everything sent by one side, or by both."""
+def _silence(bench: FaultBench, side: str) -> Fault:
+    """Block everything sent by one side, or by both."""
     every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
     return _in_force([(lane, Rule(lost, every)) for lane in _lanes(bench, side)])
 
 
-def garbage(bench: FaultBench, request: FaultRequest) -> Begin:
+def garbage(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make noise come from the device's end of the wire."""
     count = whole(request.words[0]) if request.words else NOISE_BYTES
     if not 1 <= count <= NOISE_MOST:
         raise BadRequest(f"noise has 1 to {NOISE_MOST} bytes, not {count}")
     noise = draw(request).randbytes(count)
-    return lambda: bench.line.say(noise, bench.device.now_s)
+    yield None
+    bench.line.say(noise, bench.device.now_s)
 
 
-def unplug(bench: FaultBench, _: FaultRequest) -> Begin:
+def unplug(bench: FaultBench, _: FaultRequest) -> Fault:
     """Pull the cable."""
-    return lasting(bench.cable.unplug, bench.cable.replug)
+    yield None
+    bench.cable.unplug()
+    yield None
+    bench.cable.replug()
 
 
-def replug(bench: FaultBench, request: FaultRequest) -> Begin:
+def replug(bench: FaultBench, request: FaultRequest) -> Fault:
     """Plug the cable in again, possibly under another name."""
     words = [word for word in request.words if word != "as"]
-    return lambda: bench.cable.replug(words[0] if words else None)
+    yield None
+    bench.cable.replug(words[0] if words else None)
 
 
 # --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
@@ -235,87 +245,83 @@ def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
     return frame * (2 if amount.strikes(len(frame)) else 1), 0.0
 
 
-def bus_off(bench: FaultBench, _: FaultRequest) -> Begin:
+def bus_off(bench: FaultBench, _: FaultRequest) -> Fault:
     """Make the host's adapter go bus-off."""
     _drives(bench)
     line: Any = bench.line
+    yield None
+    if not hasattr(line, "leave_bus"):
+        raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
+    line.leave_bus()
+    yield lambda: bool(line.controller.bus_off)
+    line.leave_bus(off=False)
 
-    def leave() -> None:
-        if not hasattr(line, "leave_bus"):
-            raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
-        line.leave_bus()
 
-    return lasting(leave, lambda: line.leave_bus(off=False), lambda: line.controller.bus_off)
-
-
-def alone(bench: FaultBench, _: FaultRequest) -> Begin:
+def alone(bench: FaultBench, _: FaultRequest) -> Fault:
     """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
     _drives(bench)
     adapter = getattr(bench.line, "adapter", None)
-    silence = _silencing(bench, "both")
-
-    def set_alone(on: bool) -> None:
-        if adapter is not None:
-            adapter.faults.alone = on
-
-    def begin() -> Running | None:
-        set_alone(True)
-        silent = silence()
-
-        def end() -> None:
-            set_alone(False)
-            if silent is not None:
-                silent.end()
-
-        return Running(end)
-
-    return begin
+    silence = _silence(bench, "both")
+    yield next(silence)
+    if adapter is not None:
+        adapter.faults.alone = True
+    next(silence)
+    yield None
+    if adapter is not None:
+        adapter.faults.alone = False
+    next(silence, None)
 
 
-def _on_drive(switch: Callable[[DriveControls, int, bool], object]) -> Prepare:
-    """Return a row's `prepare` that affects a drive, and undoes the effect at the end."""
+def _on_drive(switch: Callable[[DriveControls, int, bool], object]) -> RunFault:
+    """Return the fault that affects a drive, and undoes the effect at the end."""
 
-    def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
+    def run(bench: FaultBench, request: FaultRequest) -> Fault:
         drives, at = _drives(bench), motor_of(bench, request.words[0])
-        return lasting(lambda: switch(drives, at, True), lambda: switch(drives, at, False))
+        yield None
+        switch(drives, at, True)
+        yield None
+        switch(drives, at, False)
 
-    return prepare
+    return run
 
 
-def _changing(change: Callable[[DriveControls, int, int], int]) -> Prepare:
-    """Return a row's `prepare` that changes a number of a drive, and restores it at the end."""
+def _changing(change: Callable[[DriveControls, int, int], int]) -> RunFault:
+    """Return the fault that changes a number of a drive, and restores it at the end."""
 
-    def prepare(bench: FaultBench, request: FaultRequest) -> Begin:
+    def run(bench: FaultBench, request: FaultRequest) -> Fault:
         drives, at = _drives(bench), motor_of(bench, request.words[0])
         value = whole(request.words[1])
+        yield None
+        before = change(drives, at, value)
+        yield None
+        change(drives, at, before)
 
-        def begin() -> Running:
-            before = change(drives, at, value)
-            return Running(lambda: change(drives, at, before))
-
-        return begin
-
-    return prepare
+    return run
 
 
-def reset_drive(bench: FaultBench, request: FaultRequest) -> Begin:
+def reset_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Restart a drive's firmware."""
     drives, at = _drives(bench), motor_of(bench, request.words[0])
-    return lambda: drives.reset(at)
+    yield None
+    drives.reset(at)
 
 
-def ailing_drive(bench: FaultBench, request: FaultRequest) -> Begin:
+def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Give a drive a fault of its own for a while; afterwards it must be reset."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
-    return lasting(lambda: drives.ail(at, code), lambda: drives.mend(at, code))
+    yield None
+    drives.ail(at, code)
+    yield None
+    drives.mend(at, code)
 
 
-def warning_drive(bench: FaultBench, request: FaultRequest) -> Begin:
+def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a drive send an EMCY message and carry on."""
     drives, at = _emergencies(bench), motor_of(bench, request.words[0])
     code = _code(request.words[1])
-    return lambda: drives.warn(at, code)
+    yield None
+    drives.warn(at, code)
 
 
 def _emergencies(bench: FaultBench) -> DriveErrors:
@@ -466,7 +472,12 @@ def fault_kind(name: str) -> FaultKind:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Active:
     request: FaultRequest
-    running: Running
+    fault: Fault
+    alive: Callable[[], bool]
+
+
+def _always() -> bool:
+    return True
 
 
 def link_cable(link: MemoryLink[PacedDevice]) -> Cable:
@@ -487,7 +498,7 @@ class Faults:
     @property
     def active(self) -> tuple[str, ...]:
         """The faults in effect, as they were requested."""
-        return tuple(each.request.text for each in self._active if each.running.alive())
+        return tuple(each.request.text for each in self._active if each.alive())
 
     def add(
         self,
@@ -507,7 +518,7 @@ class Faults:
 
     def ask(self, request: FaultRequest) -> None:
         """Add a fault parsed from words. Raises `BadRequest` at once if it is invalid."""
-        begin, kind = self.checked(request), fault_kind(request.name)
+        fault, kind = self.checked(request), fault_kind(request.name)
         lasts_s = kind.lasts_s if request.for_s is None else request.for_s
 
         def start() -> None:
@@ -515,11 +526,12 @@ class Faults:
             for each in [*self._active] if kind.replaces else ():
                 if (each.request.name, each.request.words[:1]) == what:
                     self._end(each)
-            running = begin()
-            if running is None:
+            try:
+                alive = next(fault)
+            except StopIteration:  # over at once
                 return
-            active = _Active(request, running)
-            self._active = [*(each for each in self._active if each.running.alive()), active]
+            active = _Active(request, fault, alive or _always)
+            self._active = [*(each for each in self._active if each.alive()), active]
             if lasts_s is not None:
                 device = self._bench.device
                 device.at(device.now_s + lasts_s, lambda: self._later(lambda: self._end(active)))
@@ -530,14 +542,13 @@ class Faults:
         else:
             start()
 
-    def checked(self, request: FaultRequest) -> Begin:
-        """Return the function that would begin a fault, or raise `BadRequest`.
-
-        Nothing happens yet.
-        """
+    def checked(self, request: FaultRequest) -> Fault:
+        """Return a fault that is ready to begin, or raise `BadRequest`. Nothing happens yet."""
         kind = fault_kind(request.name)
         check_count(kind.usage, request.words)
-        return kind.prepare(self._bench, request)
+        fault = kind.run(self._bench, request)
+        next(fault)
+        return fault
 
     def end(self, name: str | None = None) -> tuple[str, ...]:
         """End all faults, or those of a name; return those that were in effect."""
@@ -556,8 +567,8 @@ class Faults:
     def _end(self, active: _Active) -> None:
         if active in self._active:
             self._active.remove(active)
-            if active.running.alive():
-                active.running.end()
+            if active.alive():
+                next(active.fault, None)
 
 
 def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:

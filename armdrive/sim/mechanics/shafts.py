@@ -30,9 +30,7 @@ class ShaftPoint:
     """The set-point stands, or follows a profile that starts from its previous state."""
 
     def __init__(self, at: int) -> None:
-        self._profile = standing(at)
-        self._end_s = -math.inf
-        self._demand: ProfilePiece | None = None
+        self.hold(at)
 
     @property
     def end_s(self) -> float:
@@ -42,7 +40,7 @@ class ShaftPoint:
     @property
     def end(self) -> int:
         """Where the set-point comes to a stand; meaningless if it runs without an end."""
-        return nearest(self._profile.end)
+        return self._end
 
     def moving(self, now_s: float) -> bool:
         """Return whether the set-point is moving."""
@@ -50,8 +48,9 @@ class ShaftPoint:
 
     def at(self, now_s: float) -> int:
         """Return the position in whole counts."""
-        profile = self._profile
-        return nearest(profile.end if now_s >= profile.end_s else profile.at(now_s))
+        if now_s >= self._profile.end_s:  # most shafts stand most of the time
+            return self._end
+        return nearest(self._profile.at(now_s))
 
     def rate(self, now_s: float) -> float:
         """Return the speed, in counts per second."""
@@ -71,7 +70,8 @@ class ShaftPoint:
 
     def hold(self, at: int) -> None:
         """Stand at a count."""
-        self._profile, self._end_s, self._demand = standing(at), -math.inf, None
+        self._demand: ProfilePiece | None = None
+        self._profile, self._end, self._end_s = standing(at), at, -math.inf
 
     def go_to(
         self, goal: int, rate: float, slope: float, now_s: float, *, braking: float | None = None
@@ -160,7 +160,9 @@ class ShaftPoint:
         return self._profile.at(now_s), self._profile.speed_at(now_s)
 
     def _begin(self, profile: AxisProfile, now_s: float) -> None:
-        self._profile, self._end_s, self._demand = profile, max(profile.end_s, now_s), None
+        self._demand = None
+        self._profile, self._end = profile, nearest(profile.end)
+        self._end_s = max(profile.end_s, now_s)
 
 
 def dead(position: float, goal: float, rate: float, now_s: float) -> AxisProfile:

@@ -73,7 +73,7 @@ def _key(console: Console, words: list[str]) -> ConsoleAnswer:
     board = console.device.board
     if not isinstance(board, HasPendant):
         raise lacks(board, "pendant")
-    board.pendant.press_named(words[0])
+    board.press_named(words[0])
     return ConsoleAnswer(f"pressed {words[0].upper()}")
 
 
@@ -81,7 +81,7 @@ def _return(console: Console, _: list[str]) -> ConsoleAnswer:
     board = console.device.board
     if not isinstance(board, HasPendant):
         raise lacks(board, "pendant that takes control")
-    if board.pendant.return_control():
+    if board.return_control():
         return ConsoleAnswer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
 

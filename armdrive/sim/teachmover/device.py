@@ -5,7 +5,7 @@ arrive while a command is unanswered are lost, the program memory does not survi
 and after power-on the motors have no current until the first motion.
 
 Only one command is unanswered at a time. The end of a motion answers it (`motion_ended`), the
-pendant may answer it (`Pendant.press`, `Pendant.return_control`), and everything else is answered
+pendant may answer it (`press`, `return_control`), and everything else is answered
 at once.
 """
 
@@ -135,37 +135,6 @@ def _row(words: object) -> ProgramRow:
         raise StateFileError(f"a saved program row cannot be read: {error}; {MEND}") from None
 
 
-class Pendant:
-    """The teach pendant of a board: the key pressed last, and what the keys do."""
-
-    def __init__(self, board: TeachMoverBoard) -> None:
-        self._board = board
-
-    def press_named(self, name: str) -> None:
-        """Press a key by its name, in any case. Raises `BadRequest`."""
-        names = [key.name for key in Key if key is not Key.NONE]
-        if name.upper() not in Key.__members__:
-            raise BadRequest(f"the pendant has no key {name!r}; it has {', '.join(names)}")
-        self.press(Key[name.upper()])
-
-    def press(self, key: Key) -> None:
-        """Press a key. STOP ends a motion, a program and the pendant's control."""
-        board = self._board
-        if board.shared.powered:
-            board.key = key
-            if key is Key.STOP and board.busy:
-                board.drive.stop(board.now_s)
-                board.memory.stop()
-                board.finish(Status.STOPPED)
-
-    def return_control(self) -> bool:
-        """Answer the host's @SET. Returns False if the host has control already."""
-        waits = isinstance(self._board.unanswered, Set)
-        if waits:
-            self._board.finish(Status.DONE)
-        return waits
-
-
 class TeachMoverBoard(Board):
     """The controller box with its pendant, and the arm.
 
@@ -191,7 +160,6 @@ class TeachMoverBoard(Board):
         super().__init__(world, CoordinatedDrive(world), baud)
         self.settings = settings or TwinSettings()
         self.motor_speed = MotorSpeed(self.settings.speed_error)
-        self.pendant = Pendant(self)
         self.forget()
 
     def forget(self) -> None:
@@ -240,6 +208,29 @@ class TeachMoverBoard(Board):
         if not 0 <= bit < self.input_bits or bit == grip:
             raise BadRequest(f"input bits are 0 to 7 without {grip}, the grip switch; not {bit}")
         super().set_input(bit, on)
+
+    def press_named(self, name: str) -> None:
+        """Press a key of the pendant by its name, in any case. Raises `BadRequest`."""
+        names = [key.name for key in Key if key is not Key.NONE]
+        if name.upper() not in Key.__members__:
+            raise BadRequest(f"the pendant has no key {name!r}; it has {', '.join(names)}")
+        self.press(Key[name.upper()])
+
+    def press(self, key: Key) -> None:
+        """Press a key of the pendant. STOP ends a motion, a program and the pendant's control."""
+        if self.shared.powered:
+            self.key = key
+            if key is Key.STOP and self.busy:
+                self.drive.stop(self.now_s)
+                self.memory.stop()
+                self.finish(Status.STOPPED)
+
+    def return_control(self) -> bool:
+        """Answer the host's @SET. Returns False if the host has control already."""
+        waits = isinstance(self.unanswered, Set)
+        if waits:
+            self.finish(Status.DONE)
+        return waits
 
     # How the controller handles commands.
 

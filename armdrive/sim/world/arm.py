@@ -59,6 +59,8 @@ class World:
         self._motors = found if motors is None else Motors(motors)
         self._stops = self.body.stops
         self._sample_steps = self.body.sample_steps
+        self._has_gripper = self.body.transmission.has_gripper
+        self._most_squeeze_mm = self.body.squeeze_mm(self.body.most_force_n)
         self._blocked: set[str] = set()
         self._observe()
         self.scene = GripScene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
@@ -98,7 +100,7 @@ class World:
     @property
     def grip_force_n(self) -> float:
         """The force with which the fingers press on a block or on each other."""
-        if not self.body.transmission.has_gripper:
+        if not self._has_gripper:
             return 0.0
         return self.body.force_n(self.scene.contact_mm - self._pull_mm)
 
@@ -121,7 +123,7 @@ class World:
 
     def steps_to_trip(self) -> Motors:
         """Return the steps that close the fingers until the switch trips; 0 if it has."""
-        if self.grip_switch or not self.body.transmission.has_gripper:
+        if self.grip_switch or not self._has_gripper:
             return Motors((0,) * len(self._motors))
         squeeze_mm = self.body.squeeze_mm(self.body.switch_force_n)
         return self._gripper_steps(self.scene.contact_mm - squeeze_mm)
@@ -138,7 +140,7 @@ class World:
 
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn motors by these steps, whatever the cause, and update the world."""
-        last = len(steps) - self.body.transmission.has_gripper
+        last = len(steps) - self._has_gripper
         pieces = 1 + max(map(abs, steps[:last]), default=0) // self._sample_steps
         if pieces == 1:  # the usual case, because a moving arm is updated often
             self._shift(Motors(steps), time_s)
@@ -193,8 +195,10 @@ class World:
             angle_rad = self._joints.angles_rad[joint]
             if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:
                 self._stop_joint(joint, stop.clamp(angle_rad), time_s)
-        self._tell(*self.scene.follow(before, self.tip, self._pull_mm, time_s))
-        self._stop_fingers(time_s)
+        if incidents := self.scene.follow(before, self.tip, self._pull_mm, time_s):
+            self._tell(*incidents)
+        if self._has_gripper:
+            self._stop_fingers(time_s)
         self._feel_table(time_s)
 
     def _stop_joint(self, joint: int, bound_rad: float, time_s: float) -> None:
@@ -215,9 +219,7 @@ class World:
 
     def _stop_fingers(self, time_s: float) -> None:
         """Keep the fingers between their widest opening and the motor's greatest pull."""
-        if not self.body.transmission.has_gripper:
-            return
-        tightest = self.scene.contact_mm - self.body.squeeze_mm(self.body.most_force_n)
+        tightest = self.scene.contact_mm - self._most_squeeze_mm
         bound = min(max(self._pull_mm, tightest), self.body.opening_stop_mm)
         if bound == self._pull_mm:
             self._blocked.discard("gripper")
@@ -255,5 +257,5 @@ class World:
 
     def _observe(self) -> None:
         self._joints, pull_mm = self.body.transmission.to_joints(self._motors)
-        self._pull_mm = pull_mm if self.body.transmission.has_gripper else self._fingers_mm
+        self._pull_mm = pull_mm if self._has_gripper else self._fingers_mm
         self._pose = self.body.arm.fk(self._joints)

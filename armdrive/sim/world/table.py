@@ -392,6 +392,8 @@ class GripScene:
         before, after = self._stand.on_table(before), self._stand.on_table(after)
         with self._table.lock:
             self._tip, self._opening_mm = after, opening_mm
+            if not self._blocks:
+                return []
             incidents = list(self._carry(after, time_s))
             if before != after:
                 incidents += self._pass(before, after, opening_mm, time_s)

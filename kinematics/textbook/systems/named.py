@@ -8,14 +8,10 @@ numbers of any kind. `notes.toml` has what the notes say of each system.
 from __future__ import annotations
 
 import math
-import re
 import textwrap
-import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache
-from importlib import resources
-from typing import Any
+from functools import lru_cache
 
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.links import JointKind
@@ -27,6 +23,7 @@ from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
 from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
 from kinematics.limits import turn_into
+from kinematics.textbook.notes import SystemNotes, notes_of
 
 QUARTER_TURN = math.pi / 2.0
 
@@ -48,51 +45,6 @@ def frame_coordinates(frame: Transform) -> Values:
     """Return x, y, z in mm and phi, theta, psi in rad of a frame (sections 8 and 10)."""
     angles = solve_rpy(rotation_of(frame)).first
     return *position_of(frame), angles.phi_rad, angles.theta_rad, angles.psi_rad
-
-
-@dataclass(frozen=True, slots=True)
-class NamedStep:
-    """One step of a derivation: what is done, the formula in the notes' notation, and why."""
-
-    title: str
-    formula: str
-    why: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class SystemNotes:
-    """What the notes say of a system: its figure, and how it is solved, step by step.
-
-    `angles` says how its joint angles count, where other arms of its build count them otherwise.
-    """
-
-    title: str
-    source: str
-    drawing: str
-    derivation: tuple[NamedStep, ...]
-    angles: str = ""
-
-
-@cache
-def notes_of(name: str) -> SystemNotes:
-    """Return what `notes.toml`, beside this module, has of a system."""
-    entry = _all_notes()[name]
-    return SystemNotes(**entry | {"derivation": tuple(_steps(entry["derivation"]))})
-
-
-@cache
-def _all_notes() -> dict[str, dict[str, Any]]:
-    return tomllib.loads(resources.files(__package__).joinpath("notes.toml").read_text("utf-8"))
-
-
-def _steps(text: str) -> Iterator[NamedStep]:
-    """Yield the steps of a derivation as `notes.toml` has them."""
-    for step in re.split(r"\n(?=\S)", text.strip()):
-        first, *others = step.split("\n")
-        title, _, formula = first.partition(": ")
-        more = [line.strip() for line in others if not line.startswith("    ")]
-        why = [line.strip() for line in others if line.startswith("    ")]
-        yield NamedStep(title, "  ".join((formula, *more)), " ".join(why))
 
 
 @dataclass(frozen=True, slots=True)
@@ -353,14 +305,8 @@ class System:
         )
         return tuple((branch, self._miss(branch.joints, checked)) for branch in found)
 
-    def miss(self, joints: Sequence[float], frame: Transform) -> Miss:
-        """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis.
-
-        Raises as `fk` and `check_transform` do.
-        """
-        return self._miss(joints, check_transform(frame))
-
     def _miss(self, joints: Sequence[float], frame: Transform) -> Miss:
+        """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis."""
         reached = self.fk(joints)
         pairs = zip(columns(rotation_of(reached)), columns(rotation_of(frame)), strict=True)
         return Miss(

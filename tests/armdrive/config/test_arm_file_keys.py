@@ -19,7 +19,11 @@ import arm_file_keys  # noqa: E402
 
 sys.path.remove(str(DOCS))
 
-SECTIONS = dict(arm_file_keys.SECTIONS) | {row.name: row.settings() for row in DIALECTS.values()}
+SECTIONS = {
+    **dict(arm_file_keys.SECTIONS),
+    **dict(arm_file_keys.MODEL_SECTIONS),
+    **{row.name: row.settings() for row in DIALECTS.values()},
+}
 KEYS = [(name, key) for name, kind in SECTIONS.items() for key in fields(kind)]
 
 

@@ -36,13 +36,13 @@ def connected(dialect: str, port: SimPort, baud: int | None = None) -> Arm:
     wire = replace(config.connection, port=PORT)
     port.tune(baud or wire.baud)
     pace = SimulatedPace()
-    pace._now_s = port.now
+    pace.clock.now_s = port.now
     try:
         recorder = FlightRecorder()
         with explaining(recorder.ring.entries, wire):
             return Arm(assemble(config, port, pace, simulated=True, tracer=recorder))
     finally:
-        port.now = max(port.now, pace._now_s)
+        port.now = max(port.now, pace.clock.now_s)
 
 
 def refused(dialect: str, port: SimPort, baud: int | None = None) -> str:

@@ -165,7 +165,7 @@ def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
     before = port.device.world.motors
     port.tune(port.device.board.baud)
     pace = SimulatedPace()
-    pace._now_s = port.now
+    pace.clock.now_s = port.now
     arm = Arm(assemble(simulated_config(dialect), port, pace, simulated=True))
     assert arm.status.state in (State.STANDBY, State.DISABLED)
     arm.close()

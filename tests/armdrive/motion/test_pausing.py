@@ -15,7 +15,6 @@ from armdrive import Arm, Jog
 from armdrive.errors import (
     ArmError,
     BadRequest,
-    DeviceFault,
     LinkLost,
     NotReferenced,
     Stopped,
@@ -135,22 +134,6 @@ def test_pausing_again_and_again_loses_no_step(dialect):
     assert arm.joints.deg["base"] == pytest.approx(WAY_DEG, abs=0.1)
 
 
-def test_a_line_that_was_paused_stays_a_line():
-    arm = raised(BY_BURSTS)
-    pose = arm.pose
-    handle = arm.move_l(type(pose)(220.0, 60.0, 120.0, pose.pitch_rad, 0.0), wait=False)
-    start, off = arm.twin.world.tip, []
-    for _ in range(12):
-        arm.sleep(0.3)
-        (arm.resume if arm.status.paused else arm.pause)()
-        x, y, z = (b - a for a, b in zip(start, arm.twin.world.tip, strict=True))
-        share = z / (120.0 - start[2])
-        off.append(max(abs(x - share * (220.0 - start[0])), abs(y - share * (60.0 - start[1]))))
-    arm.resume()
-    handle.wait()
-    assert max(off) < 2.0
-
-
 def test_a_motion_that_is_asked_for_in_a_pause_waits_for_its_end():
     arm = raised(BY_BURSTS)
     arm.pause()
@@ -161,22 +144,6 @@ def test_a_motion_that_is_asked_for_in_a_pause_waits_for_its_end():
     arm.resume()
     handle.wait()
     assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
-
-
-@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
-def test_a_stop_ends_a_pause_and_its_motion_for_good(dialect):
-    arm = raised(dialect)
-    handle, stood = paused(arm)
-    arm.stop()
-    with pytest.raises(Stopped):
-        handle.wait()
-    assert not arm.status.paused
-    arm.resume()
-    arm.sleep(5.0)
-    assert arm.twin.world.motors == stood
-    assert arm.status.state is State.STANDBY
-    assert arm.status.trust is Trust.REFERENCED
-    arm.move_j(base_deg=0.0)
 
 
 @pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
@@ -205,20 +172,6 @@ def test_nothing_goes_on_over_a_wire_that_was_lost_meanwhile(dialect):
     arm.resume()
     assert not arm.status.paused
     assert arm.twin.world.motors == stood
-
-
-def test_a_controller_that_lost_its_power_in_a_pause_is_seen_and_nothing_goes_on():
-    arm = raised(BY_BURSTS)
-    handle, _ = paused(arm)
-    arm.twin.device.power_off()
-    arm.twin.device.power_on()
-    sagged = arm.twin.world.motors
-    arm.sleep(10.0)
-    arm.resume()
-    with pytest.raises((WrongState, DeviceFault)):
-        handle.wait()
-    assert arm.status.trust is Trust.SUSPECT
-    assert arm.twin.world.motors == sagged
 
 
 def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():

@@ -125,6 +125,13 @@ def test_a_head_that_cannot_be_read_takes_its_end_along():
     assert len(refused("if (\nready\nelse\nhome\nend")) == 1
 
 
+@pytest.mark.parametrize("line", ["else", "define f()", "elseif on", ")", "ready )", "x ="])
+def test_a_line_that_does_not_fit_leaves_the_block_as_it_was(line):
+    inner = "end\n" if line.startswith("define") else ""
+    text = f"while input(1)\nready\nhome\n{line}\n{inner}ready\nend\nif on\nready\nend"
+    assert [number for number, _, _ in refused(text)] == [4]
+
+
 def test_the_message_shows_the_line_and_a_caret_under_the_place():
     with pytest.raises(ProgramError) as caught:
         read_program("ready\n\tdelay -1", "stack.arm")

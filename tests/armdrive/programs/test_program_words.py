@@ -168,40 +168,30 @@ def test_a_program_of_the_old_days_runs_as_it_is():
     assert kinds == ["Go", "Go", "Grasp", "Look", "Go"] * 2 + ["Ready"]
 
 
-# -- the fingers with the next move ------------------------------------------------------------
+# -- the fingers with the next move, and places in joint angles ----------------------------------
+
+PICKED, TRAYED = go(PICK, name="pick"), go(BOOK["tray"], name="tray")
+CLOSING = go(PICK, opening_mm=0.0, name="pick")
+TURNED = go({**HERE_DEG, "base": 10.0, "wrist_roll": 10.0}, name="SPOT")
+SPOT = "joints(base 10, shoulder 40, elbow -60, wrist_pitch -70, wrist_roll 5 + 5)"
+ASKED = {
+    "open all the way comes before the move": (
+        "open\nmove pick\nmove tray", [fingers(None), PICKED, TRAYED]),
+    "an opening before ready is an act of its own": ("open 20\nready", [fingers(20.0), ready()]),
+    "an opening of the move itself counts": (
+        "open 20\nmove_with pick, 40\nmove tray", [go(PICK, opening_mm=40.0, name="pick"), TRAYED]),
+    "what is done at once is not done again": (
+        "close\nopen_now\nmove pick", [fingers(None), PICKED]),
+    "a grasp is not followed by an opening": ("open\ngrasp\nmove pick", [grasp(), PICKED]),
+    "homing leaves it to the next move": ("close\nhome\nmove pick", [Home(), CLOSING]),
+    "a place in joint angles is gone to as it is": (f"point SPOT = {SPOT}\nmove SPOT", [TURNED]),
+}  # fmt: skip
 
 
-def test_open_all_the_way_comes_before_the_move():
-    assert acts("open\nmove pick\nmove tray")[:2] == [fingers(None), go(PICK, name="pick")]
-    assert len(acts("open\nmove pick\nmove tray")) == 3
-
-
-def test_an_opening_before_ready_is_an_act_of_its_own():
-    assert acts("open 20\nready") == [fingers(20.0), ready()]
-
-
-def test_an_opening_of_the_move_itself_is_the_one_that_counts():
-    assert acts("open 20\nmove_with pick, 40\nmove tray") == [
-        go(PICK, opening_mm=40.0, name="pick"),
-        go(BOOK["tray"], name="tray"),
-    ]
-
-
-def test_what_is_done_at_once_is_not_done_again_with_the_next_move():
-    assert acts("close\nopen_now\nmove pick") == [fingers(None), go(PICK, name="pick")]
-    assert acts("open\ngrasp\nmove pick") == [grasp(), go(PICK, name="pick")]
-
-
-def test_homing_leaves_it_to_the_next_move():
-    assert acts("close\nhome\nmove pick") == [Home(), go(PICK, opening_mm=0.0, name="pick")]
-
-
-# -- places ------------------------------------------------------------------------------------
-
-
-def test_a_place_in_joint_angles_is_gone_to_as_it_is():
-    text = "move joints(base 10, shoulder 40, elbow -60, wrist_pitch -70, wrist_roll 5 + 5)"
-    assert goals(text) == [{**HERE_DEG, "base": 10.0, "wrist_roll": 10.0}]
+@pytest.mark.parametrize("what", ASKED)
+def test_what_lines_ask_for_together(what):
+    text, wanted = ASKED[what]
+    assert acts(text) == wanted
 
 
 def test_an_approach_to_joint_angles_is_computed_by_the_arm():

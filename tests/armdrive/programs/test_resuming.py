@@ -1,6 +1,5 @@
 """Programs interrupted at every act by a kill, a stop, a fault or a pulled cable: which resume."""
 
-from contextlib import contextmanager
 from itertools import count
 
 import pytest
@@ -12,6 +11,7 @@ from running_bench import (
     Killed,
     Listener,
     Script,
+    at_each_start,
     begin,
     down,
     kill,
@@ -58,23 +58,16 @@ def killed(arm, path, number, when="begins", acts=PICK_AND_PLACE):
     return script
 
 
-@contextmanager
 def on_its_way(arm, number, happens):
     """Have something happen while the arm is on its way of a move."""
-    start, begun = arm.start, count(1)
+    begun = count(1)
 
-    def starting(*words, **named):
-        handle = start(*words, **named)
+    def starting(_, handle):
         if next(begun) == number:
             arm.sleep(0.8)
             happens(handle)
-        return handle
 
-    arm.start = starting
-    try:
-        yield
-    finally:
-        arm.start = start
+    return at_each_start(arm, starting)
 
 
 def resume(arm, script, path):
@@ -208,12 +201,12 @@ def test_a_damaged_journal_says_so(arm, path):
 def test_why_it_ended_is_written_down(arm, path):
     performer = Performer(arm, Listener())
     journal = Journal(arm, performer, path, "0" * 64, 1)
-    journal.broke_off(Stopped("before anything began"))
+    journal.note_failure(Stopped("before anything began"))
     assert not journal.path.exists()
     script = Script(PICK_AND_PLACE)
     with pytest.raises(Killed):
         ProgramRun(RunPlan(script), performer, [journal, At(2)]).carry_out()
-    journal.broke_off(Stopped("the program was stopped"))
+    journal.note_failure(Stopped("the program was stopped"))
     entry = interrupted(arm.config.name)
     assert entry.why == "the program was stopped"
     assert entry.began is not None

@@ -260,7 +260,10 @@ def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     ran = homed("run", write(STEPPED), "--step", code=0).out
     assert keys.taken == 3
-    assert "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): Enter" in ran
+    assert (
+        "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): press Enter"
+        in ran
+    )
     assert all(f"line {line}: arm." in ran for line in (4, 5))
 
 

@@ -113,10 +113,11 @@ def test_what_is_wrong_is_shown_with_the_line_as_it_was_typed(prompt, line, told
 
 
 def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_on(prompt):
-    prompt("repeat 2")
-    with pytest.raises(ProgramError, match="there is no word 'tpye'"):
-        prompt("tpye 1")
-    assert prompt("type 1", "end") == said("1", "1")
+    prompt("repeat 2", "type 1")
+    for line, sentence in (("tpye 1", "there is no word 'tpye'"), ("else", "belongs to no `if`")):
+        with pytest.raises(ProgramError, match=sentence):
+            prompt(line)
+    assert prompt("type 2", "end") == said("1", "2", "1", "2")
 
 
 def test_a_mistake_within_a_subprogram_names_the_entry_that_it_was_typed_in(prompt):

@@ -76,7 +76,7 @@ class Wire(Link):
         self.now.close()
 
 
-class Talker:
+class Talker(Link):
     """A wire on which pieces come at regular times, whatever is sent."""
 
     description = "a talker"
@@ -98,17 +98,8 @@ class Talker:
     def next_s(self) -> float:
         return self._due_s
 
-    def wait(self, timeout_s: float) -> None:
-        """Simulated time."""
 
-    def wake(self) -> None:
-        """Nobody sleeps."""
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
-class Dilatory:
+class Dilatory(Link):
     """A wire to the true device, each of whose answers comes just before it would be late."""
 
     description = "a slow device"
@@ -133,12 +124,6 @@ class Dilatory:
 
     def next_s(self) -> float:
         return min(self._link.next_s(), self._due_s)
-
-    def wait(self, timeout_s: float) -> None:
-        """Simulated time."""
-
-    def wake(self) -> None:
-        """Nobody sleeps."""
 
     def close(self) -> None:
         self._link.close()

@@ -99,13 +99,6 @@ def test_stop_works_in_every_state_and_twice(state):
     assert arm.status.state.value == state
 
 
-def test_a_stop_of_an_arm_that_stands_does_not_stop_the_next_motion():
-    arm = ready_arm()
-    arm.stop()
-    arm.move_j(base_deg=3)
-    assert arm.joints.deg["base"] == pytest.approx(3.0, abs=0.03)
-
-
 def test_a_stop_before_the_first_step_lets_nothing_begin():
     arm = ready_arm()
     handle = arm.move_j(base_deg=30, wait=False)
@@ -223,7 +216,7 @@ def test_a_reset_with_a_late_answer_on_the_line_takes_it_for_nothing_else():
 def test_the_pendants_stop_ends_a_burst_and_the_position_is_still_known():
     arm = ready_arm()
     device = arm.twin.device
-    device.at(device.now_s + 0.8, lambda: device.board.pendant.press(Key.STOP))
+    device.at(device.now_s + 0.8, lambda: device.board.press(Key.STOP))
     with pytest.raises(ArmError, match="STOP key"):
         arm.move_j(base_deg=60)
     assert arm.status.state is State.ERROR_STOP
@@ -245,7 +238,7 @@ def test_motors_that_a_stop_left_off_their_way_are_not_believed():
             device.jog((0, 0, 40, 0, 0, 0))
 
     def press():
-        device.board.pendant.press(Key.STOP)
+        device.board.press(Key.STOP)
         link.on_write = moves_it
 
     device.at(device.now_s + 0.8, press)

@@ -21,7 +21,7 @@ class SleepyPace(SimulatedPace):
 
     def sleep(self):
         with self.lock:
-            self._now_s += ASLEEP_S
+            self.clock.now_s += ASLEEP_S
             self._engine.suspended(ASLEEP_S)
 
 

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 
 import pytest
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
 
+from armdrive.dialects.bus.tools import DrivePlace
 from armdrive.dialog.conversation import About
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import parse_arm
+from armdrive.setup.commissioning import TriedMotor, together
+from armdrive.setup.directions import NOTHING, OTHER
 from armdrive.setup.filing import commissioned, new_text, signs_of
 from armdrive.setup.plan import Notes, plan_of
+from firmware_protocol.frames import pack
 from firmware_protocol.mks import (
+    COUNTS_PER_TURN,
+    Calibrate,
     Code,
+    EmergencyStop,
     Mode,
+    MoveAbsoluteAxis,
+    ReadEncoder,
     ReplyMode,
+    SetCurrent,
     SetId,
     SetMode,
     SetReplies,
     SilenceWatchdog,
+    encode,
 )
 
 IDS = (1, 2, 3, 4, 5, 6)
@@ -209,3 +221,276 @@ def test_an_arm_without_such_drives_is_refused():
         plan_of(simulated_config("grbl"))
     with pytest.raises(BadRequest, match="6 motors"):
         plan_of(arm(ids=(1, 2, 3)))
+
+
+# Which drives are on the bus: old firmware, two at once, none, another program.
+
+
+def test_two_new_drives_at_once_are_found_out_and_explained():
+    bench = Bench(keeps_angle=True)  # so that their encoders say different things
+    plugged: list[int] = []
+
+    def two_then_one() -> str:
+        bench.board.drives.plug(2, not plugged)
+        plugged.append(1)
+        return "yes"
+
+    bench.person.says["drive of the shoulder plugged"] = two_then_one
+    assert bench.one()
+    assert "More than one drive answers as id 1" in bench.person.text
+    assert "plug in one new drive at a time" in bench.person.text
+    assert len(plugged) == 2
+    assert bench.ids() == (1, 2, 1, 1, 1, 1)
+
+
+def test_a_second_new_drive_that_speaks_up_once_the_id_was_given_is_told_of():
+    bench = Bench()
+    taken, put = bench.board.nodes[1].flash, []
+
+    def plug_another(data: bytes, now_s: float) -> None:
+        if taken.of(SetId).node == 2 and not put:
+            bench.board.drives.plug(0, True)
+            put.append(1)
+        send(data, now_s)
+
+    send, bench.twin.link.line.send = bench.twin.link.line.send, plug_another
+    turns = iter(["yes", "no"])
+    bench.person.says["drive of the shoulder plugged"] = lambda: next(turns)
+    assert not bench.one()
+    assert "but id 1 still does as well" in bench.person.text
+
+
+def test_a_drive_without_power_is_looked_for_with_what_to_check():
+    bench = Bench()
+    bench.twin.faults.add("drive-dead", "shoulder")
+    turns = iter(["yes", "no"])
+    bench.person.says["drive of the shoulder plugged"] = lambda: next(turns)
+    assert not bench.one()
+    assert "motor supply" in bench.person.text
+    assert "120 ohm" in bench.person.text
+
+
+def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
+    bench = Bench(factory=False)
+    for motor in (0, 1, 2, 3, 5):
+        bench.board.drives.plug(motor, True)
+    answers = iter(["yes", "no"])
+    bench.person.says["drives plugged in? Then they are asked"] = lambda: next(answers)
+    missing = bench.run(together(bench.plan))
+    assert "Not there, or two drives with one id: left wrist (drive 5)" in bench.person.text
+    assert missing == NAMES
+
+
+@pytest.mark.parametrize("firmware", ["1.0.4", "1.0.6", "1.0.8", "1.0.9"])
+def test_every_firmware_is_set_up_as_far_as_it_goes(firmware):
+    bench = Bench(firmware=firmware)
+    bench.person.says["Current of the"] = "900"  # the oldest does not tell what it has
+    assert bench.one()
+    node = bench.board.nodes[1]
+    assert (node.device.node, node.flash.mode) == (2, Mode.BUS_FOC)
+    assert node.flash.of(SetCurrent).current_ma == 900
+    guarded = bench.kept["shoulder"].watchdog is True
+    assert guarded is (firmware == "1.0.9")
+    assert ("no watchdog (98" in bench.person.text) is not guarded
+
+
+def test_a_drive_that_answers_its_new_id_by_the_old_one_is_no_trouble():
+    bench = Bench(new_id_answers=False)
+    assert bench.one()
+    assert bench.ids()[1] == 2
+
+
+def test_a_drive_far_from_its_zero_is_offered_a_new_one():
+    bench = Bench()
+    bench.board.nodes[1].motor.zero -= 3_000_000
+    bench.one()
+    assert any(request.code is Code.ZERO and node == 2 for node, request in bench.said)
+    assert abs(bench.board.nodes[1].motor.counts) < 1000
+
+
+def test_beside_another_program_that_commands_drives_nothing_is_asked():
+    bench = Bench()
+    sleep = bench.clock.sleep
+
+    def spoken_meanwhile(link, until_s):
+        bench.clock.sleep = sleep
+        bench.twin.link.line.say(pack(encode(2, ReadEncoder())), 0.0)
+
+    bench.clock.sleep = spoken_meanwhile
+    outcome = bench.walk()
+    assert outcome.left_out == NAMES
+    assert bench.said == bench.person.asked == []
+    assert "Another program commands drives" in bench.person.text
+
+
+# What turns: small motions, what is seen of them, and what stops them.
+
+
+def test_ctrl_c_in_motion_stops_the_motor():
+    bench = Bench()
+    sleep, end = bench.clock.sleep, []
+
+    def interrupted(link, until_s):
+        if not end and any(isinstance(each, MoveAbsoluteAxis) for _, each in bench.said):
+            end.append(bench.clock.now_s())
+            raise KeyboardInterrupt
+        sleep(link, until_s)
+
+    bench.clock.sleep = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        bench.one()
+    assert (2, EmergencyStop()) in bench.said[-9:]
+    moved = abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps)
+    bench.listen(1.0)
+    assert not any(node.motor.point.moving(bench.clock.now_s()) for node in bench.board.nodes)
+    assert abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps) == moved
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
+    bench = Bench()
+    bench.twin.faults.add("lose-frame", 0.04, seed=seed)
+    most, sleep = [0], bench.clock.sleep
+
+    def watched(link, until_s):
+        sleep(link, until_s)
+        off = [abs(now - was) for now, was in zip(bench.twin.world.motors, start, strict=True)]
+        most[0] = max(most[0], *off)
+
+    bench.clock.sleep = watched
+    for _ in range(2):  # a trial that was broken off is not where it began
+        start = bench.twin.world.motors
+        bench.one()
+    assert bench.ids()[1] == 2
+    assert most[0] <= abs(bench.plan.drives[1].trial.steps) + 2
+
+
+def test_a_gear_that_is_believed_ten_times_too_high_shows_at_the_first_small_motion():
+    bench = Bench(truth=really(gears=(1.0, 0.1, 1.0, 1.0, 1.0, 1.0)))
+    start, most = bench.twin.world.joints[1], [0.0]
+    sleep = bench.clock.sleep
+
+    def watched(link, until_s):
+        sleep(link, until_s)
+        most[0] = max(most[0], abs(bench.twin.world.joints[1] - start))
+
+    bench.clock.sleep = watched
+    assert bench.one()
+    assert bench.kept["shoulder"].gear == pytest.approx(5.0, rel=0.05)
+    assert most[0] < 0.12  # rad: what was announced, or an eighth of it ten times
+
+
+def test_a_gear_that_is_off_by_two_is_corrected_by_what_was_measured():
+    bench = Bench(truth=really(gears=(1.0, 0.5, 1.0, 1.0, 1.0, 1.0)))
+    assert bench.one()
+    assert bench.kept["shoulder"].gear == pytest.approx(25.0, rel=0.02)
+    bench = Bench()
+    assert bench.one("gripper")
+    assert bench.kept["gripper"].gear == bench.plan.drives[5].gear  # to the last digit
+
+
+@pytest.mark.parametrize(
+    ("word", "told"), [(NOTHING, "sits firmly"), (OTHER, "Exchange the cables")]
+)
+def test_a_motor_of_which_nothing_was_seen_is_left_for_later(word, told):
+    bench = Bench()
+    bench.person.says[About.WAY] = word
+    assert not bench.one()
+    assert told in bench.person.text
+    assert not bench.kept["shoulder"].way
+
+
+def test_what_was_not_seen_well_is_shown_again():
+    bench = Bench()
+    words = iter(["again", "out"])
+    bench.person.says[About.WAY] = lambda: next(words)
+    assert bench.one()
+    assert bench.kept["shoulder"].way == "out"
+
+
+def test_a_blocked_motor_ends_its_trial_and_says_where_it_stands():
+    bench = Bench(stall_protection=False)
+    bench.twin.faults.add("stall", "shoulder")
+    assert not bench.one()
+    assert "where it should not" in bench.person.text
+
+
+@pytest.mark.parametrize("word", ["no", "yes"])
+def test_calibration_turns_a_motor_only_after_its_own_yes(word):
+    bench = Bench()
+    bench.board.nodes[1].calibrated = False
+    bench.person.says["Is the shaft of the shoulder motor free"] = word
+    bench.one()
+    calibrated = [node for node, request in bench.said if isinstance(request, Calibrate)]
+    assert calibrated == ([2] if word == "yes" else [])
+    assert ("Drive 2 is calibrated." in bench.person.text) is (word == "yes")
+
+
+def test_ctrl_c_stops_a_motor_that_is_calibrated():
+    bench = Bench()
+    node = bench.board.nodes[1]
+    node.calibrated = False
+    sleep = bench.clock.sleep
+
+    def interrupted(link, until_s):
+        if node.motion.searching:
+            bench.clock.sleep = sleep
+            raise KeyboardInterrupt
+        sleep(link, until_s)
+
+    bench.clock.sleep = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        bench.one()
+    assert bench.said[-3:] == [(2, EmergencyStop())] * 3
+    bench.listen(0.1)
+    assert not node.motion.searching
+
+
+def test_a_motor_is_turned_by_the_controller_which_finds_a_drive_that_restarts():
+    bench = Bench()
+    node = bench.board.nodes[1]
+
+    def restarts():
+        node.restart(bench.clock.now_s())
+        bench.listen(1.0)
+        return "out"
+
+    bench.person.says["Which way did it go?"] = restarts
+    assert not bench.one()
+    assert "was reset or lost its power" in bench.person.text
+
+
+def test_a_motor_is_not_sent_back_by_more_than_it_was_sent():
+    bench = Bench()
+    motor = TriedMotor(bench.plan.controller(at_hand(bench).by_itself), COUNTS_PER_TURN)
+    assert bench.run(motor.switch_on())
+    bench.said.clear()
+    told = bench.run(motor.turn_to(3000, 1000))
+    assert "stands at 0 counts, too far from 3000" in told
+    assert not bench.codes() & TURNING
+
+
+def at_hand(bench):
+    """Return the drive of the shoulder, set up."""
+    assert bench.one()
+    place = DrivePlace(1, "shoulder", 2)
+    return bench.run(bench.plan.tools.arrive(bench.config, place, False))
+
+
+def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
+    bench = Bench()
+    node = bench.board.nodes[1]
+    bench.person.says["Try the watchdog?"] = lambda: deafen() or "yes"
+    hear = node.hear
+
+    def deafen():
+        node.motion.heard_s = math.inf
+
+    def deaf_to_silence(frame, now_s):
+        hear(frame, now_s)
+        deafen()
+
+    node.hear = deaf_to_silence
+    bench.one()
+    assert "The watchdog did not stop it." in bench.person.text
+    assert bench.kept["shoulder"].watchdog is False

@@ -10,7 +10,7 @@ from power_disk import MortalLink, PowerDisk
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.registry.simulate import simulate
-from armdrive.runtime.clock import SimulatedPace
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.simulated_arm import TITLE
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
@@ -18,14 +18,6 @@ from armdrive.storage.record import FileRecorder
 PATH = Path("/state/arm.json")
 CONFIG = sim_config(planned_burst_s=0.5, idle_poll_s=0.0)
 REST_S = 5.0
-
-
-class LaterPace(SimulatedPace):
-    """Simulated time that goes on where the last program left it."""
-
-    def __init__(self, start_s):
-        super().__init__()
-        self._now_s = start_s
 
 
 class Life:
@@ -44,7 +36,7 @@ class Life:
         self.disk = disk or self.disk
         self.link = MortalLink(self.twin.device.line(), TITLE)
         self.link.moments = self.disk.moments
-        self.pace = LaterPace(self.now_s)
+        self.pace = SimulatedPace(SimulatedClock(self.now_s))
         recorder = FileRecorder(PATH, self.disk)
         self.arm = Arm(
             assemble(CONFIG, self.link, self.pace, simulated=True, recorder=recorder, **options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 from amounts import amount
@@ -163,9 +164,13 @@ def test_no_file_that_a_recording_names_is_opened(text, tmp_path):
     assert "secret" not in str(error.value)
 
 
-def test_an_arm_without_a_known_file_is_still_recorded(recording):
-    from dataclasses import replace
+def test_a_replay_notes_what_makes_it_less_certain(recording, text):
+    assert any("incomplete" in note for note in replay(parse_recording(text[:-3])).notes)
+    other = replace(recording, header=replace(recording.header, calibration="another"))
+    assert any("which wrote the recording, read the arm" in note for note in replay(other).notes)
 
+
+def test_an_arm_without_a_known_file_is_still_recorded(recording):
     config = replace(config_of(recording), source=None)
     header = header_of(config, link="bench", why="test", began=(0.0, 0.0))
     assert header.arm_file == ""

@@ -6,9 +6,11 @@ import pytest
 from recorder_bench import recorded_arm
 
 from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.dialects.words import plain
 from armdrive.registry import DIALECTS
 from armdrive.trace.entries import WIRE, EntryKind
 from armdrive.trace.log import Narrator, describer
+from firmware_protocol.events import Overrun, Stray, Unreadable
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
 
@@ -118,3 +120,16 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
         assert not {"(", "<", "unreadable"} & set(words.split()[:1])
         assert "()" not in words
         assert "=<" not in words
+
+
+@pytest.mark.parametrize(
+    ("event", "words"),
+    [
+        (Unreadable(b"ok1\xff", "no answer"), r"unreadable: `ok1\xff`: no answer"),
+        (Stray(Status.DONE), "stray: answer done"),
+        (Stray(Delay(12)), "stray: answer delay: count 12"),
+        (Overrun(3), "overrun: count 3"),
+    ],
+)
+def test_what_no_request_awaits_is_told_in_words(event, words):
+    assert plain(event) == words

@@ -26,7 +26,7 @@ from firmware_protocol.grbl import (
     Restarted,
     SetSetting,
     Setting,
-    Unexpected,
+    Stray,
     Unreadable,
 )
 
@@ -54,7 +54,7 @@ def test_answers_belong_to_the_lines_in_their_order():
     assert heard(host, b"ok\r\nerror:24\r\n") == [Acknowledged(X1), refused]
     assert host.outstanding_lines == (X3,)
     assert host.outstanding_bytes == len("G90G1X3F100\n")
-    assert heard(host, b"ok\r\nok\r\n") == [Acknowledged(X3), Unexpected(Ok())]
+    assert heard(host, b"ok\r\nok\r\n") == [Acknowledged(X3), Stray(Ok())]
     assert host.outstanding_bytes == 0
 
 
@@ -161,7 +161,7 @@ def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
 def test_forgotten_lines_are_returned_and_their_late_answers_unexpected():
     host = sent(X1, X2)
     assert host.forget_outstanding() == (X1, X2)
-    assert heard(host, b"error:9\r\n") == [Unexpected(Error(9))]
+    assert heard(host, b"error:9\r\n") == [Stray(Error(9))]
 
 
 @pytest.mark.parametrize("cut", range(1, 3))
@@ -169,7 +169,7 @@ def test_an_answer_that_had_begun_before_a_line_is_never_that_lines(cut):
     host = Host()
     host.receive_data(b"ok"[:cut])
     host.send(X1)
-    assert heard(host, b"ok"[cut:] + b"\r\n") == [Unexpected(Ok())]
+    assert heard(host, b"ok"[cut:] + b"\r\n") == [Stray(Ok())]
     assert heard(host, b"ok\r\n") == [Acknowledged(X1)]
 
 
@@ -177,7 +177,7 @@ def test_an_answer_received_before_a_line_is_never_that_lines():
     host = Host()
     host.receive_data(b"ok\r\n")
     host.send(X1)
-    assert events(host) == [Unexpected(Ok())]
+    assert events(host) == [Stray(Ok())]
     assert host.outstanding_lines == (X1,)
 
 

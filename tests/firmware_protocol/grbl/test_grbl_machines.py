@@ -27,7 +27,7 @@ from firmware_protocol.grbl import (
     RealtimeReceived,
     Refused,
     Rejected,
-    Unexpected,
+    Stray,
     Unlock,
     Unreadable,
     parse_line,
@@ -176,7 +176,7 @@ def test_after_noise_both_ends_understand_at_the_next_line_end(noise, data):
     (line,) = carried(data.draw, host.send(X1), device)
     assert line.text == TEXT
     assert all(
-        isinstance(event, Unreadable | Acknowledged | Unexpected)
+        isinstance(event, Unreadable | Acknowledged | Stray)
         for event in carried(
             data.draw, b"\xff" + noise.replace(b"\n", b"").replace(b"\r", b""), host
         )

@@ -37,6 +37,20 @@ def test_every_system_is_explained_as_json(call, name):
         assert branch["comes_to"] == pytest.approx(found["goal"], abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("name", "structure"),
+    [
+        ("puma", "spherical wrist: the last three axes meet in one point"),
+        ("teachmover", "three parallel axes: 2, 3 and 4"),
+        ("two-link-1", "none: the classes are of five to seven joints, not of 2"),
+        ("spherical", "none: a joint slides"),
+    ],
+)
+def test_the_class_of_an_arm_s_structure_is_named(call, name, structure):
+    assert f"\nclass: {structure}" in call("explain", name, code=0).out
+    assert call("explain", name, "--json", code=0).json["structure"].startswith(structure)
+
+
 def test_a_built_in_arm_is_explained_with_its_own_lengths(call):
     said = call("explain", "teachmover", code=0).out
     assert said.startswith("Microbot TeachMover\n")

@@ -104,7 +104,7 @@ def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
     homed("run", path, "--input", "2=on", code=3)  # the run itself reads the input
     ended = homed("run", path, "--yes", code=3)
     assert "ended early: 1 acts done" in ended.out
-    assert f"to go on from there: armdrive run {path} --resume" in ended.err
+    assert f"to continue from there: armdrive run {path} --resume" in ended.err
 
 
 def test_a_failed_run_resumes_where_it_was(homed, write):
@@ -250,8 +250,8 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_program.standard_input", lambda: keys)
     path = write('move at(250, 0, 120, -90)\ntype "there"\nhold "look"\nready\n')
     ran = homed("run", path, "--step", code=0).out
-    assert "line 1: move at(250, 0, 120, -90): Enter goes on" in ran
-    assert "look: Enter goes on" in ran
+    assert "line 1: move at(250, 0, 120, -90): press Enter" in ran
+    assert "look: press Enter" in ran
     assert keys.taken == 3
 
 

@@ -130,7 +130,7 @@ def test_a_hold_is_over_by_enter_or_from_another_terminal_and_takes_no_entry_awa
     prompt = begin()
     for how in ("enter", "resume", "interrupt"):
         prompt.type('hold "turn the part"\r')
-        prompt.until("turn the part: Enter goes on")
+        prompt.until("turn the part: press Enter")
         if how == "resume":
             call("resume", code=0)
         else:

@@ -136,7 +136,7 @@ def test_answers_that_end_leave_what_was_done(call, drives, monkeypatch):
     monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", DialogClock)
     type_in(monkeypatch, "?", "back", "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=3)
-    assert "`armdrive can setup bench` goes on there" in called.err
+    assert "`armdrive can setup bench` continues there" in called.err
     assert "shipped as id 1" in called.out  # what ? explains
     assert "no way back" in called.out
 

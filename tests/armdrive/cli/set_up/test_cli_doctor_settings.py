@@ -142,7 +142,7 @@ def test_a_robko_answers_over_udp(call):
             data, address = peer.recvfrom(100)
             heard.append(data)
             device = Device()
-            device.receive_datagram(data)
+            device.receive_data(data)
             assert device.next_event() is not None
             peer.sendto(device.send(Pong()), address)
 

@@ -70,6 +70,10 @@ def happen(found: Observer, line: str) -> None:
             ask(found, int(node), now_s)
         case "reads", node, count:
             tell(found, int(node), int(count), now_s)
+        case "reports", node:
+            found.replied(int(node), now_s, settles=False, asked=False)
+        case "silent-for", seconds:
+            assert found.silent_s(now_s) == pytest.approx(float(seconds)), line
         case "expect", node, finding:
             verdict = found[int(node)].verdict
             assert verdict is not None

@@ -10,7 +10,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate
 from armdrive.status import State, Trust
-from armdrive.tasks import Done, Halted, MoveAlong, MoveBy, RequestRejected
+from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected
 from kinematics import Joints
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
@@ -99,6 +99,22 @@ def test_a_drive_that_falls_silent_in_such_a_pause_is_told():
     reply = pause.rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 3 (elbow)" in reply.reason
+
+
+def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free():
+    pause = Pause(0.08)
+    rig = pause.rig
+    target = rig.positions[0]
+    rig.twin.world.stalled.add(0)
+    rig.device.push([-400, 0, 0, 0, 0, 0])  # less than what drives fail for
+    rig.run(0.01)
+    assert rig.positions[0] < target
+    reply = rig.finish()
+    assert isinstance(reply, RequestRejected)
+    assert "drive 1 (base) is at" in reply.reason
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ASTRAY]
+    rig.twin.world.stalled.clear()
+    rig.stands(1.0)
 
 
 def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resumed():

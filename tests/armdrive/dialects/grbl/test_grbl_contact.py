@@ -62,7 +62,7 @@ def left(made, said, **options):
         twin.link.read(9.0 + 9.0 * number)
     before = twin.world.motors, twin.world.opening_mm, twin.device.registers
     pace = SimulatedPace()
-    pace._now_s = 9.0 * len(said)
+    pace.clock.now_s = 9.0 * len(said)
     arm = Arm(assemble(made, twin.link, pace, simulated=True))
     arm.twin = twin
     return arm, before
@@ -153,7 +153,7 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
     link = Disturbed(twin.link)
     link.back.append(Rule(rb"<.*\|A:S", becoming(lambda line: line.replace(b"|A:S", b"|C:S"))))
     pace = SimulatedPace()
-    pace._now_s = 9.0
+    pace.clock.now_s = 9.0
     Arm(assemble(made, link, pace, simulated=True))
     assert not link.back[0].times
     assert not link.pressed(b"\x18")

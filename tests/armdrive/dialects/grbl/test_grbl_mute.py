@@ -110,7 +110,7 @@ def test_a_program_that_stood_still_itself_calls_no_board_mute():
         arm = ready()
         handle = arm.move_j(base_deg=40, wait=False)
         arm.sleep(at_s)
-        arm.pace._now_s += 1.3
+        arm.pace.clock.now_s += 1.3
         try:
             handle.wait(20.0)
         except Stopped:

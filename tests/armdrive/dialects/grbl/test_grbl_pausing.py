@@ -11,7 +11,7 @@ from armdrive.status import State, Trust
 from kinematics import Motors
 
 AFTER_S = (0.08, 0.1, 0.12, 0.5)
-GOAL = {"base_deg": 60.0, "shoulder_deg": 60.0}
+GOAL = {"base_deg": 30.0, "shoulder_deg": 65.0}
 
 
 def pause_and_resume(arm, after_s, disturb):

@@ -22,7 +22,17 @@ from armdrive.tasks import (
     SwitchOn,
     Timeout,
 )
-from firmware_protocol.mks import Code, Enable, Mode, SilenceWatchdog, decode_request
+from firmware_protocol.mks import (
+    Calibrate,
+    Code,
+    Enable,
+    Home,
+    Mode,
+    RunAtSpeed,
+    SilenceWatchdog,
+    decode_request,
+    encode,
+)
 from kinematics import Motors
 
 STARTS = (100, -200, 300, 0, 5, -6)
@@ -96,6 +106,24 @@ def test_frames_that_are_lost_now_and_then_are_asked_for_again():
     count = iter(range(10_000))
     bench.loses = lambda frame, host: next(count) % 7 == 3
     assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
+
+
+def test_a_drive_that_an_earlier_program_left_running_is_waited_for_and_then_stopped():
+    bench = MksBench()
+    bench.node(1).sim.set_enabled(True, 0.0)
+    bench.node(1).hear(encode(1, RunAtSpeed(60, 236)), 0.0)
+    assert isinstance(bench.do(ReadPosition()), Registers)
+    assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
+    stands(bench)
+
+
+@pytest.mark.parametrize("request_", [Home(), Calibrate()])
+def test_a_drive_that_homes_or_calibrates_is_left_alone(request_):
+    bench = MksBench()
+    bench.node(1).sim.set_enabled(True, 0.0)
+    bench.node(1).hear(encode(1, request_), 0.0)
+    assert "wait until it has finished" in denied(bench.do(ReadPosition()))
+    assert bench.node(1).sim.motion.searching
 
 
 def test_a_wrong_mode_is_a_difference_that_can_be_mended():

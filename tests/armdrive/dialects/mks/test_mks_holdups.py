@@ -59,9 +59,11 @@ def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_
     stands(bench)
 
 
-def test_while_nobody_is_heard_nobody_is_sent_on():
-    bench = moving(0.5)
-    hold_up(bench, 0.8)
+@pytest.mark.parametrize("sides", [BOTH, ORDERS])
+def test_while_nobody_is_heard_nobody_is_sent_on(sides):
+    """Nor while drives only say that they have come to their last targets, as all of them do."""
+    bench = moving(0.5, straight(20, (6000, -3000, 1500, 600, 700, 300)))
+    hold_up(bench, 0.8, sides)
     began_s = bench.now_s
     bench.run(0.8)
     orders = [at_s for at_s, frame in bench.sent if frame.data[0] == 0xF5]

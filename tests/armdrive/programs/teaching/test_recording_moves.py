@@ -24,60 +24,39 @@ def recorded(*told, choices=None, end_s=100.0):
     return recorder
 
 
-def words(recorder):
-    return [str(step) for step in recorder.steps]
+FIRST = ["to tour-1", "gripper 30 mm"]
+RECORDED = {
+    "every place of rest is a point and the way there a step": (
+        [(0, at(0)), (2, MOVING), (3, at(10)), (6, MOVING), (7, at(20))],
+        [*FIRST, "to tour-2", "to tour-3"]),
+    "a place that the arm only passed is not recorded": (
+        [(0, at(0)), (2, MOVING), (3, at(5)), (3.4, MOVING), (4, at(10))], [*FIRST, "to tour-2"]),
+    "motion too short to be seen is noticed by the place": (
+        [(0, at(0)), (2, at(10)), (4, at(20))], [*FIRST, "to tour-2", "to tour-3"]),
+    "the last place counts however short the arm has stood there": (
+        [(0, at(0)), (2, MOVING), (99.9, at(10))], [*FIRST, "to tour-2"]),
+    "a place that is come back to keeps its point": (
+        [(0, at(0)), (2, MOVING), (3, at(10)), (5, MOVING), (6, at(0.01))],
+        [*FIRST, "to tour-2", "to tour-1"]),
+    "what the fingers do is a step and gripping is a grasp": (
+        [(0, at(0, 60.0)), (2, at(0, 31.0, gripping=True)), (4, at(0, 30.0, gripping=True)),
+         (6, MOVING), (7, at(10, 30.0, gripping=True)), (9, at(10, 50.0))],
+        ["to tour-1", "gripper 60 mm", "gripper grasp", "to tour-2", "gripper 50 mm"]),
+    "an arm that rests and goes on where it was adds nothing": (
+        [(0, at(0)), (2, MOVING), (3, at(0)), (5, MOVING), (6, at(0))], FIRST),
+}  # fmt: skip
 
 
-def test_every_place_of_rest_is_a_point_and_the_way_there_a_step():
-    made = recorded((0, at(0)), (2, MOVING), (3, at(10)), (6, MOVING), (7, at(20)))
-    assert words(made) == ["to tour-1", "gripper 30 mm", "to tour-2", "to tour-3"]
-    assert [point.joints.deg["base"] for point in made.points.values()] == pytest.approx(
-        [0.0, 10.0, 20.0]
-    )
+@pytest.mark.parametrize("what", RECORDED)
+def test_what_is_recorded(what):
+    told, steps = RECORDED[what]
+    made = recorded(*told)
+    assert [str(step) for step in made.steps] == steps
+    names = {step.split()[1] for step in steps if step.startswith("to")}
+    assert set(made.points) == names
+    bases = [round(seen.joints.deg["base"]) for _, seen in told if seen.joints is not None]
+    assert {round(point.joints.deg["base"]) for point in made.points.values()} <= set(bases)
     assert made.sequence.note == "recorded"
-
-
-def test_a_place_that_the_arm_only_passed_is_not_recorded():
-    made = recorded((0, at(0)), (2, MOVING), (3, at(5)), (3.4, MOVING), (4, at(10)))
-    assert words(made) == ["to tour-1", "gripper 30 mm", "to tour-2"]
-
-
-def test_motion_too_short_to_be_seen_is_noticed_by_the_place():
-    made = recorded((0, at(0)), (2, at(10)), (4, at(20)))
-    assert len(made.points) == 3
-
-
-def test_the_last_place_counts_however_short_the_arm_has_stood_there():
-    made = recorded((0, at(0)), (2, MOVING), (3, at(10)), end_s=3.1)
-    assert words(made)[-1] == "to tour-2"
-
-
-def test_a_place_that_is_come_back_to_keeps_its_point():
-    made = recorded((0, at(0)), (2, MOVING), (3, at(10)), (5, MOVING), (6, at(0.01)))
-    assert words(made) == ["to tour-1", "gripper 30 mm", "to tour-2", "to tour-1"]
-
-
-def test_what_the_fingers_do_is_a_step_and_gripping_is_a_grasp():
-    made = recorded(
-        (0, at(0, 60.0)),
-        (2, at(0, 31.0, gripping=True)),
-        (4, at(0, 30.0, gripping=True)),
-        (6, MOVING),
-        (7, at(10, 30.0, gripping=True)),
-        (9, at(10, 50.0)),
-    )
-    assert words(made) == [
-        "to tour-1",
-        "gripper 60 mm",
-        "gripper grasp",
-        "to tour-2",
-        "gripper 50 mm",
-    ]
-
-
-def test_an_arm_that_rests_and_goes_on_where_it_was_adds_nothing():
-    made = recorded((0, at(0)), (2, MOVING), (3, at(0)), (5, MOVING), (6, at(0)))
-    assert words(made) == ["to tour-1", "gripper 30 mm"]
 
 
 def test_waits_ways_and_speeds_are_as_chosen():

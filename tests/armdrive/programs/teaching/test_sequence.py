@@ -4,6 +4,7 @@ import math
 
 import pytest
 from faults import ready_arm, sim_config
+from running_bench import at_each_start
 
 from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
 from armdrive.moves import GripperMove, LineMove
@@ -38,6 +39,11 @@ def arm():
 @pytest.fixture
 def stepper(arm):
     return Stepper(arm, STEPS, POINTS)
+
+
+def stop_soon(arm):
+    arm.sleep(0.3)
+    arm.request_stop()
 
 
 def at(arm, point):
@@ -79,27 +85,16 @@ def test_the_way_back_is_of_the_kind_of_the_way_there(arm, stepper):
     for _ in range(3):
         stepper.forward()
     way = []
-    start = arm.start
-    arm.start = lambda move, **how: way.append(move) or start(move, **how)
-    stepper.backward()
+    with at_each_start(arm, lambda move, _: way.append(move)):
+        stepper.backward()
     assert [(type(move), move.speed) for move in way] == [(LineMove, 0.5)]
 
 
 def test_a_stop_in_motion_leaves_the_step_to_be_done_again_or_taken_back(arm, stepper):
     stepper.forward()
     stepper.forward()
-    handle_of = arm.start
-
-    def stopping(move, **how):
-        handle = handle_of(move, **how)
-        arm.sleep(0.3)
-        arm.request_stop()
-        return handle
-
-    arm.start = stopping
-    with pytest.raises(Stopped):
+    with pytest.raises(Stopped), at_each_start(arm, lambda *_: stop_soon(arm)):
         stepper.forward()
-    arm.start = handle_of
     assert stepper.at == 2
     assert not at(arm, "left")
     assert not at(arm, "right")
@@ -225,19 +220,14 @@ def test_steps_say_what_they_do():
 def test_a_stop_on_the_way_back_from_the_end_leads_back_to_where_that_began(arm, stepper):
     """What is before can be asked at any moment: a screen shows it while the arm moves."""
     stepper.run()
-    start, seen = arm.start, []
+    seen = []
 
-    def stopping(move, **how):
-        handle = start(move, **how)
-        arm.sleep(0.3)
+    def stopping(*_):
         seen.append(stepper.before)
-        arm.request_stop()
-        return handle
+        stop_soon(arm)
 
-    arm.start = stopping
-    with pytest.raises(Stopped):
+    with pytest.raises(Stopped), at_each_start(arm, stopping):
         stepper.backward()
-    arm.start = start
     assert stepper.next is None
     assert stepper.before == (STEPS.steps[5], "up")
     assert stepper.backward() == "up"
@@ -247,19 +237,16 @@ def test_a_stop_on_the_way_back_from_the_end_leads_back_to_where_that_began(arm,
 
 
 def test_what_is_before_is_known_at_every_moment_of_every_step(arm, stepper):
-    handle_of, asked = arm.start, []
+    asked = []
 
-    def watched(move, **how):
-        handle = handle_of(move, **how)
-        if isinstance(move, GripperMove):
-            return handle
+    def watched(move, handle):
         wait = handle.wait
-        handle.wait = lambda: (asked.append(stepper.before), wait())[1]
-        return handle
+        if not isinstance(move, GripperMove):
+            handle.wait = lambda: (asked.append(stepper.before), wait())[1]
 
-    arm.start = watched
-    stepper.run()
-    stepper.backward()
+    with at_each_start(arm, watched):
+        stepper.run()
+        stepper.backward()
     assert asked == [
         None,
         (STEPS.steps[2], "left"),

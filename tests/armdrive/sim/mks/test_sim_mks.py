@@ -20,9 +20,7 @@ from kinematics import Joints
 
 LATE_S = 0.002
 """What the bus and a drive take to say something."""
-TO_SWITCH = mks.SetHoming(
-    active_high=False, counter_clockwise=True, speed_rpm=60, limits=False, method=0
-)
+CARRIED_OUT, GIVEN_UP = [mks.Started, mks.Done], [mks.Started, mks.Failed]
 
 
 @pytest.fixture
@@ -42,7 +40,7 @@ class TestMoving:
     def test_an_absolute_motion_turns_the_shaft_and_the_arm(self, bench):
         before = bench.world.motors
         heard = bench.ask(2, mks.MoveAbsoluteAxis(-TURN, 60, 0), 1.5)
-        assert said(heard) == [mks.Started, mks.Done]
+        assert said(heard) == CARRIED_OUT
         assert bench.time_of(mks.Done) == pytest.approx(1.0, abs=LATE_S)
         assert (bench.world.motors - before) == (0, -TURN, 0, 0, 0, 0)
         assert bench.counts(2) == -TURN
@@ -74,7 +72,7 @@ class TestMoving:
     )
     def test_every_kind_of_motion_ends_where_it_should(self, bench, request_, counts):
         bench.ask(1, mks.MoveAbsoluteAxis(1000, 100, 0), 1.0)
-        assert said(bench.ask(1, request_, 2.0)) == [mks.Started, mks.Done]
+        assert said(bench.ask(1, request_, 2.0)) == CARRIED_OUT
         assert bench.counts(1) == counts
 
     def test_microsteps_are_what_pulses_and_speeds_are_measured_in(self, bench):
@@ -87,10 +85,7 @@ class TestMoving:
         bench.ask(1, mks.RunAtSpeed(-600, 240), 0.8)
         (event,) = bench.ask(1, mks.ReadSpeed())
         assert event.answer.speed_rpm == -600
-        assert said(bench.ask(1, mks.Stop(mks.Code.SPEED_MODE, 240), 0.6)) == [
-            mks.Started,
-            mks.Done,
-        ]
+        assert said(bench.ask(1, mks.Stop(mks.Code.SPEED_MODE, 240), 0.6)) == CARRIED_OUT
         assert bench.state(1) is mks.MotorState.STOPPED
 
     @pytest.mark.parametrize("request_", [mks.Stop(mks.Code.ABSOLUTE_AXIS, 0), mks.EmergencyStop()])
@@ -214,10 +209,7 @@ class TestHolding:
 
     def test_lost_steps_are_made_up_for(self, bench):
         bench.world.lose(0, 500)
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 300, 240), 1.0)) == [
-            mks.Started,
-            mks.Done,
-        ]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 300, 240), 1.0)) == CARRIED_OUT
         assert bench.counts(1) == TURN
 
 
@@ -226,7 +218,7 @@ class TestStalls:
         bench.world.stalled.add(1)
         there = bench.world.motors
         heard = bench.ask(2, mks.MoveAbsoluteAxis(TURN, 60, 0), 0.5)
-        assert said(heard) == [mks.Started, mks.Failed]
+        assert said(heard) == GIVEN_UP
         # a tenth of a turn behind after 0.1 s, looked at every 10 ms, and 50 ms of patience
         assert bench.time_of(mks.Failed) == pytest.approx(0.16, abs=0.015)
         assert bench.ask(2, mks.ReadStall())[0].answer.on
@@ -266,7 +258,7 @@ class TestStalls:
 
     def test_a_mechanical_stop_is_a_stall(self, bench):
         heard = bench.ask(1, mks.MoveAbsoluteAxis(20 * TURN, 600, 240), 4.0)
-        assert said(heard) == [mks.Started, mks.Failed]
+        assert said(heard) == GIVEN_UP
         assert bench.world.joints.deg["base"] == pytest.approx(93.0, abs=0.01)
 
 
@@ -285,16 +277,16 @@ class TestSwitches:
         assert bench.ask(1, mks.ReadInputs())[0].answer.levels == 1
         there = bench.world.motors
         bench.ask(1, mks.MoveAbsoluteAxis(-TURN, 300, 240), 2.0)
-        assert said(bench.ask(1, mks.Home(), 3.0)) == [mks.Started, mks.Done]
+        assert said(bench.ask(1, mks.Home(), 3.0)) == CARRIED_OUT
         assert bench.world.motors == there
         bench.ask(1, mks.MoveAbsoluteAxis(-TURN, 300, 240), 2.0)
-        assert said(bench.ask(1, mks.GoToZero(), 3.0)) == [mks.Started, mks.Done]
+        assert said(bench.ask(1, mks.GoToZero(), 3.0)) == CARRIED_OUT
         assert bench.world.motors == there
 
     def test_from_a_pressed_switch_it_backs_off_first(self):
         homed = HomingSettings(Joints.of(-10, 70, -95, -35, 0), 20.0)
         bench = Bench(config=arm_config(homed))
-        assert said(bench.ask(1, mks.Home(), 10.0)) == [mks.Started, mks.Done]
+        assert said(bench.ask(1, mks.Home(), 10.0)) == CARRIED_OUT
         assert bench.world.joints.deg["base"] == pytest.approx(-10.0, abs=0.01)
 
     def test_a_stopped_search_has_failed(self, bench):
@@ -304,7 +296,7 @@ class TestSwitches:
 
     def test_against_a_stop_it_feels_for_the_end(self, bench):
         bench.ask(1, mks.SetHoming(False, True, 120, False, 1))
-        assert said(bench.ask(1, mks.Home(), 8.0)) == [mks.Started, mks.Done]
+        assert said(bench.ask(1, mks.Home(), 8.0)) == CARRIED_OUT
         assert bench.world.joints.deg["base"] == pytest.approx(93.0, abs=0.01)
         assert bench.counts(1) == 0
 
@@ -319,14 +311,11 @@ class TestSwitches:
             mks.Started,
             mks.LimitStop,
         ]
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0), 1.0)) == [mks.Started, mks.Done]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0), 1.0)) == CARRIED_OUT
 
     def test_a_stuck_switch_is_never_found(self, bench):
         bench.board.set_switch(0, SwitchState.OPEN)
-        assert said(bench.ask(1, mks.Home(), 60.0)) == [
-            mks.Started,
-            mks.Failed,
-        ]  # it stalls at the stop
+        assert said(bench.ask(1, mks.Home(), 60.0)) == GIVEN_UP  # it stalls at the stop
         bench.board.set_switch(1, SwitchState.CLOSED)
         assert bench.ask(2, mks.ReadInputs())[0].answer.levels == 1
 

@@ -105,7 +105,7 @@ class TestSteps:
 
 class TestCommands:
     def test_read_tells_key_and_inputs(self, bench):
-        bench.board.pendant.press(Key.GRIP)
+        bench.board.press(Key.GRIP)
         bench.device.set_input(3, True)
         bench.device.set_input(4, True)
         bench.device.set_input(4, False)
@@ -201,7 +201,7 @@ class TestCommands:
 class TestPendant:
     def test_stop_ends_a_motion_at_its_present_step(self, bench):
         bench.begin(STEP)
-        bench.device.at(28 * BYTE_S + 0.5, lambda: bench.board.pendant.press(Key.STOP))
+        bench.device.at(28 * BYTE_S + 0.5, lambda: bench.board.press(Key.STOP))
         assert bench.finish().status is Status.STOPPED
         assert bench.now_s == pytest.approx(30 * BYTE_S + 0.5, abs=1e-9)
         answer = bench.ask(Read()).registers
@@ -212,22 +212,22 @@ class TestPendant:
         for number in (1, 2):
             bench.ask(QWrite(ProgramRow.move(number, 240, (470 * number, 0, 0, 0, 0, 0))))
         bench.begin(Run())
-        bench.device.at(bench.now_s + 0.5, lambda: bench.board.pendant.press(Key.STOP))
+        bench.device.at(bench.now_s + 0.5, lambda: bench.board.press(Key.STOP))
         assert bench.finish().status is Status.STOPPED
         assert 0 < registers(bench)[0] < 470
 
     def test_stop_while_nothing_moves_answers_nothing(self, bench):
-        bench.board.pendant.press(Key.STOP)
+        bench.board.press(Key.STOP)
         assert bench.let_pass(1.0) == b""
 
     def test_the_pendant_has_control_until_it_gives_it_back(self, bench):
         bench.begin(Set())
         bench.let_pass(60.0)
         bench.device.jog((10, 0, 0, 0, 0, 0))
-        assert bench.board.pendant.return_control()
+        assert bench.board.return_control()
         assert bench.finish().status is Status.DONE
         assert registers(bench) == (10, 0, 0, 0, 0, 0)
-        assert not bench.board.pendant.return_control()
+        assert not bench.board.return_control()
 
     def test_an_operator_brings_the_arm_to_a_posture_that_he_sees(self, bench):
         before = bench.device.world.motors

@@ -50,7 +50,7 @@ def test_a_device_comes_back_with_what_it_knew():
     bench = Bench(TeachMoverBoard(lived_in()))
     bench.ask(QWrite(ProgramRow.move(3, 200, (1, -2, 3, -4, 5, -6))))
     bench.ask(Step(240, (12, 0, 0, 0, 0, 0), 9))
-    bench.board.pendant.press(Key.FREE)
+    bench.board.press(Key.FREE)
     bench.device.set_input(5, True)
     saved = json.loads(json.dumps(bench.device.to_json()))
     again = recalled(saved, TeachMoverBoard)
