@@ -62,6 +62,7 @@ class Ledger:
         self._polled_s = -math.inf
         self._owed = self._owed_before = self._missed = 0
         self._retried_s = -math.inf
+        self._unproven = False  # whether no drive has replied to tell if the latest frame was missed
         self._suspected_s = self._suspicion_ends_s = math.inf
         self._owed_before_suspicion = 0
 
@@ -87,8 +88,11 @@ class Ledger:
             self.open_s = self._retried_s = now_s
             self._owed_before = self._owed
         elif now_s >= self._retried_s + RETRY_PERIOD_S - EPSILON_S:
+            if self._unproven and others_s > self._retried_s:
+                self._missed += 1  # the reply that came since then proves that the bus carried it
+            self._unproven = others_s <= self.open_s
+            self._missed += not self._unproven
             self._retried_s = now_s
-            self._missed += others_s > self.open_s
         self._owed += owes
 
     def located(self) -> float:
@@ -108,7 +112,7 @@ class Ledger:
         if self.pending and self._owed <= self._owed_before_suspicion:
             self._suspected_s = math.inf  # it has answered everything, so it had power throughout
         if asked:
-            self._missed, self.open_s = 0, math.inf
+            self._missed, self._unproven, self.open_s = 0, False, math.inf
             self.replied_s, self.unanswered_polls = now_s, 0
 
     def suspect(self, until_s: float) -> None:
@@ -129,7 +133,8 @@ class Ledger:
     def forget(self) -> None:
         """Drop all suspicions and wait for no reply."""
         self.away_s = self.open_s = self._suspected_s = math.inf
-        self._missed, self.unanswered_polls, self.braking = 0, 0, False
+        self._missed, self._unproven = 0, False
+        self.unanswered_polls, self.braking = 0, False
 
     # -- conclusions --------------------------------------------------------------------------
 
