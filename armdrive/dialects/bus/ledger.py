@@ -62,9 +62,8 @@ class Ledger:
         self._polled_s = -math.inf
         self._owed = self._owed_before = self._missed = 0
         self._retried_s = -math.inf
-        self._unproven = (
-            False  # whether no drive has replied to tell if the latest frame was missed
-        )
+        # whether no drive has replied since the latest frame: then the bus may have lost it
+        self._unproven = False
         self._suspected_s = self._suspicion_ends_s = math.inf
         self._owed_before_suspicion = 0
 
