@@ -56,7 +56,10 @@ def call(
         motion = stage.config.motion
         burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
         runs_on_s = arm.core.controller.stopping(burst_s).silent_s
-        if stage.twin.device.moving:  # where it comes to rest decides where the command begins
+        turned = stage.watch.turned
+        turns_back = turned is not None and stage.now_s <= turned.until_s
+        if stage.twin.device.moving or turns_back:
+            # where it comes to rest decides where the command begins
             command.span = command.aim = None
         stage.watch.begin(command)
     if arm is not None and arm.paused and command is not None:

@@ -152,6 +152,10 @@ class Unled(Protocol):
 class Turned(Protocol):
     """Shafts that a hand has turned (`turned`)."""
 
+    @property
+    def until_s(self) -> float:
+        """Until when their drives may turn them back."""
+
     def excuses(self, motors: Collection[int], there: Motors, time_s: float) -> bool:
         """Tell whether no driver can know yet that a hand has turned these motors."""
 

@@ -63,8 +63,8 @@ def test_no_stepper_is_turned_back():
     assert turned_by_hand(stage, stage.world.motors) is None
 
 
-@pytest.mark.parametrize("seed", [78000053, 78000296])
-def test_a_hand_turns_a_shaft_as_its_drive_is_switched_on(seed):
-    """Seeds that were drawn: switched on by the first order, and by one that holds already."""
+@pytest.mark.parametrize("seed", [78000053, 78000296, 131000836])
+def test_a_hand_turns_a_shaft_as_its_drive_is_told_where_to_hold(seed):
+    """Random missions: a drive is switched on by its first order, holds already, or arrives."""
     result = run_mission("cia402", seed)
     assert result.outcome is not Outcome.VIOLATION, story(result)
