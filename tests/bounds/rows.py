@@ -314,6 +314,11 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
             "The status has one bound for a pause and for the death of the program. Paused drives "
             "get no more targets, and need not miss a heartbeat for 0.25 s first.",
         ),
+        "little to catch up": Reason(
+            0.4,
+            "Drives may catch up after lost orders, and the bound allows for that. A jog is held "
+            "back as soon as no drive replies for 0.06 s, so a drive has little to catch up.",
+        ),
     }
 )
 
@@ -385,7 +390,10 @@ def _bus_rows() -> tuple[Row, ...]:
         Row("mks", _P, Cause.EMERGENCY, (0.6,), **lost, time="dead stop", way="dead stop"),
         *(Row("mks", _U, each, (0.3,)) for each in (Cause.PAUSE, *_DEATHS)),
         Row("mks", _U, Cause.PULLED, (0.31, 0.33), late_s=0.0),
-        *(Row("mks", _J, cause, (0.45,), **late, **lost) for cause in _ENDS),
+        *(
+            Row("mks", _J, cause, (0.3,), cut=(0.05, 0.05), **lost, way="little to catch up")
+            for cause in _ENDS
+        ),
         *(Row("cia402", _P, cause, (0.603, 0.607), **on) for cause in _STOPS),
         Row("cia402", _P, Cause.PAUSE, (0.5,), late_s=0.0, way="as if dead"),
         *(Row("cia402", _P, cause, (0.34,), options=_RUN_ON) for cause in _DEATHS),
