@@ -391,7 +391,7 @@ def _bus_rows() -> tuple[Row, ...]:
         *(Row("mks", _U, each, (0.3,)) for each in (Cause.PAUSE, *_DEATHS)),
         Row("mks", _U, Cause.PULLED, (0.31, 0.33), late_s=0.0),
         *(
-            Row("mks", _J, cause, (0.3,), cut=(0.05, 0.05), **lost, way="little to catch up")
+            Row("mks", _J, cause, (0.45,), cut=(0.05, 0.1), **lost, way="little to catch up")
             for cause in _ENDS
         ),
         *(Row("cia402", _P, cause, (0.603, 0.607), **on) for cause in _STOPS),
