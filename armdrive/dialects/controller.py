@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeAlias
 
 from armdrive.abilities import Abilities
 from armdrive.dialects.exchange import Codec, H, Script, ScriptIO, ScriptLoop
-from armdrive.tasks import SWITCHED_ON, Event, Reply, Request
+from armdrive.tasks import Event, Reply, Request
 from kinematics.spaces import Motors
 
 
@@ -47,9 +47,6 @@ class ScriptRunner(ABC, Generic[H]):
     It answers requests with scripts. A dialect adds `script`, `unsolicited` and its numbers.
     """
 
-    look_at = SWITCHED_ON
-    """What to check if the device does not answer."""
-
     def __init__(
         self, abilities: Abilities, codec: Codec[H], io: ScriptIO[H] | None = None
     ) -> None:
@@ -61,6 +58,11 @@ class ScriptRunner(ABC, Generic[H]):
     def last_said(self) -> str:
         """The last command sent, as text for people."""
         return self.io.last_command
+
+    @property
+    def look_at(self) -> str:
+        """What to check if the device does not answer."""
+        return self.io.look_at
 
     @property
     def underruns(self) -> int:
