@@ -10,7 +10,8 @@ from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
 from firmware_protocol.errors import ProtocolError
-from firmware_protocol.events import Unreadable
+from firmware_protocol.events import Unreadable, UnreadableFrame
+from firmware_protocol.frames import Frame
 from firmware_protocol.lines import LineSplitter
 
 Sentences: TypeAlias = Mapping[type, Callable[[Any], str]]
@@ -24,8 +25,10 @@ UNITS: Mapping[str, str] = {"rpm": "rpm", "ms": "ms", "ma": "mA", "steps": "step
 
 def plain(message: object) -> str:
     """Return a message's name and fields: `SetCurrent(800)` is `set current: 800 mA`."""
-    if isinstance(message, str):
+    if isinstance(message, str | Frame):
         return str(message)
+    if isinstance(message, UnreadableFrame):
+        return f"unreadable frame: {message.frame}: {message.reason}"
     if isinstance(message, Unreadable):
         return f"unreadable: `{escaped(message.data)}`: {message.reason}"
     if isinstance(message, Enum):

@@ -10,8 +10,9 @@ from armdrive.dialects.words import plain
 from armdrive.registry import DIALECTS
 from armdrive.trace.entries import WIRE, EntryKind
 from armdrive.trace.log import Narrator, describer
-from firmware_protocol.events import Overrun, Stray, Unreadable
+from firmware_protocol.events import Overrun, Stray, Unreadable, UnreadableFrame
 from firmware_protocol.frames import Frame, pack
+from firmware_protocol.mks import Foreign
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
 
 
@@ -129,6 +130,8 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
         (Stray(Status.DONE), "stray: answer done"),
         (Stray(Delay(12)), "stray: answer delay: count 12"),
         (Overrun(3), "overrun: count 3"),
+        (UnreadableFrame(Frame(1, b"\x31\x02"), "bad sum"), "unreadable frame: 001#3102: bad sum"),
+        (Foreign(Frame(0x123)), "foreign: frame 123#"),
     ],
 )
 def test_what_no_request_awaits_is_told_in_words(event, words):
