@@ -354,7 +354,7 @@ def audit_opening(config: ArmConfig, opening_mm: float) -> None:
     low, high = config.model.gripper_range_mm
     if not low <= opening_mm <= high:
         raise OutOfBounds(
-            f"the gripper opens from {low:g} to {high:g} mm, not to {opening_mm:.1f} mm",
+            f"the gripper opens from {low:g} to {high:g} mm, not to {opening_mm:g} mm",
             name="gripper",
             value=opening_mm,
             bound=high if opening_mm > high else low,
