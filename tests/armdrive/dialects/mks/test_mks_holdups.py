@@ -198,7 +198,8 @@ def test_a_bus_that_falls_silent_in_such_a_pause_is_told():
 
 # -- a whole arm ----------------------------------------------------------------------------------
 
-PAUSED_S = 60.0
+PAUSED_S = 90.0
+"""Longer than the call waits for its motion if nothing pauses it: a minute and some seconds."""
 
 
 def arm_paused_in_a_hold_up(for_s):
