@@ -366,7 +366,7 @@ async def connect_simulated(
     tracer: Tracer | None = None,
     reconnect: bool | None = None,
 ) -> Parts:
-    """Connect to a simulated twin in this process, in simulated time unless `pace` says else."""
+    """Connect to a simulated twin in this process, in simulated time unless `pace` says real."""
     twin = twin or simulate(config)
     parts = await coroutine_of(assemble)(
         config,
