@@ -6,7 +6,7 @@ Read in this order:
     ledger     the open questions to a drive, and the replies that it owes
     observer   conclusions from orders, questions and replies: the table of verdicts
     group      what the drives of an arm do together: the table of phases and signals
-    stages     the stages of stopping and homing, which every dialect goes through
+    stages     stages of every dialect: the end of an earlier motion, stopping, homing
     drives     the motors of an arm, one drive each; ids, settings, missing drives
     tools      work on a bus without an arm: surveying drives and setting them up
     words      one frame described in words

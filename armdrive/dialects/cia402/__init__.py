@@ -9,8 +9,8 @@ Read in this order, after `dialects.bus`:
     leading      what all motions share: beginning, outages, arriving, stopping
     motion       cyclic targets, bursts by profile position, homing
 
-The rest serves people: `settings` and `compare` for the arm file, `objects` for the
-names and values of objects in words, `tools` for surveying a bus and describing its traffic.
+The rest serves people: `settings` and `compare` for the arm file, `objects` for the names and
+values of objects in words, `tools` for surveying a bus and describing its traffic.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ Read in this order, after `dialects.bus`:
     bursts       motion by firmware that cannot be steered
     stops        stopping, and relieving drives that push against an obstacle
     homing       the drives' own search for their switches
-    inquiry      questions about a drive: firmware, shared ids, why it does not move
+    inquiry      questions about a drive: firmware, why it does not move
 
 The rest serves people: `settings` and `compare` for the arm file, `survey` and `commissioning` for
 a bus and its drives, `words` for the traffic on it.
