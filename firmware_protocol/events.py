@@ -37,7 +37,7 @@ class UnreadableFrame:
 
 @dataclass(frozen=True, slots=True)
 class Overrun:
-    """Reports that the oldest `count` events were not fetched in time and are lost."""
+    """Reports that input was not fetched in time and is lost: `count` events, or characters."""
 
     count: int
 

@@ -159,6 +159,11 @@ def _whole(record: bytes) -> Frame | None:
         return None
 
 
+# slcan, Lawicel's text protocol of serial CAN adapters: frames as lines, for both ends.
+#
+# `tIIILDD..` is a frame with an 11-bit id, `T` has 29 bits, and `r` and `R` are remote frames. A
+# line ends with CR. With a bell the adapter refuses a command.
+
 CR = b"\r"
 BELL = b"\a"
 ON_BUS = b"tTrR"  # first letters of the lines that are frames

@@ -410,7 +410,15 @@ class _Writing:
 
 
 class SdoClient:
-    """The client that reads and writes the objects of one node."""
+    """The client that reads and writes the objects of one node, one transfer at a time.
+
+    No frame on the bus raises or prevents the next transfer. There is no clock: the owner keeps a
+    deadline for the whole transfer and calls `abandon`. The client never retries by itself.
+
+    Repeated frames are ignored, because their toggle bit or object differs. A late response is
+    taken for the answer to a newer transfer of the same object, because nothing in it shows the
+    difference. So give the server time after abandoning a transfer, or read the object back.
+    """
 
     def __init__(self, node: int, *, size_max: int = SIZE_MAX) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)

@@ -253,6 +253,10 @@ def is_parameter(name: object) -> bool:
     return name in ("TLO", "PRB") or (name[:1] == "G" and name[1:2].isdigit() and name.isascii())
 
 
+# The status report, `<Idle|MPos:0.000,0.000,0.000|FS:0,0>`: to a line and back.
+#
+# Source: gnea/grbl doc/markdown/interface.md. Unknown fields are kept as they came.
+
 COUNT_MAX = 99_999_999
 _STATE = re.compile(r"([A-Za-z]+)(?::([0-9]{1,3}))?")
 _DECIMAL = re.compile(r"-?[0-9]{1,9}(?:\.[0-9]{0,6})?")

@@ -263,6 +263,11 @@ def check_command(command: Command, dialect: Dialect) -> None:
         )
 
 
+# Real-time commands: single bytes, picked out of the stream at once and never counted.
+#
+# Sources: gnea/grbl doc/markdown/commands.md and grbl/serial.c; grblHAL/core grbl.h.
+
+
 class Realtime(IntEnum):
     """One byte each; legal at any time, with no `ok`."""
 

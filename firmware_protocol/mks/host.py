@@ -341,7 +341,13 @@ EVENTS_MAX = 256
 
 
 class Host:
-    """The host's protocol machine. Raises `LocalProtocolError` if misused.
+    """The host's protocol machine, for several drives. Raises `LocalProtocolError` if misused.
+
+    Input and output are frame records (`firmware_protocol.frames`). No frame on the bus raises.
+    An answer is matched on arrival to the request with the same drive and code, so that an earlier
+    answer never matches a later request. A late answer after `forget` may be taken for the answer
+    to the next request with this code, because nothing in it shows the difference. Requests to a
+    group and broadcasts have no answers.
 
     There is no clock: the caller calls `forget` after a timeout. A drive need not report the end of
     a motion, so the caller calls `settle` once the position shows that the drive is at rest.

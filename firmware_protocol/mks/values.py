@@ -261,6 +261,11 @@ def abilities_of(version: Version) -> frozenset[Ability]:
     return frozenset(ability for ability in Ability if version >= ability.since)
 
 
+# The encoding of messages: each message declares the forms of its fields.
+#
+# Validation, encoding and decoding of a message all follow from these forms. A few irregular
+# messages define their own `payload` and `read`.
+
 Choice = TypeVar("Choice", bound=Enum)
 
 

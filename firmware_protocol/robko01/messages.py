@@ -394,7 +394,7 @@ class Moving(_OfByte):
 
 
 class Positions(_OfAxes):
-    """The position of every axis, wrapped to 16 bits (`unwrap`), and its speed."""
+    """The position of every axis, wrapped to 16 bits (`wrap`), and its speed."""
 
     op, status = Op.POSITION, Status.OK
 

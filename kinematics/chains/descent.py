@@ -290,7 +290,8 @@ def _squared(values: Sequence[float]) -> float:
     return sum([value * value for value in values])
 
 
-# One step: (JᵗJ + damping · largest diagonal entry) s = Jᵗ e, solved by Cholesky's decomposition.
+# One step: (JᵗJ + damping · largest diagonal entry) s = Jᵗ e, solved by Cholesky's decomposition
+# (Marquardt, 1963).
 #
 # The solution is written out as code for each size of the system, every entry a local variable: it
 # takes a tenth of the time of loops over lists, and descents do little else.

@@ -238,11 +238,13 @@ def test_a_seed_that_does_not_fit_is_refused():
         solve_frame_ik(PUMA, PUMA.fk(PUMA.zero), (0.0, 0.0))
 
 
-def test_a_goal_is_solved_without_numpy():
+def test_a_goal_is_solved_without_numpy_numerically_and_in_closed_form():
     script = (
-        "import sys; from kinematics import SYSTEMS, solve_frame_ik;"
-        "puma = SYSTEMS['puma'].chain();"
-        "found = solve_frame_ik(puma, puma.fk((0.1, -0.4, 0.8, 0.2, 0.6, 0.1)));"
-        "sys.exit(not found.ok or 'numpy' in sys.modules)"
+        "import sys; from kinematics import SYSTEMS, frame_goal, solve_frame_ik;"
+        "from kinematics.chains.closed_form import closed_form;"
+        "puma = SYSTEMS['puma'].chain(); values = (0.1, -0.4, 0.8, 0.2, 0.6, 0.1);"
+        "found = solve_frame_ik(puma, puma.fk(values));"
+        "near = closed_form(puma).nearest(frame_goal(puma.fk(values)), values);"
+        "sys.exit(not found.ok or near is None or 'numpy' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

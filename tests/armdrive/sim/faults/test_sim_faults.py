@@ -16,6 +16,7 @@ from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse
 from armdrive.sim.faults.table import FAULTS, Faults, faults_of
 from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.wire import (
+    Next,
     Nth,
     PacedDevice,
     Rule,
@@ -320,6 +321,11 @@ def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
         heard += lane.passed(one, now)
         now += 0.3
     assert heard + lane.due(now + delay_s) == data
+
+
+def test_a_whole_message_is_struck_once():
+    assert through(lost, Next(), [b"ab", b"cd"]) == b"cd"
+    assert through(repeated, Next(), [b"ab", b"cd"]) == b"ababcd"
 
 
 def draw_of(seed):
