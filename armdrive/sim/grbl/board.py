@@ -344,12 +344,6 @@ class GrblBoard(Board):
         return self._line.active or len(self.ring) > 0 or self.drive.rack.waiting > 0
 
     @property
-    def full(self) -> bool:
-        """Whether the planner is full."""
-        blocks = self.firmware.blocks
-        return self.drive.rack.waiting >= blocks and self.drive.queued(self.now_s) >= blocks
-
-    @property
     def registers(self) -> Motors:
         """The step counts of the axes that have motors."""
         return self.drive.registers
@@ -476,10 +470,6 @@ class GrblBoard(Board):
         """Switch the motors off after the idle delay, even if $1 says to leave them on."""
         self.idle_off_s = self.now_s + self.settings.idle_s
 
-    def follow_registers(self) -> None:
-        """Make the parser go on from where the axes stand."""
-        self.parser.position = self.drive.units_of(self.drive.rack.goal)
-
     def outputs_changed(self) -> None:
         """Move the fingers as their output commands; they arrive once the motion is over."""
         build = self.build
@@ -501,7 +491,7 @@ class GrblBoard(Board):
         elif self.cancelling:
             self.cancelling = False
             self.drive.stop(self.now_s)
-            self.follow_registers()
+            self.parser.position = self.drive.goal_units
             self.state = State.IDLE
         elif self.state in _BLOCKING:
             self.stands = True
@@ -533,7 +523,7 @@ class GrblBoard(Board):
     def moved_by_hand(self, *, counted: bool) -> None:
         """Count steps made at the controls; check the switches after motion by force."""
         if counted:
-            self.follow_registers()
+            self.parser.position = self.drive.goal_units
             self.limits.forget(self)
         elif self.shared.powered:
             self.limits.look(self)
@@ -579,7 +569,7 @@ class GrblBoard(Board):
         self.settings.values.update(values)
         self.drive.rack.limits = self.settings.limits()
         self.parser.stored = stored
-        self.parser.restart(self.drive.units_of(self.drive.rack.goal))
+        self.parser.restart(self.drive.goal_units)
         self.startup[:] = startup
         self.note = note
         self.state = State(state)

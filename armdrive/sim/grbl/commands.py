@@ -130,7 +130,7 @@ def _way(board: GrblBoard, axis: int) -> int:
 
 def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Waits:
     """Move axes towards their switches (backwards if negative), and wait."""
-    target = list(board.drive.units_of(board.drive.rack.goal))
+    target = list(board.drive.goal_units)
     for axis in axes:
         target[axis] += units * _way(board, axis)
     board.drive.queue_to(target, rate * math.sqrt(len(axes)), board.now_s)
@@ -141,7 +141,7 @@ def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Wai
 def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
     """Set the position of the axes to a pull-off inside the travel, which is all negative."""
     settings = board.settings
-    place = list(board.drive.units_of(board.drive.rack.goal))
+    place = list(board.drive.goal_units)
     for axis in axes:
         place[axis] = -settings[PULL_OFF]
         if settings.mask(HOMING_DIRECTIONS, axis):

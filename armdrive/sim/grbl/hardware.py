@@ -268,6 +268,12 @@ class BoardDrive(MotorDrive[PathRack]):
         self._followed_s = math.nan
         self._axes = axes
         self._order = tuple(build.order)
+        self._blocks = build.firmware.blocks
+
+    @property
+    def goal_units(self) -> tuple[float, ...]:
+        """Where the axes stand after the last queued line, in units."""
+        return self.units_of(self.rack.goal)
 
     @property
     def registers(self) -> Motors:
@@ -328,6 +334,10 @@ class BoardDrive(MotorDrive[PathRack]):
     def queued(self, now_s: float) -> int:
         """Return how many lines wait; a line whose last segment is computed no longer does."""
         return self.rack.waiting - self.rack.ending_by(self.rack.computed_s(now_s))
+
+    def full(self, now_s: float) -> bool:
+        """Return whether the planner has no room for another line."""
+        return self.rack.waiting >= self._blocks and self.queued(now_s) >= self._blocks
 
     def speed(self, now_s: float) -> float:
         """Return the speed of the segment computed last, in units per second."""

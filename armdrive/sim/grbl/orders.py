@@ -124,7 +124,7 @@ def until_still(board: GrblBoard) -> Waits:
 
 def until_room(board: GrblBoard) -> Waits:
     """Wait until the planner has room for a line; a line leaves it with its last segment."""
-    while board.full:
+    while board.drive.full(board.now_s):
         board.autostart()
         yield board.now_s + SEGMENT_S
 
@@ -172,8 +172,7 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
         rack.hold(board.now_s)  # until no more lines arrive
     rate = way.rate
     if way.inverse:
-        here = board.drive.units_of(rack.goal)
-        rate *= math.dist(way.target, here)
+        rate *= math.dist(way.target, board.drive.goal_units)
     if work.jog:
         rate *= 100 / board.overrides[0]  # a jog ignores this override
     board.drive.queue_to(way.target, rate, board.now_s, rapid=way.rapid)
@@ -331,7 +330,7 @@ def _start(board: GrblBoard) -> None:
     board.drive.stop(board.now_s)
     board.drive.rack.override(1.0, 1.0, board.now_s)
     board.drive.rack.limits = board.settings.limits()
-    board.parser.restart(board.drive.units_of(board.drive.rack.goal))
+    board.parser.restart(board.drive.goal_units)
     board.reporter.restart()
     if board.settings.motors_stay_on:
         board.drive.energise()
