@@ -24,7 +24,14 @@ from typing import ClassVar, Generic, TypeAlias, TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Board, SwitchState
 from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSettings
-from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, BoardOutputs, ReceiveRing, Switches
+from armdrive.sim.grbl.hardware import (
+    BoardBuild,
+    BoardDrive,
+    BoardOutputs,
+    OutputFingers,
+    ReceiveRing,
+    Switches,
+)
 from armdrive.sim.grbl.parser import STORED, GcodeParser
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
@@ -290,6 +297,7 @@ class GrblBoard(Board):
         self.codec = Device(firmware.dialect(build.axes))
         self.parser = GcodeParser(build.axes, firmware.unknown)
         self.outputs = BoardOutputs()
+        self.fingers = OutputFingers(world, build, self.outputs)
         self.reporter = StatusReporter(baud)
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
@@ -328,7 +336,7 @@ class GrblBoard(Board):
         self.codec.discard()
         self.ring.clear()
         self.outputs.forget()
-        self._opening_mm, self._fingers_s = 0.0, math.inf
+        self.fingers.forget()
 
     # Observable state.
 
@@ -387,7 +395,7 @@ class GrblBoard(Board):
             self.drive.rack.next_line_s,
             self.idle_off_s,
             self.limits.due_s,
-            self._fingers_s,
+            self.fingers.due_s,
         )
         if self._line.until_s < due_s and not self.blocked:
             due_s = self._line.until_s
@@ -396,9 +404,8 @@ class GrblBoard(Board):
     def happen(self) -> None:
         """Do what is due."""
         now_s = self.now_s
-        if self._fingers_s <= now_s:
-            self._fingers_s = math.inf
-            self.world.move_fingers(self._opening_mm, now_s)
+        if self.fingers.due_s <= now_s:
+            self.fingers.arrive(now_s)
         if self.booting.until_s <= now_s:
             self.booting.step()
         if self.drive.live(now_s):
@@ -469,17 +476,6 @@ class GrblBoard(Board):
     def let_motors_go(self) -> None:
         """Switch the motors off after the idle delay, even if $1 says to leave them on."""
         self.idle_off_s = self.now_s + self.settings.idle_s
-
-    def outputs_changed(self) -> None:
-        """Move the fingers as their output commands; they arrive once the motion is over."""
-        build = self.build
-        value = self.outputs.value(build.fingers)
-        if value is None or self.world.body.transmission.has_gripper:
-            return
-        low, high = build.opening_mm
-        self._opening_mm = low + (high - low) * build.fingers.share(value)
-        way_mm = abs(self._opening_mm - self.world.opening_mm)
-        self._fingers_s = self.now_s + way_mm / build.finger_mm_s
 
     def _stood(self) -> None:
         """React to the end of motion."""

@@ -282,7 +282,7 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
     def fall_asleep() -> None:
         board.say(Feedback("Sleeping"))
         board.outputs.off()
-        board.outputs_changed()
+        board.fingers.follow_output(board.now_s)
         board.state, board.stands = State.SLEEP, True
         board.idle_off_s = board.now_s + ALWAYS_ON_MS / 1000
 

@@ -210,6 +210,37 @@ class BoardOutputs:
         saved.end()
 
 
+class OutputFingers:
+    """Fingers that an output moves, if no motor does; `due_s` is when they arrive."""
+
+    def __init__(self, world: World, build: BoardBuild, outputs: BoardOutputs) -> None:
+        self._world = world
+        self._build = build
+        self._outputs = outputs
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget where the fingers were to go."""
+        self.due_s = math.inf
+        self._opening_mm = 0.0
+
+    def follow_output(self, now_s: float) -> None:
+        """Send the fingers to the opening that their output commands."""
+        build = self._build
+        value = self._outputs.value(build.fingers)
+        if value is None or self._world.body.transmission.has_gripper:
+            return
+        low, high = build.opening_mm
+        self._opening_mm = low + (high - low) * build.fingers.share(value)
+        way_mm = abs(self._opening_mm - self._world.opening_mm)
+        self.due_s = now_s + way_mm / build.finger_mm_s
+
+    def arrive(self, now_s: float) -> None:
+        """Move the fingers to where they were sent."""
+        self.due_s = math.inf
+        self._world.move_fingers(self._opening_mm, now_s)
+
+
 # --- Limit switches: one for each motor, at one end of its travel --------------------------------
 
 

@@ -143,7 +143,7 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
     if work.spindle or work.coolant:
         board.reporter.overrides_changed()
     if work.spindle or work.coolant or work.output:
-        board.outputs_changed()
+        board.fingers.follow_output(board.now_s)
     if work.dwell_s is not None:
         yield board.now_s + work.dwell_s
     if work.writes_eeprom:
@@ -206,7 +206,7 @@ def _end(board: GrblBoard, work: Work) -> Waits:
         yield math.inf
     if work.end:
         board.outputs.off()
-        board.outputs_changed()
+        board.fingers.follow_output(board.now_s)
         board.say(Feedback("Pgm End"))
 
 
@@ -316,7 +316,7 @@ def _lose_current(board: GrblBoard, *, restarts: bool) -> None:
 
 def _outputs_off(board: GrblBoard) -> None:
     board.outputs.off()
-    board.outputs_changed()
+    board.fingers.follow_output(board.now_s)
 
 
 def _start(board: GrblBoard) -> None:
@@ -386,7 +386,7 @@ def _ask(board: GrblBoard) -> None:
 def _flood(board: GrblBoard) -> None:
     if board.state in _FLOOD_STATES:
         board.outputs.flood = not board.outputs.flood
-        board.outputs_changed()
+        board.fingers.follow_output(board.now_s)
 
 
 def _override(board: GrblBoard, which: int, value: int, relative: bool) -> None:
