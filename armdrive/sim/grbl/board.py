@@ -28,6 +28,7 @@ from armdrive.sim.grbl.hardware import (
     BoardBuild,
     BoardDrive,
     BoardOutputs,
+    MotorCurrent,
     OutputFingers,
     ReceiveRing,
     Switches,
@@ -299,6 +300,7 @@ class GrblBoard(Board):
         self.outputs = BoardOutputs()
         self.fingers = OutputFingers(world, build, self.outputs)
         self.reporter = StatusReporter(baud)
+        self.current = MotorCurrent(world, settings)
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
         self.startup = ["", ""]
@@ -309,7 +311,6 @@ class GrblBoard(Board):
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
         self._orders = {int(one): one for one in known}
-        world.energised = settings.motors_stay_on
         self.start(0.0)
 
     def start(self, wait_s: float) -> None:
@@ -332,7 +333,8 @@ class GrblBoard(Board):
         self.hangs = self.hung = False
         self.afterwards: Callable[[], None] | None = None
         self.state = State.IDLE
-        self.deaf_until_s, self.idle_off_s = -math.inf, math.inf
+        self.deaf_until_s = -math.inf
+        self.current.off_s = math.inf
         self.codec.discard()
         self.ring.clear()
         self.outputs.forget()
@@ -393,7 +395,7 @@ class GrblBoard(Board):
         due_s = min(
             self.booting.until_s,
             self.drive.rack.next_line_s,
-            self.idle_off_s,
+            self.current.off_s,
             self.limits.due_s,
             self.fingers.due_s,
         )
@@ -412,9 +414,8 @@ class GrblBoard(Board):
             self._stood()
         if self.limits.due_s <= now_s:
             self.limits.look(self)
-        if self.idle_off_s <= now_s:
-            self.idle_off_s = math.inf
-            self.world.cut_current(now_s)
+        if self.current.off_s <= now_s:
+            self.current.cut(now_s)
         self.run()
         if self.reporter.due_s(self) <= now_s:
             self.say(self.reporter.report(self))
@@ -463,8 +464,7 @@ class GrblBoard(Board):
 
     def set_going(self, state: State) -> None:
         """Switch the motors on and execute the queue."""
-        self.drive.energise()
-        self.idle_off_s = math.inf
+        self.current.keep_on()
         self.drive.rack.resume(self.now_s)
         self.state = state
 
@@ -473,14 +473,10 @@ class GrblBoard(Board):
         self.drive.kill(self.now_s, self.build.coast)
         self.cancelling = self.stands = self.leaving = False
 
-    def let_motors_go(self) -> None:
-        """Switch the motors off after the idle delay, even if $1 says to leave them on."""
-        self.idle_off_s = self.now_s + self.settings.idle_s
-
     def _stood(self) -> None:
         """React to the end of motion."""
-        if not self.settings.motors_stay_on and self.state is not State.HOME:
-            self.let_motors_go()
+        if self.state is not State.HOME:
+            self.current.release_at_rest(self.now_s)
         if self.leaving:
             self.leaving = False
             self.routines.critical(self, SOFT_LIMIT)
@@ -528,7 +524,7 @@ class GrblBoard(Board):
         """Reset the board, as opening its port does: it loses its position, and the arm sags."""
         if self.shared.powered:
             self.drive.stop(self.now_s)
-            self.world.cut_current(self.now_s)
+            self.current.cut(self.now_s)
             self.start(self.firmware.boot_s)
 
     # The saved world.
@@ -570,7 +566,7 @@ class GrblBoard(Board):
         self.note = note
         self.state = State(state)
         if self.build.resets_on_open:
-            self.world.cut_current(self.now_s)
+            self.current.cut(self.now_s)
             self.start(0.0)
         else:
             self.shared.outgoing.clear()

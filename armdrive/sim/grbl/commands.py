@@ -80,8 +80,7 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     """Home axes; return 0, or the number of the alarm if it fails."""
     settings = board.settings
     board.state = State.HOME
-    board.drive.energise()
-    board.idle_off_s = math.inf
+    board.current.keep_on()
     far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
     back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / _MINUTE_S
     feed = settings[HOMING_FEED] / _MINUTE_S
@@ -96,8 +95,7 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.state = State.IDLE
-    if not settings.motors_stay_on:
-        board.let_motors_go()
+    board.current.release_at_rest(board.now_s)
     board.limits.forget(board)
     return 0
 
@@ -284,7 +282,7 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
         board.state, board.stands = State.SLEEP, True
-        board.idle_off_s = board.now_s + ALWAYS_ON_MS / 1000
+        board.current.off_s = board.now_s + ALWAYS_ON_MS / 1000
 
     board.afterwards = fall_asleep
     return 0

@@ -1,4 +1,4 @@
-"""The hardware of a simulated GRBL board: wiring, outputs, limit switches, motors.
+"""The hardware of a simulated GRBL board: wiring, outputs and fingers, switches, motors, current.
 
 Counts of the board are in the order of its axes, those of the arm in the order of its motors. A
 board may have more axes than the arm has motors; the surplus axes turn nothing.
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from armdrive.sim.device import SwitchState
-from armdrive.sim.grbl.firmware import Firmware
+from armdrive.sim.grbl.firmware import BoardSettings, Firmware
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.sim.world.arm import World
@@ -395,3 +395,35 @@ class BoardDrive(MotorDrive[PathRack]):
 
     def _turn(self, steps: Motors, now_s: float) -> None:
         super()._turn(self._of_motors(steps), now_s)
+
+
+class MotorCurrent:
+    """The motors' current, which the board switches off some time after a motion.
+
+    `off_s` is when the current goes off.
+    """
+
+    def __init__(self, world: World, settings: BoardSettings) -> None:
+        self.off_s = math.inf
+        self._world = world
+        self._settings = settings
+        world.energised = settings.motors_stay_on
+
+    def keep_on(self) -> None:
+        """Switch the current on until further notice."""
+        self._world.energised = True
+        self.off_s = math.inf
+
+    def release(self, now_s: float) -> None:
+        """Switch the current off after the idle delay, even if $1 says to leave it on."""
+        self.off_s = now_s + self._settings.idle_s
+
+    def release_at_rest(self, now_s: float) -> None:
+        """Switch the current off after the idle delay, unless $1 says to leave it on."""
+        if not self._settings.motors_stay_on:
+            self.release(now_s)
+
+    def cut(self, now_s: float) -> None:
+        """Switch the current off at once: the arm sags."""
+        self.off_s = math.inf
+        self._world.cut_current(now_s)

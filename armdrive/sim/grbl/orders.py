@@ -309,9 +309,9 @@ def _started_anew(board: GrblBoard, code: int) -> Boot:
 def _lose_current(board: GrblBoard, *, restarts: bool) -> None:
     """Release motors that were stopped dead; `restarts` if the board restarts by itself."""
     if board.firmware.killed is Killed.AT_ONCE:
-        board.idle_off_s = board.now_s
+        board.current.off_s = board.now_s
     elif not restarts or board.firmware.killed is Killed.LATE:
-        board.let_motors_go()
+        board.current.release(board.now_s)
 
 
 def _outputs_off(board: GrblBoard) -> None:
@@ -333,10 +333,9 @@ def _start(board: GrblBoard) -> None:
     board.parser.restart(board.drive.goal_units)
     board.reporter.restart()
     if board.settings.motors_stay_on:
-        board.drive.energise()
-        board.idle_off_s = math.inf
+        board.current.keep_on()
     else:
-        board.let_motors_go()
+        board.current.release(board.now_s)
     board.limits.forget(board)
     board.say(board.firmware.banner)
     if locked:
