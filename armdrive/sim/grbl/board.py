@@ -260,7 +260,82 @@ def _in_force(board: GrblBoard) -> bool:
     return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)
 
 
+# --- The main loop: one line after the other, unless something blocks it -------------------------
+# Source: gnea/grbl grbl/protocol.c (protocol_main_loop).
+
 _BLOCKING = (State.HOLD, State.DOOR, State.SLEEP)
+
+
+class MainLoop:
+    """Takes lines out of the ring and executes them, one at a time.
+
+    `hung`: a jog cancel has left the board in Idle without reading lines. `afterwards` is what the
+    line being executed does once its reply has been sent.
+    """
+
+    def __init__(self) -> None:
+        self._line: BoardScript[Ok | Error] = BoardScript()
+        self.forget()
+
+    def forget(self) -> None:
+        """Abandon the line being executed, without a reply."""
+        self._line.end()
+        self.hung = False
+        self.afterwards: Callable[[], None] | None = None
+
+    @property
+    def executing(self) -> bool:
+        """Whether a line is being executed."""
+        return self._line.active
+
+    def blocked(self, board: GrblBoard) -> bool:
+        """Return whether no lines are executed."""
+        held = board.state in _BLOCKING or board.cancelling or self.hung
+        return held or board.booting.active or board.critical
+
+    def due_s(self, board: GrblBoard) -> float:
+        """Return when the line goes on; infinity if something has to happen first."""
+        until_s = self._line.until_s
+        return math.inf if math.isinf(until_s) or self.blocked(board) else until_s
+
+    def run(self, board: GrblBoard) -> None:
+        """Execute lines as long as there is something to do."""
+        while not self.blocked(board):
+            if not self._line.active and not self._fetch(board):
+                board.autostart()
+                break
+            if not self._line.ready(board.now_s):
+                break
+            answer = self._line.step()
+            if answer is not None and board.codec.unanswered:
+                board.say(answer[0])
+                then, self.afterwards = self.afterwards, None
+                if then is not None:
+                    then()
+            elif answer is None and self._line.until_s > board.now_s:
+                break
+        board.limits.plan(board)
+
+    def drop_line(self, board: GrblBoard) -> None:
+        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
+        if self._line.active:
+            self._line.end()
+            if board.codec.unanswered:
+                board.say(Ok())
+
+    def _fetch(self, board: GrblBoard) -> bool:
+        """Take a line out of the ring; return False if none is complete."""
+        while data := board.ring.take_line():
+            board.codec.receive_data(data)
+            request = board.codec.next_event()
+            if isinstance(request, LineReceived):
+                self._line.begin(board.routines.line(board, request), board.now_s)
+                return True
+        return False
+
+
+# --- The board ------------------------------------------------------------------------------------
+
 _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
 _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
@@ -307,7 +382,7 @@ class GrblBoard(Board):
         self.note = self.pins = ""
         self.overrides, self.cancels = [100, 100, 100], 0
         self.booting: BoardScript[None] = BoardScript()
-        self._line: BoardScript[Ok | Error] = BoardScript()
+        self.main_loop = MainLoop()
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
         self._orders = {int(one): one for one in known}
@@ -327,11 +402,10 @@ class GrblBoard(Board):
 
     def forget(self) -> None:
         """Clear what is lost with the power, and with a reset of the whole board."""
-        self._line.end()
+        self.main_loop.forget()
         self.booting.end()
         self.critical = self.stands = self.cancelling = self.leaving = False
-        self.hangs = self.hung = False
-        self.afterwards: Callable[[], None] | None = None
+        self.hangs = False
         self.state = State.IDLE
         self.deaf_until_s = -math.inf
         self.current.off_s = math.inf
@@ -343,15 +417,9 @@ class GrblBoard(Board):
     # Observable state.
 
     @property
-    def blocked(self) -> bool:
-        """Whether the main loop executes no lines."""
-        held = self.state in _BLOCKING or self.cancelling or self.hung
-        return held or self.booting.active or self.critical
-
-    @property
     def busy(self) -> bool:
         """Whether a line is being executed, lines wait, or something moves."""
-        return self._line.active or len(self.ring) > 0 or self.drive.rack.waiting > 0
+        return self.main_loop.executing or len(self.ring) > 0 or self.drive.rack.waiting > 0
 
     @property
     def registers(self) -> Motors:
@@ -386,7 +454,7 @@ class GrblBoard(Board):
             if command is not None and not self.booting.active:
                 self.routines.order(self, command)
         self.ring.put(data[start:])
-        self.run()
+        self.main_loop.run(self)
 
     # Time.
 
@@ -398,9 +466,8 @@ class GrblBoard(Board):
             self.current.off_s,
             self.limits.due_s,
             self.fingers.due_s,
+            self.main_loop.due_s(self),
         )
-        if self._line.until_s < due_s and not self.blocked:
-            due_s = self._line.until_s
         return min(due_s, self.reporter.due_s(self)) if self.reporter.asked else due_s
 
     def happen(self) -> None:
@@ -416,44 +483,9 @@ class GrblBoard(Board):
             self.limits.look(self)
         if self.current.off_s <= now_s:
             self.current.cut(now_s)
-        self.run()
+        self.main_loop.run(self)
         if self.reporter.due_s(self) <= now_s:
             self.say(self.reporter.report(self))
-
-    def run(self) -> None:
-        """Execute lines as long as there is something to do."""
-        while not self.blocked:
-            if not self._line.active and not self._fetch():
-                self.autostart()
-                break
-            if not self._line.ready(self.now_s):
-                break
-            answer = self._line.step()
-            if answer is not None and self.codec.unanswered:
-                self.say(answer[0])
-                then, self.afterwards = self.afterwards, None
-                if then is not None:
-                    then()
-            elif answer is None and self._line.until_s > self.now_s:
-                break
-        self.limits.plan(self)
-
-    def _fetch(self) -> bool:
-        """Take a line out of the ring; return False if none is complete."""
-        while data := self.ring.take_line():
-            self.codec.receive_data(data)
-            request = self.codec.next_event()
-            if isinstance(request, LineReceived):
-                self._line.begin(self.routines.line(self, request), self.now_s)
-                return True
-        return False
-
-    def drop_line(self) -> None:
-        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
-        if self._line.active:
-            self._line.end()
-            if self.codec.unanswered:
-                self.say(Ok())
 
     # Motion.
 
@@ -490,7 +522,7 @@ class GrblBoard(Board):
         elif self.state in (State.RUN, State.JOG):
             self.state = State.IDLE
         if self.hangs:
-            self.hangs, self.hung = False, self.state is State.IDLE
+            self.hangs, self.main_loop.hung = False, self.state is State.IDLE
 
     # Actions of a person.
 

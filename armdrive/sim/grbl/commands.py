@@ -284,7 +284,7 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
         board.state, board.stands = State.SLEEP, True
         board.current.off_s = board.now_s + ALWAYS_ON_MS / 1000
 
-    board.afterwards = fall_asleep
+    board.main_loop.afterwards = fall_asleep
     return 0
 
 

@@ -244,7 +244,7 @@ def hold(board: GrblBoard) -> None:
 
 def resume(board: GrblBoard) -> None:
     """Resume from a completed hold; a board that hangs reads lines again."""
-    board.hung = False
+    board.main_loop.hung = False
     if board.state in (State.HOLD, State.DOOR) and board.stands:
         board.stands = False
         board.state = State.IDLE
@@ -301,7 +301,7 @@ def _started_anew(board: GrblBoard, code: int) -> Boot:
         board.state = State.ALARM
         board.say(Alarm(code))
         yield board.now_s + board.firmware.alarm_s
-    board.drop_line()
+    board.main_loop.drop_line(board)
     yield board.now_s + board.firmware.start_s
     _start(board)
 
@@ -323,7 +323,7 @@ def _start(board: GrblBoard) -> None:
     locked = board.state in (State.ALARM, State.SLEEP)
     board.state = State.ALARM if locked else State.IDLE
     board.critical = board.stands = board.cancelling = board.leaving = False
-    board.hangs = board.hung = False
+    board.hangs = board.main_loop.hung = False
     board.overrides[:] = 100, 100, 100
     board.ring.clear()
     board.codec.discard()
