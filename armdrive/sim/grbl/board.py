@@ -1,4 +1,4 @@
-"""A simulated GRBL board: its receive ring, its main loop, its reports, and its hard limits.
+"""A simulated GRBL board: its reports, hard limits, motion, and main loop, and the board itself.
 
 One line is executed at a time, by a script that yields when to resume it: a time, or infinity for
 "after the next event". Real-time commands are picked out of the stream as they arrive (`orders`).
@@ -203,9 +203,9 @@ class StatusReporter:
 
 def _sub_state(board: GrblBoard) -> int | None:
     if board.state is State.HOLD:
-        return 0 if board.stands else 1
+        return 0 if board.cycle.stands else 1
     if board.state is State.DOOR:
-        return 0 if board.stands else 2
+        return 0 if board.cycle.stands else 2
     return None
 
 
@@ -260,10 +260,73 @@ def _in_force(board: GrblBoard) -> bool:
     return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)
 
 
-# --- The main loop: one line after the other, unless something blocks it -------------------------
-# Source: gnea/grbl grbl/protocol.c (protocol_main_loop).
+# --- The motion of the queued lines, from the start to a stand -----------------------------------
+# Source: gnea/grbl grbl/protocol.c (protocol_auto_cycle_start, EXEC_CYCLE_STOP).
 
 _BLOCKING = (State.HOLD, State.DOOR, State.SLEEP)
+
+
+class MotionCycle:
+    """Starts the motion of the queued lines, ends it, and knows what follows once it has ended.
+
+    `stands`: a hold is complete. `cancelling`: the motion is braked, and its lines are dropped at
+    the end; `cancels` counts how often. `leaving`: at the end comes the alarm of a soft limit.
+    `hangs`: at the end the board stops reading lines.
+    """
+
+    def __init__(self) -> None:
+        self.cancels = 0
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget what was to follow."""
+        self.stands = self.cancelling = self.leaving = self.hangs = False
+
+    def autostart(self, board: GrblBoard) -> None:
+        """Start to execute the queued lines as soon as no more arrive."""
+        if board.state is State.IDLE and board.drive.rack.waiting:
+            self.start(board, State.RUN)
+
+    def start(self, board: GrblBoard, state: State) -> None:
+        """Switch the motors on and execute the queue."""
+        board.current.keep_on()
+        board.drive.rack.resume(board.now_s)
+        board.state = state
+
+    def cancel(self, board: GrblBoard) -> None:
+        """Slow down and drop the planned lines; lines not read yet run afterwards."""
+        if not self.cancelling:
+            self.cancelling = True
+            self.cancels += 1
+            board.drive.brake(board.now_s)
+
+    def kill(self, board: GrblBoard) -> None:
+        """Stop dead."""
+        board.drive.kill(board.now_s, board.build.coast)
+        self.forget()
+
+    def ended(self, board: GrblBoard) -> None:
+        """React to the end of motion."""
+        if board.state is not State.HOME:
+            board.current.release_at_rest(board.now_s)
+        if self.leaving:
+            self.leaving = False
+            board.routines.critical(board, SOFT_LIMIT)
+        elif self.cancelling:
+            self.cancelling = False
+            board.drive.stop(board.now_s)
+            board.parser.position = board.drive.goal_units
+            board.state = State.IDLE
+        elif board.state in _BLOCKING:
+            self.stands = True
+        elif board.state in (State.RUN, State.JOG):
+            board.state = State.IDLE
+        if self.hangs:
+            self.hangs, board.main_loop.hung = False, board.state is State.IDLE
+
+
+# --- The main loop: one line after the other, unless something blocks it -------------------------
+# Source: gnea/grbl grbl/protocol.c (protocol_main_loop).
 
 
 class MainLoop:
@@ -290,7 +353,7 @@ class MainLoop:
 
     def blocked(self, board: GrblBoard) -> bool:
         """Return whether no lines are executed."""
-        held = board.state in _BLOCKING or board.cancelling or self.hung
+        held = board.state in _BLOCKING or board.cycle.cancelling or self.hung
         return held or board.booting.active or board.critical
 
     def due_s(self, board: GrblBoard) -> float:
@@ -302,7 +365,7 @@ class MainLoop:
         """Execute lines as long as there is something to do."""
         while not self.blocked(board):
             if not self._line.active and not self._fetch(board):
-                board.autostart()
+                board.cycle.autostart(board)
                 break
             if not self._line.ready(board.now_s):
                 break
@@ -380,8 +443,9 @@ class GrblBoard(Board):
         self.limits = HardLimits()
         self.startup = ["", ""]
         self.note = self.pins = ""
-        self.overrides, self.cancels = [100, 100, 100], 0
+        self.overrides = [100, 100, 100]
         self.booting: BoardScript[None] = BoardScript()
+        self.cycle = MotionCycle()
         self.main_loop = MainLoop()
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
@@ -404,8 +468,8 @@ class GrblBoard(Board):
         """Clear what is lost with the power, and with a reset of the whole board."""
         self.main_loop.forget()
         self.booting.end()
-        self.critical = self.stands = self.cancelling = self.leaving = False
-        self.hangs = False
+        self.critical = False
+        self.cycle.forget()
         self.state = State.IDLE
         self.deaf_until_s = -math.inf
         self.current.off_s = math.inf
@@ -478,7 +542,7 @@ class GrblBoard(Board):
         if self.booting.until_s <= now_s:
             self.booting.step()
         if self.drive.live(now_s):
-            self._stood()
+            self.cycle.ended(self)
         if self.limits.due_s <= now_s:
             self.limits.look(self)
         if self.current.off_s <= now_s:
@@ -486,43 +550,6 @@ class GrblBoard(Board):
         self.main_loop.run(self)
         if self.reporter.due_s(self) <= now_s:
             self.say(self.reporter.report(self))
-
-    # Motion.
-
-    def autostart(self) -> None:
-        """Start to execute the queued lines as soon as no more arrive."""
-        if self.state is State.IDLE and self.drive.rack.waiting:
-            self.set_going(State.RUN)
-
-    def set_going(self, state: State) -> None:
-        """Switch the motors on and execute the queue."""
-        self.current.keep_on()
-        self.drive.rack.resume(self.now_s)
-        self.state = state
-
-    def kill(self) -> None:
-        """Stop dead."""
-        self.drive.kill(self.now_s, self.build.coast)
-        self.cancelling = self.stands = self.leaving = False
-
-    def _stood(self) -> None:
-        """React to the end of motion."""
-        if self.state is not State.HOME:
-            self.current.release_at_rest(self.now_s)
-        if self.leaving:
-            self.leaving = False
-            self.routines.critical(self, SOFT_LIMIT)
-        elif self.cancelling:
-            self.cancelling = False
-            self.drive.stop(self.now_s)
-            self.parser.position = self.drive.goal_units
-            self.state = State.IDLE
-        elif self.state in _BLOCKING:
-            self.stands = True
-        elif self.state in (State.RUN, State.JOG):
-            self.state = State.IDLE
-        if self.hangs:
-            self.hangs, self.main_loop.hung = False, self.state is State.IDLE
 
     # Actions of a person.
 

@@ -281,7 +281,7 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
         board.say(Feedback("Sleeping"))
         board.outputs.off()
         board.fingers.follow_output(board.now_s)
-        board.state, board.stands = State.SLEEP, True
+        board.state, board.cycle.stands = State.SLEEP, True
         board.current.off_s = board.now_s + ALWAYS_ON_MS / 1000
 
     board.main_loop.afterwards = fall_asleep

@@ -213,14 +213,14 @@ class Hangs:
     """Makes a simulated board hang as soon as it is Idle after a cancel."""
 
     def __init__(self, arm):
-        self.board = arm.twin.board
-        self.inner = self.board._stood
-        self.board._stood = self
+        cycle = arm.twin.board.cycle
+        self.inner = cycle.ended
+        cycle.ended = self
 
-    def __call__(self):
-        cancelling = self.board.cancelling
-        self.inner()
-        self.board.main_loop.hung |= cancelling
+    def __call__(self, board):
+        cancelling = board.cycle.cancelling
+        self.inner(board)
+        board.main_loop.hung |= cancelling
 
 
 @pytest.mark.parametrize("firmware", BOARDS)
