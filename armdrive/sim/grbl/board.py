@@ -1,4 +1,4 @@
-"""A simulated GRBL board: its receive ring, its main loop, its reports, and its hard limits.
+"""A simulated GRBL board: its reports, hard limits, motion, and main loop, and the board itself.
 
 One line is executed at a time, by a script that yields when to resume it: a time, or infinity for
 "after the next event". Real-time commands are picked out of the stream as they arrive (`orders`).
@@ -24,7 +24,15 @@ from typing import ClassVar, Generic, TypeAlias, TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Board, SwitchState
 from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSettings
-from armdrive.sim.grbl.hardware import BoardBuild, BoardDrive, BoardOutputs, ReceiveRing, Switches
+from armdrive.sim.grbl.hardware import (
+    BoardBuild,
+    BoardDrive,
+    BoardOutputs,
+    MotorCurrent,
+    OutputFingers,
+    ReceiveRing,
+    Switches,
+)
 from armdrive.sim.grbl.parser import STORED, GcodeParser
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
@@ -195,9 +203,9 @@ class StatusReporter:
 
 def _sub_state(board: GrblBoard) -> int | None:
     if board.state is State.HOLD:
-        return 0 if board.stands else 1
+        return 0 if board.cycle.stands else 1
     if board.state is State.DOOR:
-        return 0 if board.stands else 2
+        return 0 if board.cycle.stands else 2
     return None
 
 
@@ -252,7 +260,145 @@ def _in_force(board: GrblBoard) -> bool:
     return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)
 
 
+# --- The motion of the queued lines, from the start to a stand -----------------------------------
+# Source: gnea/grbl grbl/protocol.c (protocol_auto_cycle_start, EXEC_CYCLE_STOP).
+
 _BLOCKING = (State.HOLD, State.DOOR, State.SLEEP)
+
+
+class MotionCycle:
+    """Starts the motion of the queued lines, ends it, and knows what follows once it has ended.
+
+    `stands`: a hold is complete. `cancelling`: the motion is braked, and its lines are dropped at
+    the end; `cancels` counts how often. `leaving`: at the end comes the alarm of a soft limit.
+    `hangs`: at the end the board stops reading lines.
+    """
+
+    def __init__(self) -> None:
+        self.cancels = 0
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget what was to follow."""
+        self.stands = self.cancelling = self.leaving = self.hangs = False
+
+    def autostart(self, board: GrblBoard) -> None:
+        """Start to execute the queued lines as soon as no more arrive."""
+        if board.state is State.IDLE and board.drive.rack.waiting:
+            self.start(board, State.RUN)
+
+    def start(self, board: GrblBoard, state: State) -> None:
+        """Switch the motors on and execute the queue."""
+        board.current.keep_on()
+        board.drive.rack.resume(board.now_s)
+        board.state = state
+
+    def cancel(self, board: GrblBoard) -> None:
+        """Slow down and drop the planned lines; lines not read yet run afterwards."""
+        if not self.cancelling:
+            self.cancelling = True
+            self.cancels += 1
+            board.drive.brake(board.now_s)
+
+    def kill(self, board: GrblBoard) -> None:
+        """Stop dead."""
+        board.drive.kill(board.now_s, board.build.coast)
+        self.forget()
+
+    def ended(self, board: GrblBoard) -> None:
+        """React to the end of motion."""
+        if board.state is not State.HOME:
+            board.current.release_at_rest(board.now_s)
+        if self.leaving:
+            self.leaving = False
+            board.routines.critical(board, SOFT_LIMIT)
+        elif self.cancelling:
+            self.cancelling = False
+            board.drive.stop(board.now_s)
+            board.parser.position = board.drive.goal_units
+            board.state = State.IDLE
+        elif board.state in _BLOCKING:
+            self.stands = True
+        elif board.state in (State.RUN, State.JOG):
+            board.state = State.IDLE
+        if self.hangs:
+            self.hangs, board.main_loop.hung = False, board.state is State.IDLE
+
+
+# --- The main loop: one line after the other, unless something blocks it -------------------------
+# Source: gnea/grbl grbl/protocol.c (protocol_main_loop).
+
+
+class MainLoop:
+    """Takes lines out of the ring and executes them, one at a time.
+
+    `hung`: a jog cancel has left the board in Idle without reading lines. `afterwards` is what the
+    line being executed does once its reply has been sent.
+    """
+
+    def __init__(self) -> None:
+        self._line: BoardScript[Ok | Error] = BoardScript()
+        self.forget()
+
+    def forget(self) -> None:
+        """Abandon the line being executed, without a reply."""
+        self._line.end()
+        self.hung = False
+        self.afterwards: Callable[[], None] | None = None
+
+    @property
+    def executing(self) -> bool:
+        """Whether a line is being executed."""
+        return self._line.active
+
+    def blocked(self, board: GrblBoard) -> bool:
+        """Return whether no lines are executed."""
+        held = board.state in _BLOCKING or board.cycle.cancelling or self.hung
+        return held or board.booting.active or board.critical
+
+    def due_s(self, board: GrblBoard) -> float:
+        """Return when the line goes on; infinity if something has to happen first."""
+        until_s = self._line.until_s
+        return math.inf if math.isinf(until_s) or self.blocked(board) else until_s
+
+    def run(self, board: GrblBoard) -> None:
+        """Execute lines as long as there is something to do."""
+        while not self.blocked(board):
+            if not self._line.active and not self._fetch(board):
+                board.cycle.autostart(board)
+                break
+            if not self._line.ready(board.now_s):
+                break
+            answer = self._line.step()
+            if answer is not None and board.codec.unanswered:
+                board.say(answer[0])
+                then, self.afterwards = self.afterwards, None
+                if then is not None:
+                    then()
+            elif answer is None and self._line.until_s > board.now_s:
+                break
+        board.limits.plan(board)
+
+    def drop_line(self, board: GrblBoard) -> None:
+        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
+        if self._line.active:
+            self._line.end()
+            if board.codec.unanswered:
+                board.say(Ok())
+
+    def _fetch(self, board: GrblBoard) -> bool:
+        """Take a line out of the ring; return False if none is complete."""
+        while data := board.ring.take_line():
+            board.codec.receive_data(data)
+            request = board.codec.next_event()
+            if isinstance(request, LineReceived):
+                self._line.begin(board.routines.line(board, request), board.now_s)
+                return True
+        return False
+
+
+# --- The board ------------------------------------------------------------------------------------
+
 _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
 _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
 
@@ -290,18 +436,20 @@ class GrblBoard(Board):
         self.codec = Device(firmware.dialect(build.axes))
         self.parser = GcodeParser(build.axes, firmware.unknown)
         self.outputs = BoardOutputs()
+        self.fingers = OutputFingers(world, build, self.outputs)
         self.reporter = StatusReporter(baud)
+        self.current = MotorCurrent(world, settings)
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
         self.startup = ["", ""]
         self.note = self.pins = ""
-        self.overrides, self.cancels = [100, 100, 100], 0
+        self.overrides = [100, 100, 100]
         self.booting: BoardScript[None] = BoardScript()
-        self._line: BoardScript[Ok | Error] = BoardScript()
+        self.cycle = MotionCycle()
+        self.main_loop = MainLoop()
         self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
         known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
         self._orders = {int(one): one for one in known}
-        world.energised = settings.motors_stay_on
         self.start(0.0)
 
     def start(self, wait_s: float) -> None:
@@ -318,36 +466,24 @@ class GrblBoard(Board):
 
     def forget(self) -> None:
         """Clear what is lost with the power, and with a reset of the whole board."""
-        self._line.end()
+        self.main_loop.forget()
         self.booting.end()
-        self.critical = self.stands = self.cancelling = self.leaving = False
-        self.hangs = self.hung = False
-        self.afterwards: Callable[[], None] | None = None
+        self.critical = False
+        self.cycle.forget()
         self.state = State.IDLE
-        self.deaf_until_s, self.idle_off_s = -math.inf, math.inf
+        self.deaf_until_s = -math.inf
+        self.current.off_s = math.inf
         self.codec.discard()
         self.ring.clear()
         self.outputs.forget()
-        self._opening_mm, self._fingers_s = 0.0, math.inf
+        self.fingers.forget()
 
     # Observable state.
 
     @property
-    def blocked(self) -> bool:
-        """Whether the main loop executes no lines."""
-        held = self.state in _BLOCKING or self.cancelling or self.hung
-        return held or self.booting.active or self.critical
-
-    @property
     def busy(self) -> bool:
         """Whether a line is being executed, lines wait, or something moves."""
-        return self._line.active or len(self.ring) > 0 or self.drive.rack.waiting > 0
-
-    @property
-    def full(self) -> bool:
-        """Whether the planner is full."""
-        blocks = self.firmware.blocks
-        return self.drive.rack.waiting >= blocks and self.drive.queued(self.now_s) >= blocks
+        return self.main_loop.executing or len(self.ring) > 0 or self.drive.rack.waiting > 0
 
     @property
     def registers(self) -> Motors:
@@ -382,7 +518,7 @@ class GrblBoard(Board):
             if command is not None and not self.booting.active:
                 self.routines.order(self, command)
         self.ring.put(data[start:])
-        self.run()
+        self.main_loop.run(self)
 
     # Time.
 
@@ -391,124 +527,29 @@ class GrblBoard(Board):
         due_s = min(
             self.booting.until_s,
             self.drive.rack.next_line_s,
-            self.idle_off_s,
+            self.current.off_s,
             self.limits.due_s,
-            self._fingers_s,
+            self.fingers.due_s,
+            self.main_loop.due_s(self),
         )
-        if self._line.until_s < due_s and not self.blocked:
-            due_s = self._line.until_s
         return min(due_s, self.reporter.due_s(self)) if self.reporter.asked else due_s
 
     def happen(self) -> None:
         """Do what is due."""
         now_s = self.now_s
-        if self._fingers_s <= now_s:
-            self._fingers_s = math.inf
-            self.world.move_fingers(self._opening_mm, now_s)
+        if self.fingers.due_s <= now_s:
+            self.fingers.arrive(now_s)
         if self.booting.until_s <= now_s:
             self.booting.step()
         if self.drive.live(now_s):
-            self._stood()
+            self.cycle.ended(self)
         if self.limits.due_s <= now_s:
             self.limits.look(self)
-        if self.idle_off_s <= now_s:
-            self.idle_off_s = math.inf
-            self.world.cut_current(now_s)
-        self.run()
+        if self.current.off_s <= now_s:
+            self.current.cut(now_s)
+        self.main_loop.run(self)
         if self.reporter.due_s(self) <= now_s:
             self.say(self.reporter.report(self))
-
-    def run(self) -> None:
-        """Execute lines as long as there is something to do."""
-        while not self.blocked:
-            if not self._line.active and not self._fetch():
-                self.autostart()
-                break
-            if not self._line.ready(self.now_s):
-                break
-            answer = self._line.step()
-            if answer is not None and self.codec.unanswered:
-                self.say(answer[0])
-                then, self.afterwards = self.afterwards, None
-                if then is not None:
-                    then()
-            elif answer is None and self._line.until_s > self.now_s:
-                break
-        self.limits.plan(self)
-
-    def _fetch(self) -> bool:
-        """Take a line out of the ring; return False if none is complete."""
-        while data := self.ring.take_line():
-            self.codec.receive_data(data)
-            request = self.codec.next_event()
-            if isinstance(request, LineReceived):
-                self._line.begin(self.routines.line(self, request), self.now_s)
-                return True
-        return False
-
-    def drop_line(self) -> None:
-        """Abandon the line being executed; the firmware answers it with ok as it leaves it."""
-        if self._line.active:
-            self._line.end()
-            if self.codec.unanswered:
-                self.say(Ok())
-
-    # Motion.
-
-    def autostart(self) -> None:
-        """Start to execute the queued lines as soon as no more arrive."""
-        if self.state is State.IDLE and self.drive.rack.waiting:
-            self.set_going(State.RUN)
-
-    def set_going(self, state: State) -> None:
-        """Switch the motors on and execute the queue."""
-        self.drive.energise()
-        self.idle_off_s = math.inf
-        self.drive.rack.resume(self.now_s)
-        self.state = state
-
-    def kill(self) -> None:
-        """Stop dead."""
-        self.drive.kill(self.now_s, self.build.coast)
-        self.cancelling = self.stands = self.leaving = False
-
-    def let_motors_go(self) -> None:
-        """Switch the motors off after the idle delay, even if $1 says to leave them on."""
-        self.idle_off_s = self.now_s + self.settings.idle_s
-
-    def follow_registers(self) -> None:
-        """Make the parser go on from where the axes stand."""
-        self.parser.position = self.drive.units_of(self.drive.rack.goal)
-
-    def outputs_changed(self) -> None:
-        """Move the fingers as their output commands; they arrive once the motion is over."""
-        build = self.build
-        value = self.outputs.value(build.fingers)
-        if value is None or self.world.body.transmission.has_gripper:
-            return
-        low, high = build.opening_mm
-        self._opening_mm = low + (high - low) * build.fingers.share(value)
-        way_mm = abs(self._opening_mm - self.world.opening_mm)
-        self._fingers_s = self.now_s + way_mm / build.finger_mm_s
-
-    def _stood(self) -> None:
-        """React to the end of motion."""
-        if not self.settings.motors_stay_on and self.state is not State.HOME:
-            self.let_motors_go()
-        if self.leaving:
-            self.leaving = False
-            self.routines.critical(self, SOFT_LIMIT)
-        elif self.cancelling:
-            self.cancelling = False
-            self.drive.stop(self.now_s)
-            self.follow_registers()
-            self.state = State.IDLE
-        elif self.state in _BLOCKING:
-            self.stands = True
-        elif self.state in (State.RUN, State.JOG):
-            self.state = State.IDLE
-        if self.hangs:
-            self.hangs, self.hung = False, self.state is State.IDLE
 
     # Actions of a person.
 
@@ -533,7 +574,7 @@ class GrblBoard(Board):
     def moved_by_hand(self, *, counted: bool) -> None:
         """Count steps made at the controls; check the switches after motion by force."""
         if counted:
-            self.follow_registers()
+            self.parser.position = self.drive.goal_units
             self.limits.forget(self)
         elif self.shared.powered:
             self.limits.look(self)
@@ -542,7 +583,7 @@ class GrblBoard(Board):
         """Reset the board, as opening its port does: it loses its position, and the arm sags."""
         if self.shared.powered:
             self.drive.stop(self.now_s)
-            self.world.cut_current(self.now_s)
+            self.current.cut(self.now_s)
             self.start(self.firmware.boot_s)
 
     # The saved world.
@@ -579,12 +620,12 @@ class GrblBoard(Board):
         self.settings.values.update(values)
         self.drive.rack.limits = self.settings.limits()
         self.parser.stored = stored
-        self.parser.restart(self.drive.units_of(self.drive.rack.goal))
+        self.parser.restart(self.drive.goal_units)
         self.startup[:] = startup
         self.note = note
         self.state = State(state)
         if self.build.resets_on_open:
-            self.world.cut_current(self.now_s)
+            self.current.cut(self.now_s)
             self.start(0.0)
         else:
             self.shared.outgoing.clear()

@@ -80,8 +80,7 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     """Home axes; return 0, or the number of the alarm if it fails."""
     settings = board.settings
     board.state = State.HOME
-    board.drive.energise()
-    board.idle_off_s = math.inf
+    board.current.keep_on()
     far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
     back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / _MINUTE_S
     feed = settings[HOMING_FEED] / _MINUTE_S
@@ -96,8 +95,7 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
         yield board.now_s + settings[DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.state = State.IDLE
-    if not settings.motors_stay_on:
-        board.let_motors_go()
+    board.current.release_at_rest(board.now_s)
     board.limits.forget(board)
     return 0
 
@@ -130,7 +128,7 @@ def _way(board: GrblBoard, axis: int) -> int:
 
 def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Waits:
     """Move axes towards their switches (backwards if negative), and wait."""
-    target = list(board.drive.units_of(board.drive.rack.goal))
+    target = list(board.drive.goal_units)
     for axis in axes:
         target[axis] += units * _way(board, axis)
     board.drive.queue_to(target, rate * math.sqrt(len(axes)), board.now_s)
@@ -141,7 +139,7 @@ def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Wai
 def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
     """Set the position of the axes to a pull-off inside the travel, which is all negative."""
     settings = board.settings
-    place = list(board.drive.units_of(board.drive.rack.goal))
+    place = list(board.drive.goal_units)
     for axis in axes:
         place[axis] = -settings[PULL_OFF]
         if settings.mask(HOMING_DIRECTIONS, axis):
@@ -282,11 +280,11 @@ def _sleep(board: GrblBoard, _: Sleep) -> int:
     def fall_asleep() -> None:
         board.say(Feedback("Sleeping"))
         board.outputs.off()
-        board.outputs_changed()
-        board.state, board.stands = State.SLEEP, True
-        board.idle_off_s = board.now_s + ALWAYS_ON_MS / 1000
+        board.fingers.follow_output(board.now_s)
+        board.state, board.cycle.stands = State.SLEEP, True
+        board.current.off_s = board.now_s + ALWAYS_ON_MS / 1000
 
-    board.afterwards = fall_asleep
+    board.main_loop.afterwards = fall_asleep
     return 0
 
 

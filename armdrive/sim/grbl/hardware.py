@@ -1,4 +1,4 @@
-"""The hardware of a simulated GRBL board: wiring, outputs, limit switches, motors.
+"""The hardware of a simulated GRBL board: wiring, outputs and fingers, switches, motors, current.
 
 Counts of the board are in the order of its axes, those of the arm in the order of its motors. A
 board may have more axes than the arm has motors; the surplus axes turn nothing.
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from armdrive.sim.device import SwitchState
-from armdrive.sim.grbl.firmware import Firmware
+from armdrive.sim.grbl.firmware import BoardSettings, Firmware
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.sim.world.arm import World
@@ -210,6 +210,37 @@ class BoardOutputs:
         saved.end()
 
 
+class OutputFingers:
+    """Fingers that an output moves, if no motor does; `due_s` is when they arrive."""
+
+    def __init__(self, world: World, build: BoardBuild, outputs: BoardOutputs) -> None:
+        self._world = world
+        self._build = build
+        self._outputs = outputs
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget where the fingers were to go."""
+        self.due_s = math.inf
+        self._opening_mm = 0.0
+
+    def follow_output(self, now_s: float) -> None:
+        """Send the fingers to the opening that their output commands."""
+        build = self._build
+        value = self._outputs.value(build.fingers)
+        if value is None or self._world.body.transmission.has_gripper:
+            return
+        low, high = build.opening_mm
+        self._opening_mm = low + (high - low) * build.fingers.share(value)
+        way_mm = abs(self._opening_mm - self._world.opening_mm)
+        self.due_s = now_s + way_mm / build.finger_mm_s
+
+    def arrive(self, now_s: float) -> None:
+        """Move the fingers to where they were sent."""
+        self.due_s = math.inf
+        self._world.move_fingers(self._opening_mm, now_s)
+
+
 # --- Limit switches: one for each motor, at one end of its travel --------------------------------
 
 
@@ -268,6 +299,12 @@ class BoardDrive(MotorDrive[PathRack]):
         self._followed_s = math.nan
         self._axes = axes
         self._order = tuple(build.order)
+        self._blocks = build.firmware.blocks
+
+    @property
+    def goal_units(self) -> tuple[float, ...]:
+        """Where the axes stand after the last queued line, in units."""
+        return self.units_of(self.rack.goal)
 
     @property
     def registers(self) -> Motors:
@@ -329,6 +366,10 @@ class BoardDrive(MotorDrive[PathRack]):
         """Return how many lines wait; a line whose last segment is computed no longer does."""
         return self.rack.waiting - self.rack.ending_by(self.rack.computed_s(now_s))
 
+    def full(self, now_s: float) -> bool:
+        """Return whether the planner has no room for another line."""
+        return self.rack.waiting >= self._blocks and self.queued(now_s) >= self._blocks
+
     def speed(self, now_s: float) -> float:
         """Return the speed of the segment computed last, in units per second."""
         return self.rack.speed(self.rack.computed_s(now_s))
@@ -354,3 +395,35 @@ class BoardDrive(MotorDrive[PathRack]):
 
     def _turn(self, steps: Motors, now_s: float) -> None:
         super()._turn(self._of_motors(steps), now_s)
+
+
+class MotorCurrent:
+    """The motors' current, which the board switches off some time after a motion.
+
+    `off_s` is when the current goes off.
+    """
+
+    def __init__(self, world: World, settings: BoardSettings) -> None:
+        self.off_s = math.inf
+        self._world = world
+        self._settings = settings
+        world.energised = settings.motors_stay_on
+
+    def keep_on(self) -> None:
+        """Switch the current on until further notice."""
+        self._world.energised = True
+        self.off_s = math.inf
+
+    def release(self, now_s: float) -> None:
+        """Switch the current off after the idle delay, even if $1 says to leave it on."""
+        self.off_s = now_s + self._settings.idle_s
+
+    def release_at_rest(self, now_s: float) -> None:
+        """Switch the current off after the idle delay, unless $1 says to leave it on."""
+        if not self._settings.motors_stay_on:
+            self.release(now_s)
+
+    def cut(self, now_s: float) -> None:
+        """Switch the current off at once: the arm sags."""
+        self.off_s = math.inf
+        self._world.cut_current(now_s)

@@ -118,14 +118,14 @@ def _block(board: GrblBoard, block: Block) -> Steps:
 def until_still(board: GrblBoard) -> Waits:
     """Wait until the queue is empty and the motors stand."""
     while board.drive.rack.waiting or board.state is State.RUN:
-        board.autostart()
+        board.cycle.autostart(board)
         yield math.inf
 
 
 def until_room(board: GrblBoard) -> Waits:
     """Wait until the planner has room for a line; a line leaves it with its last segment."""
-    while board.full:
-        board.autostart()
+    while board.drive.full(board.now_s):
+        board.cycle.autostart(board)
         yield board.now_s + SEGMENT_S
 
 
@@ -143,7 +143,7 @@ def _serve(board: GrblBoard, work: Work) -> Waits:
     if work.spindle or work.coolant:
         board.reporter.overrides_changed()
     if work.spindle or work.coolant or work.output:
-        board.outputs_changed()
+        board.fingers.follow_output(board.now_s)
     if work.dwell_s is not None:
         yield board.now_s + work.dwell_s
     if work.writes_eeprom:
@@ -163,22 +163,21 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     if board.state is State.CHECK:
         return 0
     yield from until_room(board)
-    cancels = board.cancels
+    cancels = board.cycle.cancels
     yield board.now_s + board.firmware.plan_s
-    if board.cancels > cancels:
+    if board.cycle.cancels > cancels:
         return _CANCELLED
     rack = board.drive.rack
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines arrive
     rate = way.rate
     if way.inverse:
-        here = board.drive.units_of(rack.goal)
-        rate *= math.dist(way.target, here)
+        rate *= math.dist(way.target, board.drive.goal_units)
     if work.jog:
         rate *= 100 / board.overrides[0]  # a jog ignores this override
     board.drive.queue_to(way.target, rate, board.now_s, rapid=way.rapid)
     if work.jog and board.state is State.IDLE and rack.waiting:
-        board.set_going(State.JOG)
+        board.cycle.start(board, State.JOG)
     return 0
 
 
@@ -191,7 +190,7 @@ def _outside(board: GrblBoard, way: MotionMode) -> bool:
 def _leave(board: GrblBoard) -> Waits:
     """Stop along the path, and lock; the line is never executed."""
     if board.state is State.RUN:
-        board.leaving = True
+        board.cycle.leaving = True
         board.drive.brake(board.now_s)
         board.state = State.HOLD
     else:
@@ -203,11 +202,11 @@ def _leave(board: GrblBoard) -> Waits:
 def _end(board: GrblBoard, work: Work) -> Waits:
     """Do what ends or pauses a program."""
     if work.pause:
-        board.state, board.stands = State.HOLD, True
+        board.state, board.cycle.stands = State.HOLD, True
         yield math.inf
     if work.end:
         board.outputs.off()
-        board.outputs_changed()
+        board.fingers.follow_output(board.now_s)
         board.say(Feedback("Pgm End"))
 
 
@@ -235,22 +234,22 @@ def obey(board: GrblBoard, command: Realtime) -> None:
 def hold(board: GrblBoard) -> None:
     """Slow down and stand: this ends a jog and pauses a motion, even in Idle."""
     if board.state is State.JOG:
-        _cancel(board)
+        board.cycle.cancel(board)
     elif board.state is State.RUN:
         board.drive.brake(board.now_s)
-        board.state, board.stands = State.HOLD, False
+        board.state, board.cycle.stands = State.HOLD, False
     elif board.state is State.IDLE:
-        board.state, board.stands = State.HOLD, True
+        board.state, board.cycle.stands = State.HOLD, True
 
 
 def resume(board: GrblBoard) -> None:
     """Resume from a completed hold; a board that hangs reads lines again."""
-    board.hung = False
-    if board.state in (State.HOLD, State.DOOR) and board.stands:
-        board.stands = False
+    board.main_loop.hung = False
+    if board.state in (State.HOLD, State.DOOR) and board.cycle.stands:
+        board.cycle.stands = False
         board.state = State.IDLE
         if board.drive.rack.waiting:
-            board.set_going(State.RUN)
+            board.cycle.start(board, State.RUN)
 
 
 def soft_reset(board: GrblBoard) -> None:
@@ -264,7 +263,7 @@ def soft_reset(board: GrblBoard) -> None:
     elif board.drive.moving:
         code = _ABORTED
         _lose_current(board, restarts=True)
-    board.kill()
+    board.cycle.kill(board)
     board.booting.begin(_started_anew(board, code), board.now_s)
 
 
@@ -272,7 +271,7 @@ def raise_critical(board: GrblBoard, code: int) -> None:
     """Lock the board after a limit alarm: motion stops dead, and the motors go off."""
     _outputs_off(board)
     if board.drive.moving:
-        board.kill()
+        board.cycle.kill(board)
         _lose_current(board, restarts=False)
     board.state, board.critical = State.ALARM, True
     board.say(Alarm(code))
@@ -281,7 +280,7 @@ def raise_critical(board: GrblBoard, code: int) -> None:
 
 def fail(board: GrblBoard, code: int) -> None:
     """Raise a homing alarm, after which the board restarts; the motors stay on."""
-    board.kill()
+    board.cycle.kill(board)
     board.booting.begin(_started_anew(board, code), board.now_s)
 
 
@@ -302,7 +301,7 @@ def _started_anew(board: GrblBoard, code: int) -> Boot:
         board.state = State.ALARM
         board.say(Alarm(code))
         yield board.now_s + board.firmware.alarm_s
-    board.drop_line()
+    board.main_loop.drop_line(board)
     yield board.now_s + board.firmware.start_s
     _start(board)
 
@@ -310,34 +309,33 @@ def _started_anew(board: GrblBoard, code: int) -> Boot:
 def _lose_current(board: GrblBoard, *, restarts: bool) -> None:
     """Release motors that were stopped dead; `restarts` if the board restarts by itself."""
     if board.firmware.killed is Killed.AT_ONCE:
-        board.idle_off_s = board.now_s
+        board.current.off_s = board.now_s
     elif not restarts or board.firmware.killed is Killed.LATE:
-        board.let_motors_go()
+        board.current.release(board.now_s)
 
 
 def _outputs_off(board: GrblBoard) -> None:
     board.outputs.off()
-    board.outputs_changed()
+    board.fingers.follow_output(board.now_s)
 
 
 def _start(board: GrblBoard) -> None:
     locked = board.state in (State.ALARM, State.SLEEP)
     board.state = State.ALARM if locked else State.IDLE
-    board.critical = board.stands = board.cancelling = board.leaving = False
-    board.hangs = board.hung = False
+    board.critical = board.main_loop.hung = False
+    board.cycle.forget()
     board.overrides[:] = 100, 100, 100
     board.ring.clear()
     board.codec.discard()
     board.drive.stop(board.now_s)
     board.drive.rack.override(1.0, 1.0, board.now_s)
     board.drive.rack.limits = board.settings.limits()
-    board.parser.restart(board.drive.units_of(board.drive.rack.goal))
+    board.parser.restart(board.drive.goal_units)
     board.reporter.restart()
     if board.settings.motors_stay_on:
-        board.drive.energise()
-        board.idle_off_s = math.inf
+        board.current.keep_on()
     else:
-        board.let_motors_go()
+        board.current.release(board.now_s)
     board.limits.forget(board)
     board.say(board.firmware.banner)
     if locked:
@@ -346,30 +344,22 @@ def _start(board: GrblBoard) -> None:
         run_startup(board)
 
 
-def _cancel(board: GrblBoard) -> None:
-    """Slow down and drop the planned lines; lines not read yet run afterwards."""
-    if not board.cancelling:
-        board.cancelling = True
-        board.cancels += 1
-        board.drive.brake(board.now_s)
-
-
 def _jog_cancel(board: GrblBoard) -> None:
     if board.state is not State.JOG:
         return
     if board.firmware.cancel_clears_ring:
         board.ring.clear()
     if board.drive.done_s - board.now_s < board.firmware.cancel_hangs_s:
-        board.hangs = True
+        board.cycle.hangs = True
     else:
-        _cancel(board)
+        board.cycle.cancel(board)
 
 
 def _stop(board: GrblBoard) -> None:
     """Drop everything without an alarm (grblHAL)."""
     board.ring.clear()
     if board.state in (State.RUN, State.JOG):
-        _cancel(board)
+        board.cycle.cancel(board)
 
 
 def _door(board: GrblBoard) -> None:
@@ -387,7 +377,7 @@ def _ask(board: GrblBoard) -> None:
 def _flood(board: GrblBoard) -> None:
     if board.state in _FLOOD_STATES:
         board.outputs.flood = not board.outputs.flood
-        board.outputs_changed()
+        board.fingers.follow_output(board.now_s)
 
 
 def _override(board: GrblBoard, which: int, value: int, relative: bool) -> None:

@@ -213,14 +213,14 @@ class Hangs:
     """Makes a simulated board hang as soon as it is Idle after a cancel."""
 
     def __init__(self, arm):
-        self.board = arm.twin.board
-        self.inner = self.board._stood
-        self.board._stood = self
+        cycle = arm.twin.board.cycle
+        self.inner = cycle.ended
+        cycle.ended = self
 
-    def __call__(self):
-        cancelling = self.board.cancelling
-        self.inner()
-        self.board.hung |= cancelling
+    def __call__(self, board):
+        cancelling = board.cycle.cancelling
+        self.inner(board)
+        board.main_loop.hung |= cancelling
 
 
 @pytest.mark.parametrize("firmware", BOARDS)
@@ -232,7 +232,7 @@ def test_a_board_that_a_cancel_has_hung_is_freed_and_keeps_its_position(firmware
         arm.sleep(0.4)
         arm.release()
         arm.sleep(5.0)
-        assert not arm.twin.board.hung
+        assert not arm.twin.board.main_loop.hung
         assert arm.status.state is State.STANDBY
         assert arm.status.trust is Trust.REFERENCED
         assert standing_as_said(arm)
@@ -242,7 +242,7 @@ def test_a_board_that_a_cancel_has_hung_is_freed_and_keeps_its_position(firmware
 
 def test_a_board_that_another_program_has_hung_is_freed_before_the_next_motion():
     arm = ready()
-    arm.twin.board.hung = True
+    arm.twin.board.main_loop.hung = True
     arm.move_j(base_deg=5)
     assert standing_as_said(arm)
     assert arm.status.trust is Trust.REFERENCED
@@ -252,11 +252,11 @@ def test_one_that_hangs_between_two_motions_moves_nothing_and_a_reset_frees_it()
     arm = ready()
     arm.move_j(base_deg=2)
     before = arm.twin.world.motors
-    arm.twin.board.hung = True
+    arm.twin.board.main_loop.hung = True
     with pytest.raises(DeviceFault, match="did not answer a line"):
         arm.move_j(base_deg=5)
     assert arm.twin.world.motors == before
-    assert not arm.twin.board.hung
+    assert not arm.twin.board.main_loop.hung
     arm.reset()
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     arm.move_j(base_deg=5)
@@ -267,7 +267,7 @@ def test_reset_frees_a_board_that_hangs():
     arm = ready()
     arm.estop()
     arm.sleep(2.0)
-    arm.twin.board.hung = True
+    arm.twin.board.main_loop.hung = True
     arm.reset()
-    assert not arm.twin.board.hung
+    assert not arm.twin.board.main_loop.hung
     assert arm.status.state is State.STANDBY
