@@ -112,6 +112,12 @@ def test_what_is_wrong_is_shown_with_the_line_as_it_was_typed(prompt, line, told
     assert prompt.session.text == "w = 1\npoint pick = at(250, 0, 40, -90)\n"
 
 
+def test_a_subprogram_with_the_name_of_a_saved_point_is_called_by_its_name_alone(prompt):
+    prompt("define tray", "  type 1", "end")
+    assert prompt("tray") == said("1")
+    assert prompt.session.text.endswith("\ntray()\n")
+
+
 def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_on(prompt):
     prompt("repeat 2", "type 1")
     for line, sentence in (("tpye 1", "there is no word 'tpye'"), ("else", "belongs to no `if`")):
