@@ -126,6 +126,14 @@ def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_o
     assert prompt("type 2", "end") == said("1", "2", "1", "2")
 
 
+@pytest.mark.parametrize("wrong", ["end end", "else ready", "end 1"])
+def test_a_wrong_end_or_else_ends_no_block(prompt, wrong):
+    prompt("if on", "type 1")
+    with pytest.raises(ProgramError):
+        prompt(wrong)
+    assert prompt("type 2", "else", "end") == said("1", "2")
+
+
 def test_a_mistake_within_a_subprogram_names_the_entry_that_it_was_typed_in(prompt):
     prompt("define half(x)", "  type 1 / (x - 2)", "end")
     with pytest.raises(ProgramError) as caught:
