@@ -581,7 +581,8 @@ class Desk(KeyApp):
         """Do what a row of the table of keys does, if no dialog lies over the current screen."""
         call = action_call(self.keys.row(row).action, self.current)
         if call is not None and len(self.screen_stack) == 1:
-            call()
+            with self.acting():
+                call()
 
     def in_thread(self, work: Callable[[], object]) -> None:
         """Do work that takes a moment, without keeping the stop key waiting."""

@@ -208,7 +208,7 @@ class HomingKeys:
 
     opening_mm: float = setting(0.0, "how far open the fingers are after homing")
     groups: tuple[tuple[int, ...], ...] = setting(
-        (), "motors by number, in the order in which they home", low=1
+        (), "motors by number, in the order in which they home"
     )
 
 
@@ -261,7 +261,7 @@ def read_homing(table: TomlTable, model: ArmModel) -> HomingSettings | None:
     why = ": where every joint stands once the device has homed"
     angles = table.by_name("joints_deg", names, number, all_since=why)
     motors = len(model.transmission.motors) if model.transmission is not None else 0
-    if not all(given.groups) or any(motor > motors for group in given.groups for motor in group):
+    if not all(group and min(group) >= 1 and max(group) <= motors for group in given.groups):
         table.problems.note(
             f"homing.groups lists motors by number, 1 to {motors}, in the order in which they "
             "home, for example [[3], [2], [1, 4, 5]]"

@@ -170,8 +170,9 @@ class Session:
 
     def _has_value(self, name: str) -> bool:
         low = name.lower()
-        known = low in self.context.variables or low in map(str.lower, self.book)
-        return low == HERE or (known and low not in RESERVED)
+        if low in RESERVED or any(low == each.name.lower() for each in self.context.defines):
+            return low == HERE
+        return low in self.context.variables or low in map(str.lower, self.book)
 
     def _like_values(self, line: str) -> bool:
         """Return whether an unreadable line is meant to be values, such as `width +`."""

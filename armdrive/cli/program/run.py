@@ -99,7 +99,8 @@ class _RunningScript:
                 line = line_of(error, program)
                 mark = self._last if line is None else SourceMark(line, 1, str(program))
                 display.failed(mark, error, f"ended early: {self._how_far()}")
-                if isinstance(error, ArmError | KinematicsError | KeyboardInterrupt):
+                refused = isinstance(error, ArmError | KinematicsError)
+                if refused or not isinstance(error, Exception):  # such as a signal that ends it
                     raise
                 put_error(own_traceback(error, program))
                 return 1

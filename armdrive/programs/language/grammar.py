@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias, cast
 
 from lark import Lark, Token, Transformer, UnexpectedCharacters, UnexpectedInput, v_args
+from lark.parsers.lalr_parser_state import ParserState
 
 from armdrive.programs.language.syntax import (
     Assign,
@@ -61,6 +62,7 @@ program: (line | definition)*
 body: line*
 
 line: label? simple? note
+    | label
     | label? block -> block_line
 definition: label? define note body end
 note: COMMENT? BREAK
@@ -480,7 +482,11 @@ class _SharedParser:
         self.maker = _TreeMaker()
         self.lock = threading.Lock()
         grammar = GRAMMAR
-        for name, words in (("words", SPELLINGS), ("links", LINKS), ("shapes", SHAPES)):
+        for name, words in (
+            ("words", SPELLINGS),
+            ("links", LINKS),
+            ("shapes", (*SHAPES, "elseif")),
+        ):
             longest_first = sorted(words, key=len, reverse=True)
             grammar = grammar.replace(f"@{name}@", "|".join(longest_first))
         self.lark = Lark(
@@ -529,27 +535,35 @@ class ProgramReader:
 
     def take(self, line: str, number: int = 1, end: str = "BREAK") -> object:
         """Take the next line; `end` is the terminal after it. Raises `LineMistake`."""
-        before, operators, base = len(self.open_blocks), 0, 0
+        found: object = None
+        for token in self._fitting(line, number, end):
+            found = self._feed(token)
+        return found
+
+    def _fitting(self, line: str, number: int, end: str) -> list[Token]:
+        """Return the tokens of a line that fits here. Raises `LineMistake`.
+
+        A copy of the parser that makes nothing tries them, since what is made cannot be undone.
+        """
+        trial = self._parser.copy(deepcopy_values=False)  # type: ignore[no-untyped-call] # lark's
+        state = trial.parser_state
+        state.parse_conf = copy(state.parse_conf)
+        state.parse_conf.callbacks = {}
+        before, operators, tokens = len(self.open_blocks), 0, list[Token]()
         try:
-            for token in self._tokens(line, number, end):
-                if not base:
-                    self._require_fits(token)
-                found = self._feed(token)
-                base = base or len(self._state.state_stack) - 1
+            for token in self._tokens(line, number, end, state):
+                trial.feed_token(token)
+                tokens.append(token)
                 operators += token.type in _NESTING
                 if operators > MOST_OPERATORS:
                     raise self._mistake(number, 1, "this is nested too deeply: name its parts")
                 if token.type in _OPENING and before == DEEPEST_BLOCK:
                     raise self._mistake(number, 1, f"at most {DEEPEST_BLOCK} blocks are nested")
         except UnexpectedInput as error:
-            accepted = self._parser.accepts()  # type: ignore[no-untyped-call] # lark's
+            accepted = (trial if tokens else self._parser).accepts()
             column, text = mistake(error, line, accepted, statement=end == "BREAK")
-            self._back_to(base)
             raise self._mistake(number, column, text) from None
-        except LineMistake:
-            self._back_to(base)
-            raise
-        return found
+        return tokens
 
     def leave_out(self, line: str, number: int) -> None:
         """Note a line that cannot be read. If it begins a block, an empty one stands for it.
@@ -571,12 +585,12 @@ class ProgramReader:
     def _unended(self, mark: SourceMark, word: str) -> Problem:
         return Problem(mark, f"this `{word.lower()}` has no `end`" if word else "")
 
-    def _tokens(self, line: str, number: int, end: str) -> Iterator[Token]:
+    def _tokens(self, line: str, number: int, end: str, state: ParserState[Any]) -> Iterator[Token]:
         if len(line) > LONGEST_LINE:
             text = f"a line has at most {LONGEST_LINE} characters"
             raise self._mistake(number, LONGEST_LINE + 1, text)
         lexer = _shared().lark.parse_interactive(line, start="program").lexer_thread
-        for token in lexer.lex(self._state):  # type: ignore[no-untyped-call] # lark's
+        for token in lexer.lex(state):  # type: ignore[no-untyped-call] # lark's
             token.line = number
             yield token
         yield Token(end, "", line=number, column=1)
@@ -586,23 +600,6 @@ class ProgramReader:
         with shared.lock:
             shared.maker.file = self._file
             return self._parser.feed_token(token)
-
-    def _require_fits(self, token: Token) -> None:
-        """Raise lark's `UnexpectedToken` if a line cannot begin with a token.
-
-        The parser is tried without making anything: the first token of a line completes what comes
-        before it, which cannot be undone.
-        """
-        trial = self._state.copy(deepcopy_values=False)
-        trial.parse_conf = copy(trial.parse_conf)
-        trial.parse_conf.callbacks = {}
-        trial.feed_token(token, is_end=token.type == "$END")
-
-    def _back_to(self, base: int) -> None:
-        """Forget what was read of a line, which stands on the stack from `base` on."""
-        if base:
-            del self._state.state_stack[base:]
-            del self._state.value_stack[base - 1 :]
 
     def _mark(self, line: int | None, column: int | None) -> SourceMark:
         return SourceMark(line or 1, column or 1, self._file)

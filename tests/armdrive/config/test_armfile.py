@@ -194,6 +194,10 @@ def test_an_error_names_the_file_and_the_key(tmp_path, text, words):
             "[homing]\ngroups = [[9]]\n[homing.joints_deg]\nbase = 1\nknee = 2",
             ("'knee'", "missing shoulder", "homing.groups"),
         ),
+        *(
+            (f"[homing]\ngroups = {groups}", ("joints_deg] is missing", "by number, 1 to 6, in"))
+            for groups in ("[[0]]", "[[7]]", "[[]]", "[[1], [-2]]")
+        ),
         ("accelerations_deg_s2.base = 0\nbacklash_deg.elbow = 11", ("accelerations", "backlash")),
         ("frames.tool.x_mm = 1\nframes.a.x = 1\ntool.along_mm = 1e9", ("along", "tool:", "'x'")),
     ],

@@ -238,3 +238,18 @@ def test_variables_belong_to_the_whole_program():
     assert told("define f()\nx = 5\nend\nf()\ntype X") == ["5"]
     assert BOOK.keys() >= {"pick"}
     assert acts("") == []
+
+
+@pytest.mark.parametrize("wrong", ["end end", "end 1"])
+@pytest.mark.parametrize("head", ["if", "while", "repeat -", "define"])
+def test_a_wrong_end_hides_no_mistake_after_it(wrong, head):
+    problems = refused(f"repeat 2\n{wrong}\n{head}\ntype 1 +\nend\nend")
+    assert [line for line, _, _ in problems] == [2, 3, 4]
+
+
+def test_a_label_may_stand_before_an_end_or_an_else():
+    for text in (
+        "if on\n  goto x\n  stop\nx: else\n  stop\nend",
+        "repeat 2\n  goto x\n  stop\nx: end",
+    ):
+        assert acts(f"{text}\nready") == acts("ready")

@@ -245,6 +245,24 @@ def test_a_syntax_error_of_a_script_is_reported_with_its_line(call, write, tmp_p
         read_script(tmp_path / "zero.py")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a program without a word")
+def test_a_script_that_is_told_to_end_ends_as_any_command_does(homed, write):
+    path = write(
+        """\
+        import signal
+        from armdrive import Arm
+        with Arm.connect() as arm:
+            arm.move_j(base_deg=20)
+            signal.raise_signal(signal.SIGTERM)
+            arm.move_j(base_deg=0)
+        """
+    )
+    ended = homed("run", path, code=143)
+    assert "ended by SIGTERM" in ended.err
+    assert TRACEBACK not in ended.err
+    assert homed("status", "--json", code=0).json["joints"]["base_deg"] == pytest.approx(20, abs=1)
+
+
 STEPPED = """\
     from armdrive import Arm, JointMove, Pose
     with Arm.connect() as arm:

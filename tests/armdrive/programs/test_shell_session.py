@@ -112,12 +112,26 @@ def test_what_is_wrong_is_shown_with_the_line_as_it_was_typed(prompt, line, told
     assert prompt.session.text == "w = 1\npoint pick = at(250, 0, 40, -90)\n"
 
 
+def test_a_subprogram_with_the_name_of_a_saved_point_is_called_by_its_name_alone(prompt):
+    prompt("define tray", "  type 1", "end")
+    assert prompt("tray") == said("1")
+    assert prompt.session.text.endswith("\ntray()\n")
+
+
 def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_on(prompt):
     prompt("repeat 2", "type 1")
     for line, sentence in (("tpye 1", "there is no word 'tpye'"), ("else", "belongs to no `if`")):
         with pytest.raises(ProgramError, match=sentence):
             prompt(line)
     assert prompt("type 2", "end") == said("1", "2", "1", "2")
+
+
+@pytest.mark.parametrize("wrong", ["end end", "else ready", "end 1"])
+def test_a_wrong_end_or_else_ends_no_block(prompt, wrong):
+    prompt("if on", "type 1")
+    with pytest.raises(ProgramError):
+        prompt(wrong)
+    assert prompt("type 2", "else", "end") == said("1", "2")
 
 
 def test_a_mistake_within_a_subprogram_names_the_entry_that_it_was_typed_in(prompt):
