@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -28,10 +28,10 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
-from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp, action_call
 from tui.arm_view import SpaceView, move_cameras
+from tui.calls import DeskCalls, Done
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad.jogging import PadDesk
 from tui.gamepad.reader import EvdevPad
@@ -69,9 +69,6 @@ STARVED_S = 0.3
 """A desk that did nothing for this long has kept its keys waiting."""
 
 _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
-
-Done = str | Callable[[Status], str] | None
-"""The message after a successful call: a sentence, or one made from the status."""
 
 
 def dropped_words(time_s: float) -> str:
@@ -149,13 +146,13 @@ class ArmControl:
     def reset(self) -> None:
         """Leave the error state."""
         self._desk.link.require()
-        self._desk.call(self._arm.reset, partial(after_reset, keys=self._desk.keys))
+        self._desk.calls.make(self._arm.reset, partial(after_reset, keys=self._desk.keys))
 
     def reconnect(self) -> None:
         """Look for a lost link once, now. Moves nothing."""
         if self._desk.link.lost:
             self._desk.say("looking for the link ...")
-        self._desk.call(self._arm.reconnect, None)
+        self._desk.calls.make(self._arm.reconnect, None)
 
     def reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
@@ -167,7 +164,7 @@ class ArmControl:
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")
             self._desk.say("the simulated operator brings the arm to its reference posture ...")
-            self._desk.call(self._arm.home, "the simulated operator referenced the arm")
+            self._desk.calls.make(self._arm.home, "the simulated operator referenced the arm")
         else:
             request = self._arm.reference_request()
             posture = Moment(request.joints, request.opening_mm)
@@ -202,7 +199,7 @@ class ArmControl:
         """Switch the motor current on; off only after a question, since the arm sags then."""
         self._desk.link.require()
         if self._desk.link.status.state is State.DISABLED:
-            self._desk.call(self._arm.enable, "the motors are on: nothing was moved")
+            self._desk.calls.make(self._arm.enable, "the motors are on: nothing was moved")
             return
         text = "The motors are switched off: THE ARM SAGS, and its position is lost."
         done = "the motors are off"
@@ -228,7 +225,7 @@ class ArmControl:
 
         def answered(yes: bool | None) -> None:
             if yes:
-                desk.call(agreed, done)
+                desk.calls.make(agreed, done)
             else:
                 desk.say("not confirmed: nothing was changed")
 
@@ -445,6 +442,7 @@ class Desk(KeyApp):
         self.input.on_dropped = lambda time_s: self.say(dropped_words(time_s))
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
+        self.calls = DeskCalls(self, arm)
         self.control = ArmControl(self)
         self.pad = None if find_pad is None else PadDesk(self, find_pad)
 
@@ -551,21 +549,6 @@ class Desk(KeyApp):
 
     # -- what keys ask for --------------------------------------------------------------------
 
-    @contextlib.contextmanager
-    def reporting_refusals(self) -> Iterator[None]:
-        """Have the next picture say why what is asked for here is refused."""
-        try:
-            yield
-        except (ArmError, KinematicsError, OSError) as error:
-            self.message = str(error)
-
-    @contextlib.contextmanager
-    def acting(self) -> Iterator[None]:
-        """Show what came of a key or a click, or say why what it asked for is refused."""
-        with self.reporting_refusals():
-            yield
-        self.show()
-
     async def run_action(
         self,
         action: str | ActionParseResult,
@@ -573,7 +556,7 @@ class Desk(KeyApp):
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
         """Perform an action; show what came of it, or say why it is refused."""
-        with self.acting():
+        with self.calls.acting():
             return await super().run_action(action, default_namespace, namespaces)
         return True
 
@@ -582,32 +565,6 @@ class Desk(KeyApp):
         call = action_call(self.keys.row(row).action, self.current)
         if call is not None and len(self.screen_stack) == 1:
             call()
-
-    def in_thread(self, work: Callable[[], object]) -> None:
-        """Do work that takes a moment, without keeping the stop key waiting."""
-        self.run_worker(work, thread=True, exit_on_error=False)
-
-    def call(self, call: Callable[[], object], done: Done) -> None:
-        """Make a call in a thread, and show how it went.
-
-        `done` is the message after success, or makes one of the status; None shows no message.
-        """
-
-        def work() -> None:
-            if (message := self._outcome(call, done)) is not None:
-                self.call_from_thread(self.say, message)
-
-        self.in_thread(work)
-
-    def _outcome(self, call: Callable[[], object], done: Done) -> str | None:
-        """Make a call; return the message about it, None if the status shows enough."""
-        try:
-            call()
-            return done(self.arm.status) if callable(done) else done
-        except (ArmError, KinematicsError) as error:
-            return str(error)
-        except Exception as flaw:  # the desk and its stop key must live on
-            return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
 
     # -- stopping and ending ------------------------------------------------------------------
 
