@@ -81,8 +81,8 @@ class TappingDesk(Desk):
     @property
     def jog(self) -> JogScreen:
         """The screen with the jog keys."""
-        assert isinstance(self.current, JogScreen)
-        return self.current
+        assert isinstance(self.screens.current, JogScreen)
+        return self.screens.current
 
     def watch_taps(self) -> None:
         """Begin to remember; once the desk is shown."""

@@ -180,7 +180,7 @@ async def question() -> str:
 
 async def waiting(app: Desk, pilot: Pilot[Any], after: str = "") -> str:
     """Let a program go on until it waits for a person with something new; return with what."""
-    run = cast("ProgramScreen", app.current).run
+    run = cast("ProgramScreen", app.screens.current).run
     while run.asks in ("", after):
         app.poll()
         await pilot.pause()

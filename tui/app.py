@@ -157,6 +157,83 @@ def action_call(action: str | ActionParseResult, node: object) -> Callable[[], o
     return partial(found, *words) if callable(found) else None
 
 
+class AppScreens(Protocol):
+    """The screens of an app, and the one whose keys count."""
+
+    @property
+    def place(self) -> str:
+        """The id of the current screen."""
+
+    def show_place(self, place: str) -> None:
+        """Go to the screen on which a row of the table of keys counts, if there are several."""
+
+
+class OneScreen:
+    """The only screen of an app."""
+
+    def __init__(self, place: str = "") -> None:
+        self.place = place
+
+    def show_place(self, place: str) -> None:
+        """Stay: there is nowhere else to go."""
+
+
+class Dialogs:
+    """The dialogs that lie over the current screen. Its keys then move no arm."""
+
+    def __init__(self, app: KeyApp) -> None:
+        self._app = app
+
+    def open(
+        self,
+        dialog: ModalScreen[Answer],
+        answered: Callable[[Answer | None], None] | None = None,
+        reason: str = "a question is open",
+    ) -> None:
+        """Open a dialog over the current screen, whose keys then move no arm for this reason."""
+        self._app.disarm(reason)
+        self._app.push_screen(dialog, answered)
+
+    def close_all(self) -> None:
+        """Close whatever lies over the current screen; no question in it is answered."""
+        while len(self._app.screen_stack) > 1:
+            self._app.pop_screen()
+
+    def help(self) -> None:
+        """Show all keys."""
+        help_screen = HelpScreen(self._app.keys, self._app.screens.place, self._app.pairs)
+        self.open(help_screen, reason="the help is shown")
+
+    def palette(self) -> None:
+        """Show the command palette."""
+        self._app.disarm("the commands are shown")
+        if not isinstance(self._app.screen, StillPalette):
+            self._app.push_screen(StillPalette())
+
+
+class Looks:
+    """The look that an app has, and a change to another one."""
+
+    def __init__(self, app: KeyApp, name: str) -> None:
+        self._app = app
+        self.name = name
+        """The name of the look that the app has."""
+
+    def put_on(self, name: str) -> None:
+        """Have the app look so; without colours there is one look only."""
+        look = COLOURLESS if self._app.no_color else look_named(name)
+        if HIGH_CONTRAST.name not in self._app.available_themes:
+            self._app.register_theme(HIGH_CONTRAST)
+        self._app.theme = look.theme
+        self.name = look.name
+
+    def put_on_next(self) -> None:
+        """Put on the next look."""
+        self.put_on(look_after(self.name).name)
+        colourless = " NO_COLOR is set: no others are shown." if self._app.no_color else ""
+        self._app.say(f"look: {self.name}.{colourless}")
+
+
 class KeyApp(App[int], inherit_bindings=False):
     """An app whose stop keys come before every widget, and without the framework's own keys.
 
@@ -171,14 +248,17 @@ class KeyApp(App[int], inherit_bindings=False):
     VERTICAL_BREAKPOINTS = [(0, "-short"), (32, "-tall")]  # noqa: RUF012
     pairs: tuple[JogPair, ...] = ()
     """The jog keys that the help explains."""
+    keys_bound: Sequence[DeskKey] = TABLE
+    """The rows that the bindings of the app and its screens were made from."""
+    screens: AppScreens = OneScreen()
 
     def __init__(self, keys: Keyboard, *, look: str = "") -> None:
         self.input = InputFilter()
         self.keys = keys
         self.stop_keys: Collection[str] = keys.of(STOP)
         """No widget may keep these for itself."""
-        self.look = look
-        """The name of the look that the app has."""
+        self.looks = Looks(self, look)
+        self.dialogs = Dialogs(self)
         self.message = ""
         """The last message."""
         # its other way to do without colours sends them all, as shades of grey
@@ -188,36 +268,10 @@ class KeyApp(App[int], inherit_bindings=False):
         self.no_color = False  # set, but to nothing: no-color.org counts that as not set
         self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
 
-    @property
-    def place(self) -> str:
-        """The id of the screen whose keys count."""
-        return ""
-
     def on_mount(self) -> None:
         """Take the keys of the user's own file, and the look."""
         self.set_keymap(self.keys.keymap(self.keys_bound))
-        self.put_on_look(self.look)
-
-    @property
-    def keys_bound(self) -> Sequence[DeskKey]:
-        """The rows that the bindings of this app and its screens were made from."""
-        return TABLE
-
-    # -- looks and dialogs --------------------------------------------------------------------
-
-    def put_on_look(self, name: str) -> None:
-        """Have the app look so; without colours there is one look only."""
-        look = COLOURLESS if self.no_color else look_named(name)
-        if HIGH_CONTRAST.name not in self.available_themes:
-            self.register_theme(HIGH_CONTRAST)
-        self.theme = look.theme
-        self.look = look.name
-
-    def action_next_look(self) -> None:
-        """Put on the next look."""
-        self.put_on_look(look_after(self.look).name)
-        colourless = " NO_COLOR is set: no others are shown." if self.no_color else ""
-        self.say(f"look: {self.look}.{colourless}")
+        self.looks.put_on(self.looks.name)
 
     def say(self, message: str) -> None:
         """Show a message on whatever screen is shown."""
@@ -229,32 +283,6 @@ class KeyApp(App[int], inherit_bindings=False):
 
     def disarm(self, reason: str) -> None:
         """Let no key of the current screen move anything."""
-
-    def open_dialog(
-        self,
-        dialog: ModalScreen[Answer],
-        answered: Callable[[Answer | None], None] | None = None,
-        reason: str = "a question is open",
-    ) -> None:
-        """Open a dialog over the current screen, whose keys then move no arm for this reason."""
-        self.disarm(reason)
-        self.push_screen(dialog, answered)
-
-    def close_dialogs(self) -> None:
-        """Close whatever lies over the current screen; no question in it is answered."""
-        while len(self.screen_stack) > 1:
-            self.pop_screen()
-
-    def action_help(self) -> None:
-        """Show all keys."""
-        help_screen = HelpScreen(self.keys, self.place, self.pairs)
-        self.open_dialog(help_screen, reason="the help is shown")
-
-    def action_palette(self) -> None:
-        """Show the command palette."""
-        self.disarm("the commands are shown")
-        if not isinstance(self.screen, StillPalette):
-            self.push_screen(StillPalette())
 
     def run_or_raise(self) -> None:
         """Run until the user leaves. Raises the error that ended the app, if one did."""
@@ -281,11 +309,8 @@ class KeyApp(App[int], inherit_bindings=False):
     async def action_do_row(self, name: str) -> None:
         """Act as a row of the table of keys, as if its key was pressed on its screen."""
         row = self.keys.row(name)
-        self.show_place(row.place)
+        self.screens.show_place(row.place)
         await self.run_action(row.action, self.screen_stack[0] if row.place else self)
-
-    def show_place(self, place: str) -> None:
-        """Go to the screen of this id, where the app has several."""
 
     @on(Driver.SignalResume)
     def _repaint(self) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -28,10 +28,10 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
-from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp, action_call
 from tui.arm_view import SpaceView, move_cameras
+from tui.calls import DeskCalls, Done
 from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad.jogging import PadDesk
 from tui.gamepad.reader import EvdevPad
@@ -69,14 +69,6 @@ STARVED_S = 0.3
 """A desk that did nothing for this long has kept its keys waiting."""
 
 _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
-
-Done = str | Callable[[Status], str] | None
-"""The message after a successful call: a sentence, or one made from the status."""
-
-
-def dropped_words(time_s: float) -> str:
-    """Say why a key had no effect: a key that is dropped without a word seems broken."""
-    return f"a key was dropped: this program was suspended for {time_s:.1f} s; press again"
 
 
 class ArmLink:
@@ -122,7 +114,7 @@ class ArmLink:
         if not self._was_lost:
             self._was_lost = True
             self._desk.say("")  # the last message was about a link that worked
-            self._desk.close_dialogs()
+            self._desk.dialogs.close_all()
 
     def _note_return(self) -> None:
         """Say in which state the link came back; in other states the check still runs."""
@@ -149,13 +141,13 @@ class ArmControl:
     def reset(self) -> None:
         """Leave the error state."""
         self._desk.link.require()
-        self._desk.call(self._arm.reset, partial(after_reset, keys=self._desk.keys))
+        self._desk.calls.make(self._arm.reset, partial(after_reset, keys=self._desk.keys))
 
     def reconnect(self) -> None:
         """Look for a lost link once, now. Moves nothing."""
         if self._desk.link.lost:
             self._desk.say("looking for the link ...")
-        self._desk.call(self._arm.reconnect, None)
+        self._desk.calls.make(self._arm.reconnect, None)
 
     def reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
@@ -167,7 +159,7 @@ class ArmControl:
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")
             self._desk.say("the simulated operator brings the arm to its reference posture ...")
-            self._desk.call(self._arm.home, "the simulated operator referenced the arm")
+            self._desk.calls.make(self._arm.home, "the simulated operator referenced the arm")
         else:
             request = self._arm.reference_request()
             posture = Moment(request.joints, request.opening_mm)
@@ -202,7 +194,7 @@ class ArmControl:
         """Switch the motor current on; off only after a question, since the arm sags then."""
         self._desk.link.require()
         if self._desk.link.status.state is State.DISABLED:
-            self._desk.call(self._arm.enable, "the motors are on: nothing was moved")
+            self._desk.calls.make(self._arm.enable, "the motors are on: nothing was moved")
             return
         text = "The motors are switched off: THE ARM SAGS, and its position is lost."
         done = "the motors are off"
@@ -228,14 +220,14 @@ class ArmControl:
 
         def answered(yes: bool | None) -> None:
             if yes:
-                desk.call(agreed, done)
+                desk.calls.make(agreed, done)
             else:
                 desk.say("not confirmed: nothing was changed")
 
         dialog = PostureScreen(
             desk.spoken(question), desk.arm.model, posture, desk.keys, asked, braille=desk.braille
         )
-        desk.open_dialog(dialog, answered)
+        desk.dialogs.open(dialog, answered)
 
 
 class DeskScreen(Screen[None]):
@@ -380,6 +372,81 @@ class DeskScreen(Screen[None]):
         return self.query_one(f"#{name}", PlainText)
 
 
+class DeskScreens:
+    """The current screen of a desk, and the way to another one. Every change of screen disarms."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+
+    @property
+    def current(self) -> DeskScreen:
+        """The screen that the desk is at; dialogs may lie over it."""
+        return cast("DeskScreen", self._desk.screen_stack[0])
+
+    @property
+    def place(self) -> str:
+        """The id of the current screen."""
+        return self.current.place
+
+    @property
+    def hand(self) -> DeskJogging | None:
+        """The hand on the jog keys, where the current screen has those."""
+        return self.current.hand if self._desk.screen_stack else None
+
+    @property
+    def pad_hand(self) -> DeskJogging | None:
+        """The hand that a gamepad moves: none while the link is lost."""
+        return None if self._desk.link.lost else self.hand
+
+    def go_to(self, place: str) -> None:
+        """Go to a screen by its id. What the one before held ends first."""
+        self._desk.disarm("another screen is shown")
+        self._desk.dialogs.close_all()
+        self._desk.switch_mode(place)
+
+    def show(self, place: str) -> None:
+        """Go to a screen by its id. The last message was about the one before."""
+        self._desk.message = ""
+        self.go_to(place)
+
+    def show_place(self, place: str) -> None:
+        """Go to the screen on which a row of the table of keys counts."""
+        if place and place != self.place:
+            self.show(place)
+
+    def do_row(self, name: str) -> None:
+        """Do what a row of the table of keys does, if no dialog lies over the current screen."""
+        call = action_call(self._desk.keys.row(name).action, self.current)
+        if call is not None and len(self._desk.screen_stack) == 1:
+            with self._desk.calls.acting():
+                call()
+
+
+class StallGuard:
+    """Keeps keys from moving the arm that were typed while the desk did not run."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        desk.input.suspended_s, desk.input.starved_s = SUSPENDED_S, STARVED_S
+        desk.input.on_resumed, desk.input.on_starved = self.resumed, self.starved
+        desk.input.on_dropped = self.dropped
+
+    def resumed(self, time_s: float) -> None:
+        """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
+        self._desk.disarm(f"this program was suspended for {time_s:.1f} s")
+
+    def starved(self, time_s: float) -> None:
+        """Note that keys may have waited for the desk for this long; those move nothing."""
+        if (hand := self._desk.screens.hand) is not None:
+            hand.doubt(time_s)
+
+    def dropped(self, time_s: float) -> None:
+        """Say why a key had no effect: a key that is dropped without a word seems broken."""
+        self._desk.say(
+            f"a key was dropped: this program was suspended for {time_s:.1f} s; press again"
+        )
+
+
 class Desk(KeyApp):
     """One arm and its screens. Every way out of it, and every change of screen, stops a jog."""
 
@@ -410,6 +477,7 @@ class Desk(KeyApp):
         super().__init__(keys, look=left.look)
         for place, screen in screens.items():
             self.add_mode(place, screen)
+        self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self.braille = braille
         self.clock = clock
@@ -440,60 +508,17 @@ class Desk(KeyApp):
         self.opens: Path | None = None
         """The arm file that the next desk is to be opened on."""
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
-        self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
-        self.input.on_resumed, self.input.on_starved = self._resumed, self._starved
-        self.input.on_dropped = lambda time_s: self.say(dropped_words(time_s))
+        self.stalls = StallGuard(self)
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
+        self.calls = DeskCalls(self, arm)
         self.control = ArmControl(self)
         self.pad = None if find_pad is None else PadDesk(self, find_pad)
-
-    # -- the current screen -------------------------------------------------------------------
-
-    @property
-    def current(self) -> DeskScreen:
-        """The screen that the desk is at; dialogs may lie over it."""
-        return cast("DeskScreen", self.screen_stack[0])
-
-    @property
-    def place(self) -> str:
-        """The id of the current screen."""
-        return self.current.place
-
-    @property
-    def hand(self) -> DeskJogging | None:
-        """The hand on the jog keys, where the current screen has those."""
-        return self.current.hand if self.screen_stack else None
-
-    @property
-    def pad_hand(self) -> DeskJogging | None:
-        """The hand that a gamepad moves: none while the link is lost."""
-        return None if self.link.lost else self.hand
-
-    @property
-    def armed(self) -> bool:
-        """Whether keys move the arm at once."""
-        return self.current.armed
 
     def disarm(self, reason: str) -> None:
         """Let go of what the current screen holds, and let no key of it move the arm."""
         if self.screen_stack:  # else the screens are already being taken down
-            self.current.disarm(reason)
-
-    def go_to(self, screen: str) -> None:
-        """Go to a screen by its id. What the one before held ends first."""
-        self.disarm("another screen is shown")
-        self.close_dialogs()
-        self.switch_mode(screen)
-
-    def _resumed(self, time_s: float) -> None:
-        """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
-        self.disarm(f"this program was suspended for {time_s:.1f} s")
-
-    def _starved(self, time_s: float) -> None:
-        """Note that keys may have waited for the desk for this long; those move nothing."""
-        if self.hand is not None:
-            self.hand.doubt(time_s)
+            self.screens.current.disarm(reason)
 
     # -- what is shown ------------------------------------------------------------------------
 
@@ -506,7 +531,7 @@ class Desk(KeyApp):
         if self.pad is not None:
             self.pad.start()
         if self._first in self._modes:
-            self.go_to(self._first)
+            self.screens.go_to(self._first)
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
 
@@ -522,21 +547,11 @@ class Desk(KeyApp):
     def show(self) -> None:
         """Show the latest status on the current screen."""
         if self.is_running and self.screen_stack:  # else the screens are being taken down
-            self.current.show(self.link.status)
+            self.screens.current.show(self.link.status)
 
     def spoken(self, text: str) -> str:
         """Return a text in the words of the desk, with the joints as people write them."""
         return spoken(self.keys.presented(text), self._joint_names)
-
-    def action_show_screen(self, screen: str) -> None:
-        """Go to a screen by its id. The last message was about the one before."""
-        self.message = ""
-        self.go_to(screen)
-
-    def show_place(self, place: str) -> None:
-        """Go to the screen on which a row of the table of keys counts."""
-        if place and place != self.place:
-            self.action_show_screen(place)
 
     def action_view(self, what: str) -> None:
         """Move the camera about the arm that is drawn."""
@@ -546,25 +561,14 @@ class Desk(KeyApp):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer the actions of this screen, actions with other search words, and the looks."""
         del screen
-        known = (row for row in self.keys.rows if row.also and row.place not in ("", self.place))
-        return commands((*self.keys.at(self.place), *known), self.action_do_row, self.put_on_look)
+        known = (
+            row for row in self.keys.rows if row.also and row.place not in ("", self.screens.place)
+        )
+        return commands(
+            (*self.keys.at(self.screens.place), *known), self.action_do_row, self.looks.put_on
+        )
 
     # -- what keys ask for --------------------------------------------------------------------
-
-    @contextlib.contextmanager
-    def reporting_refusals(self) -> Iterator[None]:
-        """Have the next picture say why what is asked for here is refused."""
-        try:
-            yield
-        except (ArmError, KinematicsError, OSError) as error:
-            self.message = str(error)
-
-    @contextlib.contextmanager
-    def acting(self) -> Iterator[None]:
-        """Show what came of a key or a click, or say why what it asked for is refused."""
-        with self.reporting_refusals():
-            yield
-        self.show()
 
     async def run_action(
         self,
@@ -573,42 +577,9 @@ class Desk(KeyApp):
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
         """Perform an action; show what came of it, or say why it is refused."""
-        with self.acting():
+        with self.calls.acting():
             return await super().run_action(action, default_namespace, namespaces)
         return True
-
-    def do_on_screen(self, row: str) -> None:
-        """Do what a row of the table of keys does, if no dialog lies over the current screen."""
-        call = action_call(self.keys.row(row).action, self.current)
-        if call is not None and len(self.screen_stack) == 1:
-            with self.acting():
-                call()
-
-    def in_thread(self, work: Callable[[], object]) -> None:
-        """Do work that takes a moment, without keeping the stop key waiting."""
-        self.run_worker(work, thread=True, exit_on_error=False)
-
-    def call(self, call: Callable[[], object], done: Done) -> None:
-        """Make a call in a thread, and show how it went.
-
-        `done` is the message after success, or makes one of the status; None shows no message.
-        """
-
-        def work() -> None:
-            if (message := self._outcome(call, done)) is not None:
-                self.call_from_thread(self.say, message)
-
-        self.in_thread(work)
-
-    def _outcome(self, call: Callable[[], object], done: Done) -> str | None:
-        """Make a call; return the message about it, None if the status shows enough."""
-        try:
-            call()
-            return done(self.arm.status) if callable(done) else done
-        except (ArmError, KinematicsError) as error:
-            return str(error)
-        except Exception as flaw:  # the desk and its stop key must live on
-            return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
 
     # -- stopping and ending ------------------------------------------------------------------
 
@@ -617,7 +588,7 @@ class Desk(KeyApp):
         self.arm.request_stop()
         self.disarm("stopped")
         self.message = "STOP was asked for; the keys are disarmed"
-        self.close_dialogs()
+        self.dialogs.close_all()
         self.show()
 
     def action_leave(self) -> None:
@@ -633,8 +604,8 @@ class Desk(KeyApp):
     def on_key_up(self, event: KeyUp) -> None:
         """End what a jog key holds as soon as the terminal reports its release."""
         key = self.keys.jog_key(event.key)
-        if key is not None and self.hand is not None:
-            self.hand.key_up(key)
+        if key is not None and self.screens.hand is not None:
+            self.screens.hand.key_up(key)
 
     def on_app_blur(self) -> None:
         """Disarm when the terminal says that another window has the keyboard."""
@@ -652,7 +623,7 @@ class Desk(KeyApp):
             self.pad.close()
         if self._memory is None:
             return
-        look = self._left.look if self.no_color else self.look
+        look = self._left.look if self.no_color else self.looks.name
         arm = remembered(self.settings, self.move_settings, self.current_mode)
         left = replace(self._left.with_arm(self.link.status, arm), look=look)
         with contextlib.suppress(OSError):  # losing these settings does no harm

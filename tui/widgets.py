@@ -103,7 +103,7 @@ class ScreenTabs(Tabs, can_focus=False):
         chosen = event.tab.id
         if chosen is not None and chosen != self._place:
             self.active = self._place
-            self.app.call_later(self.app.run_action, f"show_screen('{chosen}')")
+            self.app.call_later(self.app.run_action, f"screens.show('{chosen}')")
 
 
 def _tab_text(entry: KeyEntry, keys: Keyboard) -> Content:

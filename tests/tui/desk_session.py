@@ -39,7 +39,7 @@ class Session:
     async def arm_keys(self):
         self.clock.now_s += 10.0
         await self.press("enter")
-        assert self.desk.armed
+        assert self.desk.screens.current.armed
         self.clock.now_s += 10.0
 
     async def send(self, event):
@@ -61,19 +61,19 @@ class Session:
     def text(self, name):
         """Return what a part of the screen says: a widget by its id, or one of these names."""
         if name == "title":
-            return self.desk.current.query_one(SafetyPanel).arm
+            return self.desk.screens.current.query_one(SafetyPanel).arm
         if name == "banner":
-            forbidden = self.desk.current.query_one(SafetyPanel).has_class("-forbidden")
+            forbidden = self.desk.screens.current.query_one(SafetyPanel).has_class("-forbidden")
             return self.text("state") if forbidden else ""
-        return self.desk.current.query_one(f"#{name}").shown
+        return self.desk.screens.current.query_one(f"#{name}").shown
 
     def title(self, name):
         """Return the title of a panel, without what a small terminal shows beside it."""
-        return str(self.desk.current.query_one(f"#{name}").border_title).partition("  ")[0]
+        return str(self.desk.screens.current.query_one(f"#{name}").border_title).partition("  ")[0]
 
     def tick(self):
         """Let the time of what is held pass, as the desk's own alarm does."""
-        self.desk.current.hand.tick()
+        self.desk.screens.current.hand.tick()
 
     @property
     def everything(self):

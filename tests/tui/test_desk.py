@@ -36,7 +36,7 @@ async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
 async def test_a_real_arm_is_called_real_in_words():
     async with Session(FakeArm(simulated=False, link="COM3")) as session:
         assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
-        assert session.desk.current.query_one(Tabs).active_tab.label_text == "F2 Jog"
+        assert session.desk.screens.current.query_one(Tabs).active_tab.label_text == "F2 Jog"
 
 
 @pytest.mark.parametrize("width", [40, 80, 200])
@@ -53,7 +53,7 @@ async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab(widt
             assert session.text("title").startswith(kind)
             rows = [strip.text for strip in session.desk.screen._compositor.render_strips()]
             assert kind in rows[1]
-            assert session.desk.current.query_one(Tabs).active == entry.id
+            assert session.desk.screens.current.query_one(Tabs).active == entry.id
 
 
 async def test_the_footer_offers_what_would_change_something():
@@ -186,7 +186,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
             await session.press(key)
             await session.desk.workers.wait_for_complete()
             done[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
-            session.desk.close_dialogs()
+            session.desk.dialogs.close_all()
         before = session.desk.theme
         await session.press("T")
         done["T"] = session.desk.theme != before
@@ -225,7 +225,7 @@ async def test_stop_keys_stop_disarm_and_close_whatever_is_open(dialog):
             session.arm.calls.clear()
             await session.press(key)
             assert session.arm.calls[0] == ("stop",)
-            assert not session.desk.armed
+            assert not session.desk.screens.current.armed
             assert len(session.desk.screen_stack) == 1
 
 
@@ -239,9 +239,9 @@ async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(size)
             for dialog in ((), ("question_mark",), ("ctrl+p",)):
                 await session.press(entry.key, *dialog)
                 await session.settle()
-                assert session.desk.place == entry.id
+                assert session.desk.screens.place == entry.id
                 assert len(session.desk.screen_stack) == 1 + len(dialog)
-                stop = session.desk.current.query_one("#stop").region
+                stop = session.desk.screens.current.query_one("#stop").region
                 x, y = stop.x + 1, stop.y + 1
                 session.arm.calls.clear()
                 pressed = (None, x, y, 0, 0, 1, False, False, False)
@@ -254,8 +254,8 @@ async def test_clicking_a_tab_or_a_key_of_the_last_line_does_what_its_key_does()
     async with Session(busy_arm(), size=(120, 40)) as session:
         await session.pilot.click("#tabs #log")
         await session.settle()
-        assert session.desk.current.place == "log"
-        assert session.desk.current.query_one(Tabs).active == "log"
+        assert session.desk.screens.current.place == "log"
+        assert session.desk.screens.current.query_one(Tabs).active == "log"
         find = session.text("footer").index("/ find")
         await session.pilot.click("#footer", offset=(find + 2, 0))
         await session.settle()
@@ -287,7 +287,7 @@ async def test_holding_a_key_jogs_and_letting_go_stops():
         session.clock.now_s += 0.13
         session.tick()
         assert session.arm.calls[-1] == ("release",)
-        assert session.desk.armed
+        assert session.desk.screens.current.armed
 
 
 async def test_a_key_whose_release_the_terminal_reports_stops_the_arm_at_once():
@@ -302,7 +302,7 @@ async def test_a_key_whose_release_the_terminal_reports_stops_the_arm_at_once():
         assert session.arm.asked("release") == []
         await session.send(KeyUp("w"))
         assert session.arm.calls[-1] == ("release",)
-        assert session.desk.armed
+        assert session.desk.screens.current.armed
 
 
 @pytest.mark.parametrize(
@@ -348,7 +348,7 @@ async def test_backlog_disarms_and_moves_nothing():
         session.tick()
         session.arm.calls.clear()
         await session.press(*["w"] * 12, after_s=0.002)
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         assert session.arm.asked("nudge") == []
         assert session.arm.asked("hold") == []
         assert "faster than a keyboard" in session.text("messages")
@@ -358,7 +358,7 @@ async def test_pasted_text_disarms():
     async with Session() as session:
         await session.arm_keys()
         await session.send(events.Paste("qqqqqqqq"))
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         assert session.arm.asked("nudge") == []
         assert "pasted" in session.text("messages")
 
@@ -372,7 +372,7 @@ async def test_losing_the_focus_ends_a_hold_and_disarms():
         session.tick()
         await session.send(events.AppBlur())
         assert session.arm.calls[-1] == ("release",)
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         assert "focus" in session.text("messages")
 
 
@@ -382,17 +382,17 @@ async def test_the_keys_disarm_when_nobody_uses_them():
         await session.press("q")
         session.clock.now_s += IDLE_DISARMS_S - 0.1
         await session.poll()
-        assert session.desk.armed
+        assert session.desk.screens.current.armed
         session.clock.now_s += 0.2
         await session.poll()
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         assert "no key for 60 s" in session.text("messages")
 
 
 async def test_arming_is_refused_while_keys_pour_in():
     async with Session() as session:
         await session.press("q", "enter", after_s=0.01)
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         assert "let go of all keys" in session.text("messages")
 
 
@@ -503,12 +503,14 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         await session.poll()
         assert "needs a known position" in session.text("messages")
         assert "position unknown: press H" in session.text("trust")
-        assert "position unknown: press H" in "".join(session.desk.current.query_one("#space").rows)
+        assert "position unknown: press H" in "".join(
+            session.desk.screens.current.query_one("#space").rows
+        )
 
 
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
     async with Session() as session:
-        view = session.desk.current.query_one("#space")
+        view = session.desk.screens.current.query_one("#space")
         before = view.rows
         await session.poll()
         assert view.rows == before
@@ -629,17 +631,17 @@ async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came()
         session.clock.now_s += 0.9
         session.arm.calls.clear()
         came_s = session.clock.now_s
-        session.desk.current.hand._age_s = lambda: session.clock.now_s - came_s
+        session.desk.screens.current.hand._age_s = lambda: session.clock.now_s - came_s
         for _ in range(5):
             await session.press("w", after_s=0.2)
         assert session.arm.asked("nudge") == session.arm.asked("hold") == []
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
 
 
 async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
     async with Session() as session:
         await session.arm_keys()
-        hand, rings = session.desk.current.hand, []
+        hand, rings = session.desk.screens.current.hand, []
         hand.alarm = type("Alarm", (), {"after": lambda _, delay_s: rings.append(delay_s)})()
         await session.press("w")
         hand.release()

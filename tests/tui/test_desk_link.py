@@ -17,9 +17,9 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
         assert "LINK LOST  the cable was pulled" in session.text("banner")
         assert "armed:" not in session.text("messages")
         assert "ctrl+q leaves" in session.text("banner")
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         await session.press("enter", after_s=5.0)
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         await session.press("ctrl+q")
     assert session.desk.return_value == 0
     assert session.desk.return_code == 0
@@ -73,7 +73,7 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         assert "nothing was moved" in said
         assert "restored: the link was lost and restored, and the registers match" in said
         assert "R resets, then C compares it" in said
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         await session.press("q", after_s=5.0)
         assert session.arm.asked("nudge") == []
         assert session.desk.is_running

@@ -76,7 +76,7 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(keys, mo
     async with Session(FakeArm(**more)) as session:
         await session.press(*keys)
         for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
-            table = session.desk.current.query_one(f"#{name}", AxisTable)
+            table = session.desk.screens.current.query_one(f"#{name}", AxisTable)
             lines = table.shown.splitlines()[:axes]
             assert len(lines) == axes
             assert max(len(line.rstrip()) for line in lines) <= table.content_size.width

@@ -109,23 +109,23 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
         await session.press("m", "F", "right_square_bracket", "minus", "T")
         await session.arm_keys()
         left = (session.text("stopping"), session.title("tip"))
-        look = session.desk.look
+        look = session.desk.looks.name
         await session.press("ctrl+q")
     async with Session(memory=memory) as session:
         assert (session.text("stopping"), session.title("tip")) == left
-        assert session.desk.look == look
-        assert not session.desk.armed
+        assert session.desk.looks.name == look
+        assert not session.desk.screens.current.armed
 
 
 async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3", "m", "less_than_sign", "4", "0")
-        left = session.desk.current.entry.form
+        left = session.desk.screens.current.entry.form
         assert (left.cartesian, left.speed) == (False, 0.25)
         await session.press("f2", "ctrl+q")
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3")
-        form = session.desk.current.entry.form
+        form = session.desk.screens.current.entry.form
         assert (form.cartesian, form.speed) == (False, 0.25)
         assert form.entries == {}, "a goal is not kept: whoever comes next has not seen it"
 
@@ -156,7 +156,7 @@ async def test_the_first_screen_is_shown_until_somebody_has_read_it(tmp_path):
     async with Session(memory=path) as session:
         await session.press("enter")
         assert len(session.desk.screen_stack) == 1
-        assert not session.desk.armed, "one enter does not arm as well"
+        assert not session.desk.screens.current.armed, "one enter does not arm as well"
         await session.press("ctrl+q")
     async with Session(memory=path) as session:
         assert len(session.desk.screen_stack) == 1
@@ -210,8 +210,8 @@ async def test_the_palette_opens_disarmed_and_does_what_is_chosen():
         await session.arm_keys()
         await session.press("ctrl+p")
         assert len(session.desk.screen_stack) == 2
-        assert not session.desk.armed
-        session.desk.close_dialogs()
+        assert not session.desk.screens.current.armed
+        session.desk.dialogs.close_all()
         offered = session.desk.get_system_commands(session.desk.screen)
         chosen = next(each for each in offered if "Cartesian" in each.title)
         await chosen.callback()
@@ -253,7 +253,7 @@ async def test_what_counts_on_another_screen_is_done_there():
     async with Session(busy_arm()) as session:
         await session.press("f7")
         await session.desk.action_do_row("grasp")
-        assert session.desk.current.place == "jog"
+        assert session.desk.screens.current.place == "jog"
         assert session.arm.asked("grasp") == [], "the keys are not armed"
 
 
@@ -295,7 +295,7 @@ async def test_an_arm_without_a_position_begins_at_the_jog_screen(memory):
     arm = busy_arm()
     arm.set(**unknown_position())
     async with Session(arm, memory=memory) as session:
-        assert session.desk.current.place == "jog"
+        assert session.desk.screens.current.place == "jog"
         assert "press H to reference" in session.text("trust")
     async with Session(busy_arm(), memory=memory) as session:
-        assert session.desk.current.place == "jog", "where it was left last"
+        assert session.desk.screens.current.place == "jog", "where it was left last"

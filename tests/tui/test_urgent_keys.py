@@ -32,7 +32,7 @@ async def test_the_app_does_the_rest_of_the_stop_when_it_takes_the_key():
         await session.arm_keys()
         read(session, *SPACE)
         await session.pilot.pause()
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         assert "STOP" in session.desk.message
 
 

@@ -129,6 +129,17 @@ def _axis(settings: JogSettings, row: str) -> tuple[str, float]:
     return pair.axis(cartesian=settings.cartesian), 1.0 if key == pair.plus else -1.0
 
 
+class PadScreens(Protocol):
+    """What a gamepad uses of the screens of its desk."""
+
+    @property
+    def pad_hand(self) -> DeskJogging | None:
+        """The hand on the jog keys, where they are shown and the arm can be reached."""
+
+    def do_row(self, name: str) -> None:
+        """Do what a row of the table of keys does on the current screen."""
+
+
 class PadHost(Protocol):
     """What a gamepad uses of the desk that it is plugged into."""
 
@@ -137,17 +148,14 @@ class PadHost(Protocol):
     input: InputFilter
 
     @property
-    def pad_hand(self) -> DeskJogging | None:
-        """The hand on the jog keys, where they are shown and the arm can be reached."""
+    def screens(self) -> PadScreens:
+        """The screens of the desk."""
 
     def say(self, message: str) -> None:
         """Say something on whatever screen is shown."""
 
     def action_stop_arm(self) -> None:
         """Stop the arm."""
-
-    def do_on_screen(self, row: str) -> None:
-        """Do what a row of the table of keys does on the current screen."""
 
     def call_from_thread(self, callback: Callable[..., Any], *args: Any) -> Any:
         """Call in the desk's own thread, and wait until that is done."""
@@ -163,7 +171,7 @@ class PadDesk:
         self.hand = PadHand(
             desk.keys.pad,
             settings=lambda: desk.settings,
-            hand=lambda: desk.pad_hand,
+            hand=lambda: desk.screens.pad_hand,
             say=desk.say,
             do=self._do,
         )
@@ -200,5 +208,5 @@ class PadDesk:
         """Do what a row of the table of keys does: the stop anywhere, others where keys jog."""
         if row == STOP:
             self._desk.action_stop_arm()
-        elif self._desk.pad_hand is not None:
-            self._desk.do_on_screen(row)
+        elif self._desk.screens.pad_hand is not None:
+            self._desk.screens.do_row(row)

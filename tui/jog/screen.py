@@ -75,12 +75,12 @@ class Fingers:
         low_mm, high_mm = arm.model.gripper_range_mm
         goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
         move = partial(arm.start, goal, stops=arm.stops)
-        self._desk.call(lambda: move().wait(), lambda status: opened(status.gripper_mm))
+        self._desk.calls.make(lambda: move().wait(), lambda status: opened(status.gripper_mm))
 
     def grasp(self) -> None:
         """Close the fingers on what is between them."""
         self._prepare()
-        self._desk.call(self._feel, lambda _: self._felt)
+        self._desk.calls.make(self._feel, lambda _: self._felt)
 
     def _feel(self) -> None:
         self._felt = grasped(self._desk.arm.gripper.feel())

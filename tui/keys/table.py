@@ -43,7 +43,7 @@ DESK_KEYS = (
     DeskKey(STOP, ("space", "escape", "ctrl+c"), "stop_arm", "STOP",
             "Stop, disarm, close any dialog; works everywhere. Space is 0.1 s quicker than "
             "Esc.", everywhere=True),
-    DeskKey("help", ("question_mark", "f1"), "help", "help",
+    DeskKey("help", ("question_mark", "f1"), "dialogs.help", "help",
             "Show all keys."),
     DeskKey("quit", ("ctrl+q",), "leave", "quit",
             "Stop the arm and leave the desk.", everywhere=True),
@@ -58,9 +58,9 @@ DESK_KEYS = (
     DeskKey("reconnect", ("L",), "control.reconnect", "link",
             "Look for a lost link once, now. Moves nothing; what was under way is not taken "
             "up again."),
-    DeskKey("palette", ("ctrl+p",), "palette", "commands",
+    DeskKey("palette", ("ctrl+p",), "dialogs.palette", "commands",
             "Find by a few letters what can be done here; enter does it."),
-    DeskKey("look", ("T",), "next_look", "look",
+    DeskKey("look", ("T",), "looks.put_on_next", "look",
             "Other colours: dark, light, of high contrast, or your terminal's own."),
     DeskKey("reset", ("R",), "control.reset", "reset",
             "Leave error-stop. Moves nothing.", also="clear error unlock"),
@@ -436,7 +436,7 @@ SCREEN_KEYS = tuple(
     DeskKey(
         f"screen-{entry.id}",
         (entry.key,),
-        f"show_screen('{entry.id}')",
+        f"screens.show('{entry.id}')",
         entry.title,
         entry.summary,
     )

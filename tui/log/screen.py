@@ -239,7 +239,7 @@ class LogScreen(DeskScreen):
     def action_save(self) -> None:
         """Write the recording, and say where it is."""
         self.desk.say("writing ...")
-        self.desk.call(self._save, lambda _: f"written: {self._saved}")
+        self.desk.calls.make(self._save, lambda _: f"written: {self._saved}")
 
     def _save(self) -> None:
         self._saved = self.desk.arm.save_recording()

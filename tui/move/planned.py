@@ -257,7 +257,7 @@ class PlannedMove:
             self._seen, self.preview = asked, None
             return
         self._working = True
-        self._desk.in_thread(partial(self._work_out, asked, asked[0]))
+        self._desk.calls.in_thread(partial(self._work_out, asked, asked[0]))
 
     def _work_out(self, asked: Seen, ask: Motion) -> None:
         message = ""
@@ -303,7 +303,7 @@ class PlannedMove:
         self._progress = MoveProgress(preview)
         stops = desk.arm.stops
         desk.message = ""
-        desk.call(partial(self._carry_out, ask, stops), arrived)
+        desk.calls.make(partial(self._carry_out, ask, stops), arrived)
 
     def _carry_out(self, ask: Motion, stops: int) -> None:
         try:

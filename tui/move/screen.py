@@ -84,7 +84,7 @@ class GoalEntry:
 
     def choose_field(self, at: int) -> None:
         """Go to the field that was clicked."""
-        with self._desk.acting():
+        with self._desk.calls.acting():
             self._change(self.form.moved(at - self.form.at))
 
     def step(self, sign: int) -> None:
@@ -187,7 +187,7 @@ class MoveScreen(DeskScreen):
         """Type into the field; other keys go on to the table of keys."""
         if event.character is None or event.character not in DIGITS:
             return False
-        with self.desk.acting():
+        with self.desk.calls.acting():
             self.entry.type(event.character)
         return True
 

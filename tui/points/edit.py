@@ -238,7 +238,7 @@ class PointEdits:
         mark = self._desk.keys.label("points-step-next")
         _, point = self._chosen(f"choose a point to change; {mark} marks a step of a sequence")
         self._desk.goal = point.joints
-        self._desk.go_to("move")
+        self._desk.screens.go_to("move")
 
     def _chosen(self, otherwise: str) -> tuple[str, Point]:
         """Return the chosen point. Raises `BadRequest` with this sentence where there is none."""

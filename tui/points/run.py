@@ -98,7 +98,9 @@ class SequenceRun:
         self._desk.message = ""
         if self.stepper is not None:
             self._desk.arm.program = partial(_program, self._name, self.stepper)
-        self._desk.call(partial(self._carry_out, step, self._desk.arm.stops), self._progress_words)
+        self._desk.calls.make(
+            partial(self._carry_out, step, self._desk.arm.stops), self._progress_words
+        )
 
     def _carry_out(self, step: StepCall, stops: int) -> None:
         try:

@@ -198,7 +198,7 @@ class PointsScreen(DeskScreen):
     def show_body(self, status: Status) -> None:
         """Show the list, what is chosen, and what the motion to it would be."""
         self.selection.reread()
-        with self.desk.reporting_refusals():
+        with self.desk.calls.reporting_refusals():
             self.confirmation.act_if_due()
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
@@ -259,7 +259,7 @@ class PointsScreen(DeskScreen):
 
     def take_typed(self, event: events.Key) -> bool:
         """Type the name that is asked for; other keys go on to the table of keys."""
-        with self.desk.acting():
+        with self.desk.calls.acting():
             return event.character is not None and self.names.type(event.character)
 
     def action_choose(self, by: int) -> None:
@@ -269,7 +269,7 @@ class PointsScreen(DeskScreen):
 
     def _choose(self, row: int) -> None:
         """Go to the row that was clicked."""
-        with self.desk.acting():
+        with self.desk.calls.acting():
             self.action_choose(row - self.selection.listed.at)
 
     def action_press_go(self) -> None:

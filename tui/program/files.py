@@ -98,7 +98,7 @@ class ProgramFiles:
         self.checked = None
         if path is not None:
             self._reading = True
-            self._desk.in_thread(partial(self._read, path))
+            self._desk.calls.in_thread(partial(self._read, path))
 
     def _read(self, path: Path) -> None:
         try:

@@ -77,7 +77,7 @@ class ProgramRehearsal:
         """Rehearse a program from where the arm stands."""
         self.forget()
         self._working, seen = True, _seen(program, self._desk.link.status)
-        self._desk.in_thread(partial(self._rehearse, program, seen, self._number))
+        self._desk.calls.in_thread(partial(self._rehearse, program, seen, self._number))
 
     def _rehearse(self, program: Program, seen: object, number: int) -> None:
         found, message = None, ""
@@ -165,7 +165,7 @@ class DeskRun:
         self.busy = True
         self._desk.message = ""
         stops = self._desk.arm.stops
-        self._desk.call(partial(self._carry_out, checked, stops), lambda _: self._end_words())
+        self._desk.calls.make(partial(self._carry_out, checked, stops), lambda _: self._end_words())
 
     def disarm(self, reason: str) -> None:
         """Let the program begin no further act; a wait that is under way ends now."""

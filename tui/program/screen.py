@@ -315,7 +315,7 @@ class ProgramScreen(DeskScreen):
 
     def _choose(self, row: int) -> None:
         """Choose the program that was clicked."""
-        with self.desk.acting():
+        with self.desk.calls.acting():
             self.action_choose(row - self.files.at)
 
     def action_turn_page(self, by: int) -> None:

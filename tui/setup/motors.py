@@ -156,7 +156,7 @@ class MotorsStage(SetupStage):
         self._turning = True
         self.desk.message = ""
         stops = self.desk.arm.stops
-        self.desk.call(partial(self._turn, steps, stops), None)
+        self.desk.calls.make(partial(self._turn, steps, stops), None)
 
     def _turn(self, steps: tuple[int, ...], stops: int) -> None:
         try:

@@ -153,7 +153,7 @@ class SetupScreen(DeskScreen):
     def show_body(self, status: Status) -> None:
         """Show the stage, and do what two presses have confirmed."""
         del status
-        with self.desk.reporting_refusals():
+        with self.desk.calls.reporting_refusals():
             self.stage.due()
         view, moment = self.query_one(SpaceView), self.stage.moment()
         self.query_one("#arm").display = moment is not None
@@ -169,7 +169,7 @@ class SetupScreen(DeskScreen):
         character = event.character
         if not (self.stage.typing and character and character.isprintable() and character != " "):
             return False
-        with self.desk.acting():
+        with self.desk.calls.acting():
             self.stages.do(lambda: self.stage.type(character))
         return True
 
@@ -198,7 +198,7 @@ class StageKeys:
 
     def mark_row(self, row: int) -> None:
         """Mark the line that was clicked."""
-        with self._desk.acting():
+        with self._desk.calls.acting():
             self.mark(row - (self._screen.stage.text().marked or 0))
 
     def skip(self) -> None:

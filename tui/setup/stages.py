@@ -253,7 +253,7 @@ class Ports(SetupStage):
         self._looking = True
         self.found: Report | None = None
         self._asked = ""
-        desk.call(self._look, None)  # who holds a port is not found in a moment
+        desk.calls.make(self._look, None)  # who holds a port is not found in a moment
 
     def _look(self) -> None:
         try:
@@ -328,7 +328,7 @@ class Ports(SetupStage):
         """Ask the port, in a thread."""
         if self.twice.due():
             self._asked, port = self.port, self.port
-            self.desk.call(lambda: self._ask(port), None)
+            self.desk.calls.make(lambda: self._ask(port), None)
 
     def _ask(self, port: str) -> None:
         try:

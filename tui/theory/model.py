@@ -17,7 +17,7 @@ from textual.screen import Screen
 from armdrive.render.canvas import can_braille
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
-from tui.app import KeyApp
+from tui.app import KeyApp, OneScreen
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.remap import checked
@@ -300,22 +300,14 @@ class ModelDesk(KeyApp):
     BINDINGS: ClassVar[list[BindingType]] = bindings_of(
         row for row in model_keys().rows if not row.place
     )
+    keys_bound = model_keys().rows
+    screens = OneScreen(PLACE)
 
     def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
         super().__init__(model_keys(keys))
         self.hand = ModelHand(subject)
         self.pairs = self.hand.pairs
         self.braille = braille
-
-    @property
-    def place(self) -> str:
-        """The one place where all keys of a model count."""
-        return PLACE
-
-    @property
-    def keys_bound(self) -> Sequence[DeskKey]:
-        """The rows of a model, as the table has them."""
-        return model_keys().rows
 
     def get_default_screen(self) -> ModelScreen:
         """Return the only screen."""
@@ -327,7 +319,7 @@ class ModelDesk(KeyApp):
 
     def action_stop_arm(self) -> None:
         """Close what lies over the model, and say that nothing moves."""
-        self.close_dialogs()
+        self.dialogs.close_all()
         self.say("there is nothing to stop: no arm is connected")
 
     def action_leave(self) -> None:

@@ -205,7 +205,7 @@ async def test_whatever_ends_a_jog_ends_that_of_a_pad_and_only_its_button_begins
         session.arm.set(state=State.STANDBY)
         session.desk.poll()
         session.clock.now_s += 10.0
-        session.desk.current.hand.arm_keys()
+        session.desk.screens.current.hand.arm_keys()
         session.tell(PadEvent(LEFT_X, -0.8))
         session.tick()
         assert not session.moving
@@ -239,7 +239,9 @@ async def test_its_stop_button_stops_on_any_screen_and_its_others_count_at_the_j
         await session.press("f3")
         session.tell(pressed(BUTTONS["east"]), pressed(BUTTONS["north"]))
         assert session.arm.asked("stop") == [("stop",)]
-        assert session.desk.current.entry.form.cartesian, "the mode button is of the jog screen"
+        assert session.desk.screens.current.entry.form.cartesian, (
+            "the mode button is of the jog screen"
+        )
         await session.press("f2")
         session.tell(pressed(BUTTONS["select"]), pressed(BUTTONS["north"]))
         assert session.desk.settings.cartesian

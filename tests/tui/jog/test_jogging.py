@@ -91,7 +91,7 @@ def test_a_button_is_dead_while_the_keys_are():
 
 def button(session, table, row, *, plus):
     """Return the place of a button on the screen."""
-    inner = session.desk.current.query_one(f"#{table}", AxisTable).content_region
+    inner = session.desk.screens.current.query_one(f"#{table}", AxisTable).content_region
     return inner.x + (1 if plus else 4), inner.y + row
 
 
@@ -109,7 +109,7 @@ async def test_the_mouse_holds_a_button_on_the_screen_and_lets_go():
         assert session.arm.calls[-1][:2] == ("hold", Jog.joint(shoulder=-1.0))
         await mouse(session, events.MouseUp, place)
         assert session.arm.calls[-1] == ("release",)
-        assert session.desk.armed
+        assert session.desk.screens.current.armed
 
 
 async def test_leaving_the_button_lets_go():
@@ -135,7 +135,7 @@ async def test_in_cartesian_mode_the_buttons_are_those_of_the_tip():
         assert ("stop",) in session.arm.calls
         assert session.arm.calls[-1] == ("release",)
         await session.poll()
-        assert session.desk.current.query_one("#tip", AxisTable).held is None
+        assert session.desk.screens.current.query_one("#tip", AxisTable).held is None
 
 
 @pytest.mark.parametrize("ends", ["question_mark", "f3", "T"])
@@ -155,13 +155,13 @@ async def test_a_lost_link_lets_go_of_a_button():
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
         await session.poll()
         assert session.arm.calls[-1] == ("release",)
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
 
 
 async def test_an_unknown_pose_has_no_buttons_for_the_tip():
     async with Session(FakeArm(**unknown_position())) as session:
         await session.press("m")
-        assert session.desk.current.query_one("#tip", AxisTable).at(1, 0) is None
+        assert session.desk.screens.current.query_one("#tip", AxisTable).at(1, 0) is None
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
@@ -173,7 +173,7 @@ async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
         await session.press("G")
         await session.settle()
         assert session.arm.asked("grasp") == [("grasp",)]
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
         assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("messages")
         assert "pressing 8.9 N" in session.text("gripper")
 
@@ -245,7 +245,7 @@ async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed(key, o
         await session.press(key)
         await session.settle()
         assert session.arm.asked("open") == [("open", opening_mm, 0.25)]
-        assert not session.desk.armed
+        assert not session.desk.screens.current.armed
 
 
 @pytest.mark.parametrize(("answer", "asked_for"), [("y", [ParkMove(0.25)]), ("n", [])])
@@ -271,11 +271,11 @@ async def test_parking_an_arm_that_may_not_move_says_why_and_asks_nothing():
 
 async def test_the_wire_and_the_motors_are_shown_on_asking():
     async with Session(size=(120, 40)) as session:
-        assert not session.desk.current.query_one("#details").display
+        assert not session.desk.screens.current.query_one("#details").display
         await session.press("D")
         assert "sent @STEP" in session.text("details")
         await session.press("D")
-        assert not session.desk.current.query_one("#details").display
+        assert not session.desk.screens.current.query_one("#details").display
 
 
 @pytest.mark.parametrize(

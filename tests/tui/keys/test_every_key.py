@@ -144,11 +144,11 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
         session.arm.set(state=State.MOVING)
         await session.press(*keys)
         await session.settle()
-        where = session.desk.current.place
+        where = session.desk.screens.current.place
         session.arm.calls.clear()
         await session.press("space")
         await session.settle()
         assert [call for call in session.arm.calls if call != ("release",)] == [("stop",)]
         assert len(session.desk.screen_stack) == 1
-        assert session.desk.current.place == where
+        assert session.desk.screens.current.place == where
         assert "STOP was asked for" in session.text("messages")

@@ -89,7 +89,7 @@ async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands
         poll_at_rest(arm, "420 370")
         await session.poll()
         assert len(session.rows) == 5 + 4 + 4, "what moves the arm, and what it led to, is shown"
-        assert session.desk.current.log_view.book.total == 92
+        assert session.desk.screens.current.log_view.book.total == 92
 
 
 async def test_answers_that_differ_are_never_folded():
@@ -121,7 +121,7 @@ async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
         for _ in range(2000 // PORTION + 1):
             await session.poll()
         assert session.rows[-1].endswith("number 2799")
-        assert session.desk.current.log_view.book.total == 2000
+        assert session.desk.screens.current.log_view.book.total == 2000
         await session.press("home")
         assert "number 800" in session.rows[0]
 
@@ -318,7 +318,7 @@ async def test_no_key_of_the_log_moves_the_arm():
     async with LogSession() as session:
         for each in LOG_KEYS:
             await session.press(each.keys[0])
-            session.desk.close_dialogs()
+            session.desk.dialogs.close_all()
         assert {call[0] for call in session.arm.calls} <= {"release"}
 
 
@@ -328,7 +328,7 @@ async def test_nothing_is_wider_than_the_screen(size):
         assert len(session.rows) <= size[1] - 5
         for text in (session.shown, session.text("log-head"), session.text("footer")):
             assert max(map(len, text.splitlines())) <= size[0]
-        head = session.desk.current.query_one("#log-head")
+        head = session.desk.screens.current.query_one("#log-head")
         assert head.content_size.height == len(head.shown.splitlines()), "a line is cut off"
 
 

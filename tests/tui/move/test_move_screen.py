@@ -30,7 +30,7 @@ class MoveSession(Session):
 
     @property
     def screen(self):
-        return self.desk.current
+        return self.desk.screens.current
 
     async def typed(self, text):
         await self.press(*({".": "full_stop", "-": "minus"}.get(each, each) for each in text))

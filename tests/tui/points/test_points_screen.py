@@ -39,7 +39,7 @@ class PointSession(Session):
 
     @property
     def screen(self):
-        return self.desk.current
+        return self.desk.screens.current
 
     async def choose(self, name):
         for _ in range(10):
@@ -519,7 +519,7 @@ async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
 async def test_leaving_the_screen_ends_a_run_behind_its_step_and_the_stepping():
     arm = taught_arm()
     async with PointSession(arm) as session:
-        arm.during = lambda _: session.desk.call_from_thread(session.desk.go_to, "jog")
+        arm.during = lambda _: session.desk.call_from_thread(session.desk.screens.go_to, "jog")
         await session.choose("stack")
         await session.press("s")
         screen = session.screen
@@ -553,8 +553,8 @@ async def test_a_point_is_changed_on_the_move_screen():
         await session.choose("right")
         await session.press("e")
         await session.settle()
-        assert session.desk.current.place == "move"
-        assert session.desk.current.entry.form.entry("base").value == pytest.approx(-20.0)
+        assert session.desk.screens.current.place == "move"
+        assert session.desk.screens.current.entry.form.entry("base").value == pytest.approx(-20.0)
 
 
 async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless():

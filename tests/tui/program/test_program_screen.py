@@ -96,7 +96,7 @@ class ProgramSession(Session):
 
     @property
     def screen(self):
-        return self.desk.current
+        return self.desk.screens.current
 
     async def rehearsed(self):
         await self.press("r")
@@ -330,7 +330,7 @@ LEAVING = {
     "a dialog": lambda session: session.press("question_mark"),
     "the focus is lost": lambda session: session.send(events.AppBlur()),
     "pasted text": lambda session: session.send(events.Paste("r")),
-    "a suspension": lambda session: session.desk._resumed(3.0),
+    "a suspension": lambda session: session.desk.stalls.resumed(3.0),
     "a lost link": lambda session: session.desk.link.take(
         replace(session.arm.status, state=State.DISCONNECTED)
     ),

@@ -73,7 +73,7 @@ class SetupSession(Session):
 
     @property
     def stage(self):
-        return self.desk.current.stage
+        return self.desk.screens.current.stage
 
     @property
     def words(self):

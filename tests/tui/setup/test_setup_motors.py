@@ -125,8 +125,8 @@ async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state):
         await session.choose("4 check")
         if state is State.DISABLED:
             session.desk.link.status = replace(session.desk.link.status, state=state)
-            with session.desk.acting():
-                session.desk.current.stages.turn()
+            with session.desk.calls.acting():
+                session.desk.screens.current.stages.turn()
         else:
             await session.turn()
         assert session.simulated.asked == []

@@ -20,7 +20,7 @@ async def opened(session):
     await session.press("f6")
     await session.pilot.pause()
     await session.poll()
-    assert session.desk.current.place == "theory"
+    assert session.desk.screens.current.place == "theory"
 
 
 async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
@@ -52,7 +52,7 @@ async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
 async def test_every_key_of_the_screen_turns_a_page_or_changes_the_notation():
     async with Session() as session:
         await opened(session)
-        panel = session.desk.current.query_one("#theory")
+        panel = session.desk.screens.current.query_one("#theory")
         for keys, page in ((("pagedown",), 1), (("N",), 2), (("pageup",), 1), (("B",), 0)):
             await session.press(*keys)
             assert panel.page == page
