@@ -212,6 +212,7 @@ class Watch:
         speeds_rad_s: tuple[float, ...],
         on_the_step: int = ON_THE_STEP,
         slowest_hz: float = 0.0,
+        setting_hz: float = 0.0,
     ) -> None:
         self.world = world
         self.on_the_step = on_the_step
@@ -268,6 +269,7 @@ class Watch:
             speeds_rad_s,
             tuple(step_rad * on_the_step for step_rad in steps_rad),
             tuple(step_rad * slowest_hz for step_rad in steps_rad),
+            tuple(step_rad * setting_hz for step_rad in steps_rad),
         )
         world.watch = self
 

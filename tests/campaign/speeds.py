@@ -27,6 +27,8 @@ class SpeedWatch:
     """What a step of every motor is worth to each joint."""
     slowest_rad_s: tuple[float, ...]
     """How fast each joint turns at the slowest speed of a device that has none between."""
+    setting_rad_s: tuple[float, ...] = ()
+    """How much faster each joint turns where drives that catch up round their speeds up."""
     _seen: deque[tuple[float, Joints]] = field(default_factory=deque)
 
     def forget(self) -> None:
@@ -49,17 +51,18 @@ class SpeedWatch:
         since_s = time_s - began_s
         if since_s < WINDOW_S:
             return ""
-        for name, a, b, limit, rounding, slowest in zip(
+        for name, a, b, limit, rounding, slowest, setting in zip(
             joints.names,
             before,
             joints,
             self.limits_rad_s,
             self.rounding_rad,
             self.slowest_rad_s,
+            self.setting_rad_s or (0.0,) * len(joints),
             strict=True,
         ):
             most_rad_s = max(share * limit, min(slowest, limit))
-            most_rad = FASTER * most_rad_s * since_s + rounding
+            most_rad = (FASTER * most_rad_s + setting) * since_s + rounding
             if name not in free and abs(b - a) > most_rad:
                 speed = math.degrees(abs(b - a) / since_s)
                 return (

@@ -16,6 +16,7 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import Controller
+from armdrive.dialects.mks.steering import CATCH_UP_RPM
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.registry import dialect, simulated_kind
@@ -28,6 +29,7 @@ from armdrive.storage.record import FileRecorder
 from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
+from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
 from tests.conformance.seen import ON_THE_STEP, rests_within
@@ -140,7 +142,10 @@ class Stage:
         """Until when drives cannot be told to hold where their shafts are, by motors from 0."""
         speeds = self.config.model.joint_speeds_rad_s
         slowest_hz = self._controller.usable_rate_hz(0.0)
-        self.watch = Watch(self.world, guarded, self._step_mm() * near, speeds, near, slowest_hz)
+        # an MKS drive that catches up is told whole rpm: rounded up, and a little more
+        setting_hz = COUNTS_S_PER_RPM * (1 + CATCH_UP_RPM) if name == "mks" else 0.0
+        tip_mm = self._step_mm() * near
+        self.watch = Watch(self.world, guarded, tip_mm, speeds, near, slowest_hz, setting_hz)
         # its firmware gives up the target of a motion that is stopped
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
         if isinstance(self.twin.board, DrivesOnBus):  # others catch nothing up
