@@ -330,7 +330,7 @@ MUTANTS = (
         promise="a drive that denies its orders ends the motion",
         path="armdrive/dialects/mks/motion.py",
         old="                if drive.rejections.confirm():\n",
-        new="                if False:\n",
+        new="                if drive.rejections.confirm() and False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_denied.py",
             "test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once",
