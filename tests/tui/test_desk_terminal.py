@@ -178,7 +178,7 @@ def _desk_on(theirs, notes, said):
 
 
 def _arm(terminal):
-    """Press Enter until the keys are armed: a desk that was kept waiting drops a key and says so."""
+    """Press Enter until the keys are armed; a desk that was kept waiting drops a key."""
     os.write(terminal, b"\r")
     seen = b""
     while b"armed:" not in seen:
