@@ -85,7 +85,8 @@ class WatchedWorld(World):
         before = self._motors
         failing = {i for i, one in enumerate(steps) if one and self.fails(i)}
         if failing and self.watch is not None:
-            self.watch.freed.blocked(failing, time_s)
+            in_motion = self.watch.may_move(time_s)
+            self.watch.freed.blocked(failing, time_s, in_motion=in_motion)
             # before the way is judged that the others make without it
             self.watch.slipped(failing, time_s)
         meant = before + Motors(steps)
@@ -419,7 +420,7 @@ class Watch:
             late_s = time_s - self._until_s
             self._break(f"it moved without a command, {late_s:.2f} s after: {self._last_what}")
         self._keep_bounds(time_s)
-        if time_s <= min((self._until_s, *map(self._ends_s, self._bounds))):
+        if self.may_move(time_s):
             self._stood = self.world.motors
         share = 1.0 if self._command is None else self._command.speed
         if time_s <= self._earlier_until_s < math.inf:
@@ -429,6 +430,10 @@ class Watch:
             self._break(sentence)
         if self._promised:
             self._keep_way(time_s)
+
+    def may_move(self, time_s: float) -> bool:
+        """Tell whether a command moves the arm, or it has not come to rest yet as promised."""
+        return time_s <= min((self._until_s, *map(self._ends_s, self._bounds)))
 
     def _is_excused(self, motors: Collection[int], time_s: float) -> bool:
         """Tell whether no driver can know of a motion, or prevent it."""

@@ -1,4 +1,4 @@
-"""The excuse of a shaft that comes free while its drive says nothing: of it alone, and at once."""
+"""The excuse of a shaft that comes free before its drive is told to hold: of it alone, at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kinematics import Motors
 
 from .actions import connect
 from .faults import FAULTS
-from .freed import CATCHES_UP_S, Freed
+from .freed import CATCHES_UP_S, TOLD_S, Freed
 from .mission import run_mission
 from .outcome import Outcome
 from .physical import Bound
@@ -69,6 +69,19 @@ def test_motors_that_are_not_blocked_are_not_excused():
     assert not freed.excuses({FINGERS, BASE}, 1.0)
 
 
+@pytest.mark.parametrize(
+    ("in_motion", "lasts_s", "excused"),
+    [(True, TOLD_S - 0.01, True), (True, TOLD_S + 0.2, False), (False, 0.0, False)],
+)
+def test_a_drive_that_is_heard_is_told_in_time_and_only_a_motion_leaves_it_behind(
+    in_motion, lasts_s, excused
+):
+    freed = Freed()
+    for time_s in (1.0 + 0.05 * step for step in range(round(lasts_s / 0.05) + 1)):
+        freed.blocked({FINGERS}, time_s, in_motion=in_motion and time_s < 1.2)
+    assert freed.excuses({FINGERS}, 1.0 + lasts_s) is excused
+
+
 def test_no_drive_is_told_where_its_shaft_is_between_a_lost_wire_and_the_reset():
     stage = Stage("mks", random.Random(1), 0)
     connect(stage)
@@ -108,4 +121,10 @@ def test_nor_from_when_no_drive_answered_to_the_reset():
 def test_a_jog_is_released_while_a_blocked_drive_is_mute():
     """A seed that was drawn: the shaft came free 0.6 s after the release."""
     result = run_mission("cia402", 19501081)
+    assert result.outcome is not Outcome.VIOLATION, story(result)
+
+
+def test_a_pause_ends_while_a_blocked_drive_is_not_told_to_hold_yet():
+    """A seed that was drawn: the shaft came free 0.3 s after it was blocked in a pause."""
+    result = run_mission("mks", 150001687)
     assert result.outcome is not Outcome.VIOLATION, story(result)
