@@ -156,28 +156,25 @@ ByEye: TypeAlias = Callable[[Any], str]
 class About(Enum):
     """The subject of a question: the simulated person does what it asks for, before answering."""
 
+    ANSWER = auto()
     AGREEMENT = auto()
     CONNECT = auto()
     FREE = auto()
     MOUNTED = auto()
-    SEEN = auto()
     WAY = auto()
-    ROLL = auto()
-    AMOUNT = auto()
-    NUMBER = auto()
     PRESS = auto()
     RELEASE = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class AskPerson:
-    """Ask the person about the motor of this index.
+    """Ask the person; `motor` is the index of the motor that is to be plugged in or pressed.
 
     `by_eye` returns the answer that a simulated person sees in a motion of the arm.
     """
 
     question: Question
-    about: About = About.AGREEMENT
+    about: About = About.ANSWER
     motor: int = 0
     by_eye: ByEye | None = None
 
@@ -207,7 +204,11 @@ class Dialog:
             self.person.tell(line)
 
     def ask(
-        self, question: Question, about: About, motor: int = 0, by_eye: ByEye | None = None
+        self,
+        question: Question,
+        about: About = About.ANSWER,
+        motor: int = 0,
+        by_eye: ByEye | None = None,
     ) -> Any:
         """Ask the person; return the value of the answer."""
         return self.person.answer(AskPerson(question, about, motor, by_eye))

@@ -138,171 +138,6 @@ def _why(reply: Reply) -> str:
     return reply.reason if isinstance(reply, RequestRejected) else str(reply)
 
 
-def try_out(
-    dialog: DriveDialog, plan: CommissioningPlan, drive: Planned, motor: TriedMotor, notes: Notes
-) -> bool:
-    """Find a motor's direction and gear; return whether that worked. Asks before each motion."""
-    mounted = dialog.agreed(
-        f"Is the {drive.name} motor built into the arm, with space for a small motion? Then its "
-        "direction and gear can be found now.",
-        f"no leaves that for later: run `armdrive can setup {plan.name}` again, or `armdrive "
-        f"config signs {plan.name}` when the whole arm is there.",
-        About.MOUNTED,
-        drive.motor,
-    )
-    if not mounted:
-        return False
-    if not dialog.agreed(
-        f"Switch the {drive.name} motor on? It holds from then on, and moves nothing.",
-        "F3. The switch of its supply lets it go.",
-        motor=drive.motor,
-    ):
-        return False
-    if not motor.switch_on():
-        return False
-    gear = _gear(dialog, drive, notes.gear or drive.gear)
-    start = motor.where()
-    while start is not None:
-        gear = _nudged(dialog, drive, motor, start, gear)
-        if not gear:
-            break
-        word = _shown(dialog, drive, motor, start, gear, notes)
-        if word == AGAIN:
-            continue
-        return bool(word)
-    dialog.say(f"The {drive.name} is left for later.")
-    return False
-
-
-def counts_of(drive: Planned, gear: float) -> int:
-    """Return the counts of the trial where a motor has a gear."""
-    return max(round(drive.trial.steps * gear / drive.gear), NUDGE)
-
-
-def _gear(dialog: DriveDialog, drive: Planned, default: float) -> float:
-    question = Question(
-        "",
-        f"How many turns of the motor are {drive.gear_words}?",
-        "20:1, teeth 60/16, a product of such, or a number. If you do not know, press Enter: the "
-        "first motion is very small, and shows whether the default is about right.",
-        lambda line: ratio(line).turns,
-        f"{default:.6g}",
-    )
-    gear = float(dialog.ask(question, About.NUMBER, drive.motor))
-    return default if math.isclose(gear, default, rel_tol=1e-5) else gear  # it is shown rounded
-
-
-def _nudged(
-    dialog: DriveDialog, drive: Planned, motor: TriedMotor, start: int, gear: float
-) -> float:
-    """Move very little and back; return a gear that fits, or 0 to leave the motor out."""
-    while True:
-        counts = max(counts_of(drive, gear) // NUDGE, 1)
-        about = drive.amount / NUDGE
-        if not dialog.agreed(
-            f"The motor turns the {drive.moves} by about {drive.shown(about)} and back. "
-            "A hand at the supply's switch. Now?",
-            "In pieces of a quarter of a second; Ctrl-C stops it. no leaves this motor out.",
-            motor=drive.motor,
-        ):
-            return 0.0
-        dialog.person.look(moved=False)
-        trouble = motor.turn_to(start + counts, counts)
-        dialog.person.look(moved=True)
-        seen = "" if trouble else _compared(dialog, drive, about)
-        if _brought_back(dialog, drive, motor, start, counts, trouble):
-            return 0.0
-        if seen != MORE:
-            return gear
-        gear = _gear(dialog, drive, gear / NUDGE)
-
-
-def _compared(dialog: DriveDialog, drive: Planned, about: float) -> str:
-    words = (AS_SAID, MORE, NOTHING)
-    question = Question(
-        "",
-        f"Was that about {drive.shown(about)}? {', '.join(words)}:",
-        f"{MORE}: much more than that, so the gear is wrong. {NOTHING}: too little to see, which "
-        "is fine; a larger motion follows after your yes.",
-        choice(words),
-        None,
-    )
-
-    def by_eye(motion: ArmMotion) -> str:
-        return MORE if drive.moved(motion) > MUCH * about else AS_SAID
-
-    return str(dialog.ask(question, About.SEEN, drive.motor, by_eye))
-
-
-def _shown(
-    dialog: DriveDialog, drive: Planned, motor: TriedMotor, start: int, gear: float, notes: Notes
-) -> str:
-    """Make the whole trial motion; note what the user saw, and return the word for it."""
-    counts = counts_of(drive, gear)
-    if not dialog.agreed(
-        f"Now by about {drive.shown(drive.amount)}; the motor waits there for your answers, "
-        "then goes back. Go?",
-        "Stand behind the arm: left and right are yours as you look along it.",
-        motor=drive.motor,
-    ):
-        return ""
-    dialog.person.look(moved=False)
-    trouble = motor.turn_to(start + counts, counts)
-    dialog.person.look(moved=True)
-    word, roll, measured = "", "", 0.0
-    if not trouble:
-        word, roll, measured = _asked(dialog, drive)
-        dialog.say("It goes back.")
-    if _brought_back(dialog, drive, motor, start, counts, trouble):
-        return ""
-    if word in (NOTHING, OTHER):
-        dialog.say(_UNCLEAR[word].format(name=drive.name))
-        return ""
-    if word != AGAIN:
-        notes.way, notes.roll = word, roll
-        notes.gear = _concluded(dialog, drive, gear, measured)
-    return word
-
-
-def _asked(dialog: DriveDialog, drive: Planned) -> tuple[str, str, float]:
-    word, roll = ask_way(dialog, drive.trial)
-    if word in (NOTHING, OTHER, AGAIN):
-        return word, "", 0.0
-    about = drive.amount
-    far = Question(
-        "",
-        f"How far did the {drive.moves} move, in {drive.unit}?",
-        "Measure it, or judge it by eye: to within a fifth is good enough to find a wrong gear.",
-        number(0.001, MOST, drive.unit),
-        f"{about:.2g}",
-    )
-    by_eye = lambda motion: f"{drive.moved(motion):.3g}"  # noqa: E731
-    return word, roll, float(dialog.ask(far, About.AMOUNT, drive.motor, by_eye))
-
-
-def _concluded(dialog: DriveDialog, drive: Planned, gear: float, measured: float) -> float:
-    """Return the gear: the user's if the motion agrees with it, else ask for it again."""
-    about = drive.amount
-    if abs(measured / about - 1.0) <= LIKE:
-        return gear
-    by_sight = gear * about / measured
-    dialog.say(
-        f"It moved {drive.shown(measured)} instead of {drive.shown(about)}, so the gear is about "
-        f"{by_sight:.3g}, not {gear:.6g}."
-    )
-    return _gear(dialog, drive, float(f"{by_sight:.3g}"))
-
-
-def _brought_back(
-    dialog: DriveDialog, drive: Planned, motor: TriedMotor, start: int, counts: int, trouble: str
-) -> bool:
-    """Turn back to the start; return whether this or the last motion failed, and tell the user."""
-    back = motor.turn_to(start, counts)
-    if trouble or back:
-        dialog.say(f"The {drive.name} motor {trouble or back}.")
-    return bool(trouble or back)
-
-
 _UNCLEAR = {
     NOTHING: "You saw nothing move: check that the gear or belt sits firmly on the {name} motor's "
     "shaft, or give a smaller number of turns, and try again.",
@@ -321,48 +156,209 @@ STOPPED_SHARE = 0.7
 """A motor that came no further than this share of its way was stopped."""
 
 
-def try_watchdog(
-    dialog: DriveDialog, drive: Planned, at_hand: DriveAtHand, motor: TriedMotor, counts: int
-) -> bool | None:
-    """Try whether a drive stops by itself when its bus is silent, by a motion of some `counts`.
+@dataclass(frozen=True, slots=True)
+class MotorTrial:
+    """Tries a motor out in the arm named `arm`, with a person who watches; fills in the notes."""
 
-    Return whether the drive stopped; None if that was not tried.
-    """
-    if not at_hand.watchdog_s:
-        return None
-    if not dialog.agreed(
-        f"Try the watchdog? The {drive.name} runs as far as before, and the bus falls silent: "
-        f"the drive should stop early by itself. If it does not, only the supply's switch "
-        f"stops it for {RUN_S:g} s. Now?",
-        f"The watchdog is set to {TRIAL_S * 1000:.0f} ms for the trial, and back to "
-        f"{at_hand.watchdog_s:g} s afterwards. no leaves it untried.",
-        motor=drive.motor,
-    ):
-        return None
-    if not motor.switch_on():
-        return None
-    start = motor.where()
-    if start is None or not at_hand.set_watchdog(TRIAL_S):
-        dialog.say("The drive refuses the watchdog's time.")
+    dialog: DriveDialog
+    arm: str
+    drive: Planned
+    motor: TriedMotor
+    notes: Notes
+
+    def counts(self, gear: float) -> int:
+        """Return the counts of the trial if the motor has this gear."""
+        return max(round(self.drive.trial.steps * gear / self.drive.gear), NUDGE)
+
+    def try_out(self) -> bool:
+        """Find the motor's direction and gear; return whether that worked.
+
+        Asks before each motion.
+        """
+        mounted = self.dialog.agreed(
+            f"Is the {self.drive.name} motor built into the arm, with space for a small motion? "
+            "Then its direction and gear can be found now.",
+            f"no leaves that for later: run `armdrive can setup {self.arm}` again, or `armdrive "
+            f"config signs {self.arm}` when the whole arm is there.",
+            About.MOUNTED,
+            self.drive.motor,
+        )
+        if not mounted:
+            return False
+        if not self.dialog.agreed(
+            f"Switch the {self.drive.name} motor on? It holds from then on, and moves nothing.",
+            "F3. The switch of its supply lets it go.",
+        ):
+            return False
+        if not self.motor.switch_on():
+            return False
+        gear = self._gear(self.notes.gear or self.drive.gear)
+        start = self.motor.where()
+        while start is not None:
+            gear = self._nudged(start, gear)
+            if not gear:
+                break
+            word = self._shown(start, gear)
+            if word == AGAIN:
+                continue
+            return bool(word)
+        self.dialog.say(f"The {self.drive.name} is left for later.")
         return False
-    way, at = motor.run_unled(counts)
-    kept = at_hand.set_watchdog(at_hand.watchdog_s)
-    motor.turn_to(start, counts)
-    if at is None or not kept:
-        dialog.say(f"Drive {drive.node} stopped answering: check its supply and cable.")
-        return False
-    share = abs(at - start) / way
-    if share < STILL_SHARE:
-        dialog.say("The motor did not move at all, so the trial shows nothing.")
-        return None
-    works = share <= STOPPED_SHARE
-    dialog.say(
-        f"The watchdog works: it stopped after {share:.0%} of the way."
-        if works
-        else "The watchdog did not stop it. If this computer dies, the drive goes on to its last "
-        "target, which armdrive keeps at most 0.3 s ahead."
-    )
-    return works
+
+    def _gear(self, default: float) -> float:
+        question = Question(
+            "",
+            f"How many turns of the motor are {self.drive.gear_words}?",
+            "20:1, teeth 60/16, a product of such, or a number. If you do not know, press Enter: "
+            "the first motion is very small, and shows whether the default is about right.",
+            lambda line: ratio(line).turns,
+            f"{default:.6g}",
+        )
+        gear = float(self.dialog.ask(question))
+        # the default is shown rounded
+        return default if math.isclose(gear, default, rel_tol=1e-5) else gear
+
+    def _nudged(self, start: int, gear: float) -> float:
+        """Move very little and back; return a gear that fits, or 0 to leave the motor out."""
+        while True:
+            counts = max(self.counts(gear) // NUDGE, 1)
+            about = self.drive.amount / NUDGE
+            if not self.dialog.agreed(
+                f"The motor turns the {self.drive.moves} by about {self.drive.shown(about)} and "
+                "back. A hand at the supply's switch. Now?",
+                "In pieces of a quarter of a second; Ctrl-C stops it. no leaves this motor out.",
+            ):
+                return 0.0
+            trouble = self._turned(start, counts)
+            seen = "" if trouble else self._compared(about)
+            if self._brought_back(start, counts, trouble):
+                return 0.0
+            if seen != MORE:
+                return gear
+            gear = self._gear(gear / NUDGE)
+
+    def _compared(self, about: float) -> str:
+        words = (AS_SAID, MORE, NOTHING)
+        question = Question(
+            "",
+            f"Was that about {self.drive.shown(about)}? {', '.join(words)}:",
+            f"{MORE}: much more than that, so the gear is wrong. {NOTHING}: too little to see, "
+            "which is fine; a larger motion follows after your yes.",
+            choice(words),
+            None,
+        )
+
+        def by_eye(motion: ArmMotion) -> str:
+            return MORE if self.drive.moved(motion) > MUCH * about else AS_SAID
+
+        return str(self.dialog.ask(question, by_eye=by_eye))
+
+    def _shown(self, start: int, gear: float) -> str:
+        """Make the whole trial motion; note what the user saw, and return the word for it."""
+        counts = self.counts(gear)
+        if not self.dialog.agreed(
+            f"Now by about {self.drive.shown(self.drive.amount)}; the motor waits there for your "
+            "answers, then goes back. Go?",
+            "Stand behind the arm: left and right are yours as you look along it.",
+        ):
+            return ""
+        trouble = self._turned(start, counts)
+        word, roll, measured = "", "", 0.0
+        if not trouble:
+            word, roll, measured = self._asked()
+            self.dialog.say("It goes back.")
+        if self._brought_back(start, counts, trouble):
+            return ""
+        if word in (NOTHING, OTHER):
+            self.dialog.say(_UNCLEAR[word].format(name=self.drive.name))
+            return ""
+        if word != AGAIN:
+            self.notes.way, self.notes.roll = word, roll
+            self.notes.gear = self._concluded(gear, measured)
+        return word
+
+    def _asked(self) -> tuple[str, str, float]:
+        word, roll = ask_way(self.dialog, self.drive.trial)
+        if word in (NOTHING, OTHER, AGAIN):
+            return word, "", 0.0
+        about = self.drive.amount
+        far = Question(
+            "",
+            f"How far did the {self.drive.moves} move, in {self.drive.unit}?",
+            "Measure it, or judge it by eye: within a fifth is good enough to find a wrong gear.",
+            number(0.001, MOST, self.drive.unit),
+            f"{about:.2g}",
+        )
+        by_eye = lambda motion: f"{self.drive.moved(motion):.3g}"  # noqa: E731
+        return word, roll, float(self.dialog.ask(far, by_eye=by_eye))
+
+    def _concluded(self, gear: float, measured: float) -> float:
+        """Return the gear: the user's if the motion agrees with it, else ask for it again."""
+        about = self.drive.amount
+        if abs(measured / about - 1.0) <= LIKE:
+            return gear
+        by_sight = gear * about / measured
+        self.dialog.say(
+            f"It moved {self.drive.shown(measured)} instead of {self.drive.shown(about)}, so the "
+            f"gear is about {by_sight:.3g}, not {gear:.6g}."
+        )
+        return self._gear(float(f"{by_sight:.3g}"))
+
+    def _turned(self, start: int, counts: int) -> str:
+        """Turn while the person watches; return what went wrong."""
+        self.dialog.person.look(moved=False)
+        trouble = self.motor.turn_to(start + counts, counts)
+        self.dialog.person.look(moved=True)
+        return trouble
+
+    def _brought_back(self, start: int, counts: int, trouble: str) -> bool:
+        """Turn back to the start; return whether this or the last motion failed."""
+        back = self.motor.turn_to(start, counts)
+        if trouble or back:
+            self.dialog.say(f"The {self.drive.name} motor {trouble or back}.")
+        return bool(trouble or back)
+
+    def try_watchdog(self, at_hand: DriveAtHand, counts: int) -> bool | None:
+        """Try whether the drive stops by itself on a silent bus, by a motion of some `counts`.
+
+        Return whether the drive stopped; None if that was not tried.
+        """
+        if not at_hand.watchdog_s:
+            return None
+        if not self.dialog.agreed(
+            f"Try the watchdog? The {self.drive.name} runs as far as before, and the bus falls "
+            "silent: the drive should stop early by itself. If it does not, only the supply's "
+            f"switch stops it for {RUN_S:g} s. Now?",
+            f"The watchdog is set to {TRIAL_S * 1000:.0f} ms for the trial, and back to "
+            f"{at_hand.watchdog_s:g} s afterwards. no leaves it untried.",
+        ):
+            return None
+        if not self.motor.switch_on():
+            return None
+        start = self.motor.where()
+        if start is None or not at_hand.set_watchdog(TRIAL_S):
+            self.dialog.say("The drive refuses the watchdog's time.")
+            return False
+        way, at = self.motor.run_unled(counts)
+        kept = at_hand.set_watchdog(at_hand.watchdog_s)
+        self.motor.turn_to(start, counts)
+        if at is None or not kept:
+            self.dialog.say(
+                f"Drive {self.drive.node} stopped answering: check its supply and cable."
+            )
+            return False
+        share = abs(at - start) / way
+        if share < STILL_SHARE:
+            self.dialog.say("The motor did not move at all, so the trial shows nothing.")
+            return None
+        works = share <= STOPPED_SHARE
+        self.dialog.say(
+            f"The watchdog works: it stopped after {share:.0%} of the way."
+            if works
+            else "The watchdog did not stop it. If this computer dies, the drive goes on to its "
+            "last target, which armdrive keeps at most 0.3 s ahead."
+        )
+        return works
 
 
 @dataclass(frozen=True, slots=True)
@@ -454,11 +450,11 @@ def one(
     at_hand.offer_zero()
     motor = TriedMotor(dialog, plan.controller(at_hand.by_itself), plan.tools.counts_per_turn)
     tried = bool(noted.way or noted.done) and not again
-    tried = tried or try_out(dialog, plan, drive, motor, noted)
+    trial = MotorTrial(dialog, plan.name, drive, motor, noted)
+    tried = tried or trial.try_out()
     dialog.keep(notes)
     if tried and noted.gear and (again or noted.watchdog is None):
-        counts = counts_of(drive, noted.gear)
-        noted.watchdog = try_watchdog(dialog, drive, at_hand, motor, counts)
+        noted.watchdog = trial.try_watchdog(at_hand, trial.counts(noted.gear))
     noted.done = tried and bool(noted.current_ma)
     dialog.keep(notes)
     return noted.done

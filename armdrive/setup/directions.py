@@ -190,7 +190,7 @@ def ask_way(dialog: Dialog, trial: Trial) -> tuple[str, str]:
         choice(words),
         None,
     )
-    word = str(dialog.ask(way, About.WAY, trial.motor, partial(_seen_word, trial)))
+    word = str(dialog.ask(way, About.WAY, by_eye=partial(_seen_word, trial)))
     if word in (NOTHING, OTHER, AGAIN) or not trial.turns_hand:
         return word, ""
     rolls = (*WAYS["roll"], NOTHING)
@@ -201,7 +201,7 @@ def ask_way(dialog: Dialog, trial: Trial) -> tuple[str, str]:
         choice(rolls),
         None,
     )
-    return word, str(dialog.ask(roll, About.ROLL, trial.motor, _seen_roll))
+    return word, str(dialog.ask(roll, by_eye=_seen_roll))
 
 
 def _seen_word(trial: Trial, motion: ArmMotion) -> str:

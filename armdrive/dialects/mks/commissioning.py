@@ -198,7 +198,6 @@ class MksDriveAtHand:
             f"Write {many} to drive {self.drive.node}? Nothing turns; the motor may begin to hold.",
             "The drive keeps them without power. no leaves it as it is: `armdrive doctor "
             f"--arm {self.arm.name} --mend` can write them later.",
-            motor=self.drive.motor,
         ):
             return 0
         failed = [each.what for each in differing if not self._write(each.setting)]
@@ -232,8 +231,6 @@ class MksDriveAtHand:
                 whole(1, most_ma, "mA"),
                 default,
             ),
-            About.NUMBER,
-            self.drive.motor,
         )
         return int(answer)
 
@@ -253,8 +250,7 @@ class MksDriveAtHand:
                 _ALREADY,
                 "Needed only after the drive was mounted on another motor.",
                 About.FREE,
-                self.drive.motor,
-                "no",
+                default="no",
             )
         else:
             state = "reports that it is not" if known else "does not report whether it is"
@@ -268,7 +264,6 @@ class MksDriveAtHand:
                 f"Is the shaft of the {self.drive.name} motor free, and may it turn now?",
                 "no skips it; calibrate before the motor is built in.",
                 About.FREE,
-                self.drive.motor,
             )
         if not wanted:
             return already or not known
@@ -292,7 +287,6 @@ class MksDriveAtHand:
             f"It is {turns:.0f} turns from its zero, and targets reach only 512. Make its "
             "present position the zero? Nothing turns; reference the arm afterwards.",
             "92. A drive counts from where it was switched on, or from where it was homed.",
-            motor=self.drive.motor,
         ):
             return
         taken = self.dialog.on_wire(order, self.drive.node, SetZero())
@@ -405,7 +399,6 @@ def _give_id(dialog: DriveDialog, drive: DrivePlace) -> bool | None:
         f"A new drive answers as id {NODE_DEFAULT}. Make it id {drive.node}, for the "
         f"{drive.name}? Nothing turns.",
         "It keeps the id without power (8B). no leaves it as it is.",
-        motor=drive.motor,
     ):
         return None
     taken = dialog.on_wire(_take_id, drive.node)
