@@ -22,14 +22,17 @@ Reader = Callable[[str], Any]
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One question. `default` is the answer that an empty line gives."""
+    """One question; `default` is the answer that an empty line gives.
 
-    key: str
+    An interview knows its questions by their keys.
+    """
+
     words: str
     why: str
     read: Reader
-    default: str | None
+    default: str | None = None
     choices: tuple[tuple[str, str], ...] = ()
+    key: str = ""
 
 
 YES, NO = ("yes", "y", "true"), ("no", "n", "false")
@@ -222,7 +225,7 @@ class Dialog:
         default: str | None = None,
     ) -> bool:
         """Ask a question whose answer is yes or no. Give no default if a yes moves or writes."""
-        return bool(self.ask(Question("", words, why, yes_or_no, default), about, motor))
+        return bool(self.ask(Question(words, why, yes_or_no, default), about, motor))
 
 
 # A finding: its severity, what was found, and the remedy.

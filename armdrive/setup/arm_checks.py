@@ -201,12 +201,10 @@ PRESSED, NONE, RELEASED = "pressed", "none", "released"
 def _ask_for_press(dialog: Dialog, switch: WiredSwitch) -> bool:
     """Ask for a switch to be pressed; return False if the motor has none."""
     question = Question(
-        switch.motor,
         f"Press the limit switch of {switch.motor} ({switch.axis}) by hand, and hold it. Type "
         f"{PRESSED}, or {NONE} if it has none:",
         "The arm stands still throughout. The board should raise an alarm.",
         choice((PRESSED, NONE)),
-        None,
     )
     answer = dialog.ask(question, About.PRESS, switch.index)
     return bool(answer == PRESSED)
@@ -214,7 +212,7 @@ def _ask_for_press(dialog: Dialog, switch: WiredSwitch) -> bool:
 
 def _ask_for_release(dialog: Dialog, switch: WiredSwitch) -> None:
     words = f"Let go of it. Type {RELEASED}:"
-    question = Question(switch.motor, words, "The next switch follows.", choice((RELEASED,)), None)
+    question = Question(words, "The next switch follows.", choice((RELEASED,)))
     dialog.ask(question, About.RELEASE, switch.index)
 
 

@@ -207,7 +207,6 @@ class MotorTrial:
 
     def _gear(self, default: float) -> float:
         question = Question(
-            "",
             f"How many turns of the motor are {self.drive.gear_words}?",
             "20:1, teeth 60/16, a product of such, or a number. If you do not know, press Enter: "
             "the first motion is very small, and shows whether the default is about right.",
@@ -240,12 +239,10 @@ class MotorTrial:
     def _compared(self, about: float) -> str:
         words = (AS_SAID, MORE, NOTHING)
         question = Question(
-            "",
             f"Was that about {self.drive.shown(about)}? {', '.join(words)}:",
             f"{MORE}: much more than that, so the gear is wrong. {NOTHING}: too little to see, "
             "which is fine; a larger motion follows after your yes.",
             choice(words),
-            None,
         )
 
         def by_eye(motion: ArmMotion) -> str:
@@ -283,7 +280,6 @@ class MotorTrial:
             return word, "", 0.0
         about = self.drive.amount
         far = Question(
-            "",
             f"How far did the {self.drive.moves} move, in {self.drive.unit}?",
             "Measure it, or judge it by eye: within a fifth is good enough to find a wrong gear.",
             number(0.001, MOST, self.drive.unit),

@@ -183,23 +183,19 @@ def ask_way(dialog: Dialog, trial: Trial) -> tuple[str, str]:
     """
     words = (*trial.words(), NOTHING, OTHER, AGAIN)
     way = Question(
-        trial.name,
         f"Which way did it go? {', '.join(words)}:",
         f"{OTHER}: something else moved, so this motor is wired in another one's place. {AGAIN}: "
         "show me again.",
         choice(words),
-        None,
     )
     word = str(dialog.ask(way, About.WAY, by_eye=partial(_seen_word, trial)))
     if word in (NOTHING, OTHER, AGAIN) or not trial.turns_hand:
         return word, ""
     rolls = (*WAYS["roll"], NOTHING)
     roll = Question(
-        "roll",
         f"And the hand turned about its own axis? {', '.join(rolls)}:",
         "Seen from behind the hand, looking towards the finger tips.",
         choice(rolls),
-        None,
     )
     return word, str(dialog.ask(roll, by_eye=_seen_roll))
 

@@ -80,12 +80,12 @@ class ArmRow:
             key, default = self.key.replace("{one}", one), self.default
             usual = default(draft, one) if callable(default) else default
             yield Question(
-                key,
                 self.words.replace("{one}", one.replace("_", " ")),
                 self.why,
                 schema_reader(draft, self.place) if self.read is None else self.read(draft),
                 draft.usual_answers.get(key, usual),
                 self.choices(draft),
+                key,
             )
 
     def entries(self, draft: Draft) -> Iterator[tuple[str, Entries]]:

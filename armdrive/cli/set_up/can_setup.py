@@ -200,4 +200,4 @@ def chosen_port() -> str:
 
     default = lines[0][0] if len(lines) == 1 else None
     why = "A CANable is a serial port with slcan firmware, and a CAN interface with candleLight."
-    return str(ask_value(Question("", "Which adapter?", why, read, default, lines)))
+    return str(ask_value(Question("Which adapter?", why, read, default, lines)))

@@ -224,7 +224,6 @@ class MksDriveAtHand:
         most_ma = self.found.most_ma
         answer = self.dialog.ask(
             Question(
-                "",
                 f"Current of the {self.drive.name} motor, in mA?",
                 f"What its data sheet calls rated or phase current, up to {most_ma} mA for this "
                 "board. Too little stalls, too much makes it hot: begin with less.",
