@@ -17,8 +17,8 @@ from armdrive.setup.directions import Signs, changes, conclude, known_steps
 from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
+from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from armdrive.text.toml_amend import Change, amended
-from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from kinematics.transmission import Transmission
 
 

@@ -18,8 +18,7 @@ from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import is_can, scheme
-from armdrive.transports.open_errors import holder, owning_group, refusal
-from armdrive.transports.ports import PortInfo
+from armdrive.transports.ports import PortInfo, holder, owning_group, refusal
 
 # Which arm files a port belongs to, and which armdrive program has it open.
 
@@ -259,5 +258,5 @@ def _described(info: PortInfo) -> str:
 
 def _refused(port: str, error: OSError) -> Finding:
     """Return the finding for an error that opening the port would raise, with its remedy."""
-    what, colon, mend = str(refusal(port, error, system.device_names)).partition(": ")
+    what, colon, mend = str(refusal(port, error)).partition(": ")
     return problem(what, mend if colon else "name another port")
