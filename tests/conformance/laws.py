@@ -183,8 +183,11 @@ def brought_back(bench: Bench, arm: Arm, *, reconnects: bool = False) -> Arm:
         arm = bench.connect()
         check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without asking")
     elif arm.status.state is State.ERROR_STOP:
+        trust = arm.status.trust
         arm.reset()
         check(arm.status.state is not State.ERROR_STOP, "the reset left it in error-stop")
+        trusted = arm.status.trust is Trust.REFERENCED and trust is not Trust.REFERENCED
+        check(not trusted, f"the reset turned {trust} into a reference")
     bench.switch_on(arm)
     bench.sleep(0.5)
     check(bench.look().motors == before.motors, "bringing the arm back moved it")
