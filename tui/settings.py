@@ -97,9 +97,9 @@ class JogSettings:
         return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),), frame)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class MoveSettings:
-    """How goals are given and gone to: what is kept from one form, or one desk, to the next."""
+    """How goals are given and gone to: what is kept from one desk to the next."""
 
     cartesian: bool = True
     speed: float = 0.5
