@@ -301,13 +301,13 @@ SETUP_KEYS = (
 # The theory of an arm, and a model that no arm stands behind.
 
 THEORY_KEYS = (
-    DeskKey("theory-next", ("pagedown", "N"), "turn(1)", "next page",
+    DeskKey("theory-next", ("pagedown", "N"), "panel.turn(1)", "next page",
             "Go on to the next matrices, singularities, solutions.", "theory"),
-    DeskKey("theory-previous", ("pageup", "B"), "turn(-1)", "back",
+    DeskKey("theory-previous", ("pageup", "B"), "panel.turn(-1)", "back",
             "Go back to the page before.", "theory"),
-    DeskKey("theory-symbols", ("S",), "symbols", "symbols",
+    DeskKey("theory-symbols", ("S",), "panel.switch_symbols", "symbols",
             "Switch between numbers and the notes' own C1, S12.", "theory"),
-    DeskKey("theory-axes", ("A",), "axes", "from axes",
+    DeskKey("theory-axes", ("A",), "panel.switch_axes", "from axes",
             "Find frames and link table from the joint axes, a step a page; again: in the other "
             "convention, then back to the numbers.", "theory"),
 )  # fmt: skip
@@ -351,9 +351,9 @@ WATCH_KEYS = (
             "Pause the arm after what it was sent; it goes on when it is resumed.", "watch"),
     DeskKey("watch-resume", ("r",), "ask('resume')", "resume",
             "Let a paused arm go on: it moves again.", "watch"),
-    DeskKey("watch-slower", ("minus",), "tempo(-1)", "slower",
+    DeskKey("watch-slower", ("minus",), "change_speed(-1)", "slower",
             "Slow the arm down.", "watch"),
-    DeskKey("watch-faster", ("plus", "equals_sign"), "tempo(1)", "faster",
+    DeskKey("watch-faster", ("plus", "equals_sign"), "change_speed(1)", "faster",
             "Let the arm go faster, at most at the speed that its program asks for.", "watch"),
 )  # fmt: skip
 """Besides the stop, all that a watcher may do to the arm."""
