@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import as_json
 from armdrive.cli.program.run_common import (
     RunTerminal,
@@ -97,7 +98,7 @@ class _RunningProgram:
             self._output.place(rehearsal.at, self._program.lines, rehearsal.refusal or error)
             raise
         make_ready(self._arm, self._options)
-        with Display(self._output, self._program.lines) as display:
+        with Display(self._output, self._program.lines).shown() as display:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
@@ -150,37 +151,18 @@ class _RunningProgram:
 
 
 def resume_command(options: argparse.Namespace) -> str:
-    """Return the command that takes this run up again, as carefully as it was begun."""
-    words = ["armdrive", "run", str(options.program), *_which(options), *_how(options)]
-    return shlex.join([*words, "--resume"])
+    """Return the command that resumes this run, as carefully as it was begun."""
+    how = typed_again(options, "speed", "pace", "assume_width", "step")
+    for number, on in options.input:
+        how += ["--input", f"{number}={'on' if on else 'off'}"]
+    # without --yes, which a person has to give again
+    return shlex.join(["armdrive", "run", str(options.program), *_which(options), *how, "--resume"])
 
 
 def move_command(options: argparse.Namespace) -> str:
     """Return the beginning of a command that moves the arm of this run."""
-    speed = [] if options.speed is None else ["--speed", f"{options.speed:g}"]
-    return shlex.join(["armdrive", "move", *_which(options), *speed])
+    return shlex.join(["armdrive", "move", *_which(options), *typed_again(options, "speed")])
 
 
 def _which(options: argparse.Namespace) -> list[str]:
-    words = _given(options, "arm", "sim", "port", "dialect", "baud")
-    return words + ["--allow-restored"] * options.allow_restored
-
-
-def _how(options: argparse.Namespace) -> list[str]:
-    words = _given(options, "speed", "pace", "assume_width")
-    for number, on in options.input:
-        words += ["--input", f"{number}={'on' if on else 'off'}"]
-    return words + ["--step"] * options.step  # a person has to give --yes again
-
-
-def _given(options: argparse.Namespace, *names: str) -> list[str]:
-    words = []
-    for name in names:
-        value = getattr(options, name)
-        if value is not None:
-            words += [f"--{name.replace('_', '-')}", _text(value)]
-    return words
-
-
-def _text(value: str | float) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return typed_again(options, *ARM_OPTIONS, "allow_restored")

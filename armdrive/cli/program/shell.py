@@ -18,12 +18,11 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import as_json, put, put_error, tell
-from armdrive.cli.program.run_common import make_ready, require_table
+from armdrive.cli.program.run_common import make_ready, put_blocks, require_table
 from armdrive.cli.program.shell_session import Left, Shell, ask_at_prompt, known_words
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
-from armdrive.programs.arm_access import put_blocks
 from armdrive.status import State, pose_view
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file

@@ -19,6 +19,7 @@ from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
     Pressed,
     RunTerminal,
+    put_blocks,
     stopped_by_interrupt,
 )
 from armdrive.cli.program.run_output import Display, RunOutput
@@ -28,7 +29,6 @@ from armdrive.errors import ArmError, BadRequest, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
 from armdrive.programs.acts import Say
-from armdrive.programs.arm_access import put_blocks
 from armdrive.programs.interpreter import to_json
 from armdrive.programs.language.syntax import Tree
 from armdrive.programs.language.values import PlaceValue, value_text
@@ -156,7 +156,7 @@ class Shell:
         keys = keys_at_prompt if self.typing else None  # lines of a pipe are no answers
         show_values = partial(self._say_values, machine) if entry.says else None
         person = RunTerminal(self.arm, shown, keys, show_values)
-        with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
+        with shown.shown(), stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
             shown.run.use(self.arm)
             try:
                 self.on_arm.carry_out(entry, machine, person, [] if entry.says else [shown])
