@@ -70,7 +70,7 @@ def run_script(options: argparse.Namespace) -> int:
     lines = numbered_lines(text.splitlines(), str(options.program))
     if options.check:
         # all that rehearses: a run for good does without
-        from armdrive.cli.program.run_report import check_script
+        from armdrive.cli.program.run_program import check_script
 
         return check_script(options, lines)
     return _RunningScript(options, lines).run()
