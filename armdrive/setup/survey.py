@@ -417,6 +417,7 @@ def _results(
     report: Report, closed: ClosedPort, found: Examination, *, compared: bool
 ) -> dict[str, Any]:
     identity = found.identity
+    usb_serial = closed.info.serial_number or ""
     has_file = bool(report.arm or closed.owners)
     return {
         "dialect": identity.dialect if identity else "",
@@ -424,7 +425,7 @@ def _results(
         "baud": found.baud if identity else None,
         "restarted": found.restarted,
         "next": next_steps(
-            report.port, found, arm=report.arm, owners=closed.owners, compared=compared
+            report.port, found, arm=report.arm, owners=closed.arms, compared=compared
         ),
-        "arm_file": [] if has_file else arm_file_lines(report.port, found, closed.usb_serial),
+        "arm_file": [] if has_file else arm_file_lines(report.port, found, usb_serial),
     }

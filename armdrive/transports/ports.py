@@ -110,7 +110,7 @@ class PortInfo:
     elsewhere.
     """
 
-    device: str
+    device: str = ""
     description: str = ""
     vid: int | None = None
     pid: int | None = None
@@ -120,6 +120,11 @@ class PortInfo:
     readable: bool = True
     group: str | None = None
     stable_name: str | None = None
+
+    @property
+    def usb_id(self) -> str:
+        """The USB vendor and product ids, as other programs write them; empty without them."""
+        return "" if self.vid is None or self.pid is None else f"{self.vid:04x}:{self.pid:04x}"
 
 
 def list_ports() -> tuple[PortInfo, ...]:
