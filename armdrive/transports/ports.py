@@ -471,17 +471,6 @@ SLCAN_OR_NOT = (
     "candleLight firmware it is not: can:socketcan:can0 on Linux, can:gs_usb:0?bitrate=500000 "
     "elsewhere"
 )
-_EXTRAS = {
-    "gs_usb": "gs-usb",
-    "canalystii": "canalystii",
-    "cantact": "cantact",
-    "serial": "serial",
-    "seeedstudio": "seeedstudio",
-    "neovi": "neovi",
-    "nixnet": "nixnet",
-    "pcan": "pcan",
-}
-"""The name of python-can's pip extra for each interface."""
 NOT_INSTALLED = (
     "python-can is not installed, and every CAN bus needs it: run `pip install python-can` in the "
     "environment that armdrive is in"
@@ -572,8 +561,9 @@ def _missing(address: CanAddress, error: BaseException, text: str) -> PortUnavai
     absent = "Cannot import" in text or any(isinstance(each, kinds) for each in causes(error))
     if not absent and not any(words in text for words in ("No backend", "library not found")):
         return None
-    extra = _EXTRAS.get(address.interface)
-    how = f'run `pip install "python-can[{extra}]"`' if extra else "install its driver's library"
+    # pip's extras of python-can are named as its interfaces, but not every interface has one
+    extra = address.interface.replace("_", "-")
+    how = f"run `pip install 'python-can[{extra}]'`, or install its driver's library"
     if "No backend" in text:
         how = "install libusb (libusb-1.0-0 on Debian, `brew install libusb` on macOS)"
     return PortUnavailable(

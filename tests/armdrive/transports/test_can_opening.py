@@ -138,7 +138,7 @@ CASES = [
     (GS_USB, os_error(errno.EPIPE), PortUnavailable, "cannot be opened"),
     (GS_USB, ValueError("No backend available"), PortUnavailable, "libusb"),
     (GS_USB, ModuleNotFoundError("No module named 'usb'"), PortUnavailable,
-     r'pip install "python-can\[gs-usb\]"'),
+     r"pip install 'python-can\[gs-usb\]'"),
     ("can:kvaser:0", NameError("canGetNumberOfChannels"), PortUnavailable, "driver's library"),
     ("can:pcan:", ValueError("the channel is missing"), PortUnavailable, "names no channel"),
     ("can:pcan:X", RuntimeError(), PortUnavailable, "RuntimeError"),
