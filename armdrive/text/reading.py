@@ -187,11 +187,9 @@ def is_there(path: Path) -> bool:
         return False
 
 
-def read_toml(
-    path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES
-) -> dict[str, Any]:
+def read_toml(path: Path, what: str, failure: Failure) -> dict[str, Any]:
     """Return a TOML file as its table. Raises as `read_text` and `parse_toml` do."""
-    text = read_text(path, what, failure, most_bytes=most_bytes)
+    text = read_text(path, what, failure)
     return parse_toml(text, lambda words: failure(f"{what} {path} is not valid TOML: {words}"))
 
 

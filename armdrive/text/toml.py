@@ -110,13 +110,9 @@ def setting(
     low: float = -math.inf,
     high: float = math.inf,
     words: tuple[str, ...] = (),
-    hint: str = "",
 ) -> Any:
-    """Declare a key of a section: what it means, its bounds, or the words that it may be.
-
-    `hint` is added to the error of a number out of bounds.
-    """
-    return field(default=default, metadata={_RULE: Rule(low, high, words, hint, means)})
+    """Declare a key of a section: what it means, its bounds, or the words that it may be."""
+    return field(default=default, metadata={_RULE: Rule(low, high, words, help=means)})
 
 
 def rule_of(key: Field[Any]) -> Rule:
