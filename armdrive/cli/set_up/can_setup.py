@@ -90,15 +90,11 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
     """Open the adapter and lock the arm, so that no other armdrive uses its drives."""
-    holding = hold(config.name, port)
-    try:
-        link = opening.open_link(port, config.connection.baud)
-        try:
-            yield link
-        finally:
-            link.close()
-    finally:
-        holding.release()
+    with (
+        hold(config.name, port),
+        contextlib.closing(opening.open_link(port, config.connection.baud)) as link,
+    ):
+        yield link
 
 
 def _known_port(config: ArmConfig) -> str:
