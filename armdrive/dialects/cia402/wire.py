@@ -312,6 +312,12 @@ class Cia402Drive:
     # -- faults -------------------------------------------------------------------------------
 
     @property
+    def obeys(self) -> bool:
+        """Whether it has been enabled since the motion began, as far as it reported anything."""
+        enabled = self.state is canopen.DriveState.ENABLED and self.last_fall is None
+        return enabled and not self.booted and self.network is canopen.NodeState.OPERATIONAL
+
+    @property
     def away_words(self) -> str:
         """Why it has left the bus's operation, as far as it reported that; else empty."""
         if self.booted:
