@@ -10,6 +10,7 @@ import math
 import random
 
 import pytest
+from amounts import in_pairs
 from cia402_rig import Rig, steps
 
 from armdrive.dialects.exchange import ListenedTime
@@ -80,8 +81,8 @@ def busy_both(seed: int, **settings) -> BusyRig:
     return BusyRig(seed, program=True, wire=True, settings=settings)
 
 
-KINDS = pytest.mark.parametrize("made", [busy_program, busy_wire, busy_both])
-SEEDS = pytest.mark.parametrize("seed", range(4))
+MADE, SEEDS = [busy_program, busy_wire, busy_both], range(4)
+KINDS = pytest.mark.parametrize("made", MADE)
 
 
 def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
@@ -95,9 +96,7 @@ def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
     return False
 
 
-@SEEDS
-@KINDS
-@pytest.mark.parametrize("how", ["stop", "release", "end"])
+@in_pairs("how, made, seed", ["stop", "release", "end"], MADE, SEEDS)
 def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, how):
     rig, let_go = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
     before = rig.positions
@@ -119,7 +118,7 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, ho
     assert (rig.positions - stood - steps(4000, -2000)).largest <= rig.config.device.rest_window
 
 
-@SEEDS
+@pytest.mark.parametrize("seed", SEEDS)
 @KINDS
 def test_one_whose_drives_miss_a_heartbeat_meanwhile_says_so(made, seed):
     rig, let_go = made(seed).ready(), []
