@@ -125,8 +125,6 @@ def not_heard(why: str) -> str:
 
 BITS = 47  # a frame with an 11-bit id and no data, including the 3 idle bits after it
 EXTENDED_BITS = 67  # the same with a 29-bit id
-STUFFED = 34  # of BITS, those up to the end of the CRC, which are subject to stuffing
-EXTENDED_STUFFED = 54
 _POLYNOMIAL = 0x4599
 _CRC_BITS = 15
 _CRC_MASK = (1 << _CRC_BITS) - 1
@@ -140,13 +138,6 @@ def frame_bits(frame: Frame) -> int:
     bits, count = _fields(frame)
     crc = _crc(bits, count)
     return plain + _stuff_bits(bits << _CRC_BITS | crc, count + _CRC_BITS)
-
-
-def most_frame_bits(data_bytes: int, *, extended: bool = False) -> int:
-    """Return the greatest length in bits of a frame with this many data bytes."""
-    plain = (EXTENDED_BITS if extended else BITS) + 8 * data_bytes
-    stuffed = (EXTENDED_STUFFED if extended else STUFFED) + 8 * data_bytes
-    return plain + (stuffed - 1) // (_RUN - 1)
 
 
 def _fields(frame: Frame) -> tuple[int, int]:
