@@ -8,7 +8,6 @@ from tui.desk import Desk
 from tui.safety import SafetyPanel
 from tui.startup import SCREENS
 
-
 NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}
 """The framework's names of characters that are typed."""
 
@@ -76,6 +75,24 @@ class Session:
         await self.press("enter")
         assert self.desk.screens.current.armed
         self.clock.now_s += 10.0
+
+    async def hold(self, key="w"):
+        """Arm the keys, and hold one until it moves the arm."""
+        await self.arm_keys()
+        await self.press(key)
+        await self.press(key, after_s=0.4)
+        self.clock.now_s += 0.03
+        self.tick()
+        assert self.arm.asked("hold")
+
+    async def resize(self, width, height):
+        await self.pilot.resize_terminal(width, height)
+        await self.settle()
+
+    @property
+    def painted(self):
+        """The rows of the terminal."""
+        return [strip.text for strip in self.desk.screen._compositor.render_strips()]
 
     async def send(self, event):
         self.desk.post_message(event)
