@@ -3,6 +3,8 @@
 import math
 
 from desk_fake import Clock, FakeArm
+from desk_planner import at_rest
+from waiting import until_seen
 
 from tui.desk import Desk
 from tui.safety import SafetyPanel
@@ -87,7 +89,12 @@ class Session:
 
     async def resize(self, width, height):
         await self.pilot.resize_terminal(width, height)
-        await self.settle()
+
+        def laid_out():
+            return (len(self.painted[0]), len(self.painted)) == (width, height)
+
+        await until_seen(laid_out, self.pilot.pause)
+        await at_rest(self.pilot)
 
     @property
     def painted(self):
