@@ -106,14 +106,14 @@ class Unreachable(KinematicsError):
     def __init__(
         self,
         reason: str,
-        *,
         constraint: Constraint,
-        joint: str | None,
         value: float,
         bound: float,
         unit: str,
+        *,
         goal: Coordinates,
         nearest: Coordinates,
+        joint: str | None = None,
     ) -> None:
         self.reason = reason
         self.constraint = constraint
@@ -129,17 +129,26 @@ class Unreachable(KinematicsError):
             f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
         )
 
+    @classmethod
+    def by_limit(
+        cls, joint: str, value: float, bound: float, goal: Coordinates, nearest: Coordinates
+    ) -> Unreachable:
+        """Return the refusal of a goal that needs a joint beyond its limit, in rad."""
+        reason = limit_sentence(joint, value, bound)
+        constraint = Constraint.JOINT_LIMIT
+        return cls(reason, constraint, value, bound, "rad", goal=goal, nearest=nearest, joint=joint)
+
     def instead(self, nearest: Coordinates, goal: Coordinates | None = None) -> Unreachable:
         """Return the same refusal with another nearest pose, and perhaps of another goal."""
         return Unreachable(
             self.reason,
-            constraint=self.constraint,
-            joint=self.joint,
-            value=self.value,
-            bound=self.bound,
-            unit=self.unit,
-            goal=self.goal if goal is None else goal,
+            self.constraint,
+            self.value,
+            self.bound,
+            self.unit,
+            goal=goal or self.goal,
             nearest=nearest,
+            joint=self.joint,
         )
 
 
@@ -216,35 +225,39 @@ class SingularTransmission(KinematicsError):
 
 
 class UnknownPreset(KinematicsError):
-    """No preset arm has this key; `nearest` is the likeliest meant one, or None."""
+    """No preset arm has this name; `nearest` is the likeliest meant one, or None."""
 
-    def __init__(self, key: str, keys: Iterable[str], nearest: str | None) -> None:
-        self.key = key
-        self.nearest = nearest
-        super().__init__(_none_named("preset arm", key, keys, nearest))
+    def __init__(self, name: str, names: Iterable[str]) -> None:
+        self.name, self.nearest = name, _likeliest(name, names)
+        super().__init__(_none_named("preset arm", name, names, self.nearest))
 
 
 class UnknownSystem(KinematicsError):
     """No system of the textbook has this name; `nearest` is the likeliest meant one, or None."""
 
-    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
-        self.name = name
-        self.nearest = nearest
-        super().__init__(_none_named("system", name, names, nearest))
+    def __init__(self, name: str, names: Iterable[str]) -> None:
+        self.name, self.nearest = name, _likeliest(name, names)
+        super().__init__(_none_named("system", name, names, self.nearest))
 
 
 class UnknownFrame(KinematicsError):
     """No frame of a graph has this name; `nearest` is the likeliest meant one, or None."""
 
-    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
-        self.name = name
-        self.nearest = nearest
-        super().__init__(_none_named("frame", name, names, nearest))
+    def __init__(self, name: str, names: Iterable[str]) -> None:
+        self.name, self.nearest = name, _likeliest(name, names)
+        super().__init__(_none_named("frame", name, names, self.nearest))
 
 
 def _none_named(kind: str, name: str, names: Iterable[str], nearest: str | None) -> str:
     hint = f"; did you mean {nearest!r}?" if nearest else ""
     return f"no {kind} is named {name!r}{hint} (there are {', '.join(names)})"
+
+
+def _likeliest(name: object, names: Iterable[str]) -> str | None:
+    """Return the name that another spelling, upper case or lower, is most like."""
+    word = str(name)
+    found = (nearest_word(each, names, likeness=0.4) for each in (word, word.lower()))
+    return next((near for near in found if near), None)
 
 
 class ZeroVector(KinematicsError):

@@ -73,9 +73,6 @@ from kinematics.five_axis.arm import FiveAxisArm as FiveAxisArm
 from kinematics.five_axis.closed_form import FrameSolution as FrameSolution
 from kinematics.five_axis.nearest import Nearest as Nearest
 from kinematics.five_axis.nearest import nearest as nearest
-from kinematics.five_axis.rates import FiveAxisSingularity as FiveAxisSingularity
-from kinematics.five_axis.rates import Nearness as Nearness
-from kinematics.five_axis.rates import five_axis_singularities as five_axis_singularities
 from kinematics.five_axis.rates import task_jacobian as task_jacobian
 from kinematics.five_axis.workspace import Section as Section
 from kinematics.five_axis.workspace import section as section
@@ -161,6 +158,5 @@ from kinematics.spaces import JOINT_NAMES as JOINT_NAMES
 from kinematics.spaces import Joints as Joints
 from kinematics.spaces import Motors as Motors
 from kinematics.spaces import Pose as Pose
-from kinematics.spaces import RollFrame as RollFrame
 from kinematics.transmission import MotorSpec as MotorSpec
 from kinematics.transmission import Transmission as Transmission

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, overload
 
@@ -128,13 +127,6 @@ _LENGTHS = ("x_mm", "y_mm", "z_mm")
 _ANGLES = ("pitch_rad", "roll_rad")
 _COORDINATES = (*_LENGTHS, *_ANGLES)
 """The coordinates of every pose; some arms add a yaw."""
-
-
-class RollFrame(Enum):
-    """What a pose's roll is measured against: wrist roll = roll + value * base angle."""
-
-    HAND = 0
-    TABLE = 1
 
 
 @dataclass(frozen=True, slots=True)

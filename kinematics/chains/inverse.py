@@ -26,7 +26,7 @@ from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
-from kinematics.spaces import Pose, RollFrame
+from kinematics.spaces import Pose
 
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
@@ -248,22 +248,16 @@ def solve_pose_ik(
     *,
     pitch_free: bool = False,
     roll_free: bool = False,
-    roll_frame: RollFrame = RollFrame.HAND,
     first: First = POSITION_FIRST,
     effort: Effort = DEFAULT_EFFORT,
 ) -> Solution:
     """Return the posture for a five-axis pose, the hand in the plane of base axis and tip.
 
     `pitch_free` and `roll_free` leave that angle to the arm; with `first` = `PITCH_FIRST` the
-    pitch is kept where the position cannot be. `roll_frame` says what the roll is counted from.
+    pitch is kept where the position cannot be.
     """
-    goal = pose_goal(
-        pose,
-        pitch_free=pitch_free,
-        roll_free=roll_free,
-        roll_frame=roll_frame,
-        centre=position_of(chain.base),
-    )
+    centre = position_of(chain.base)
+    goal = pose_goal(pose, pitch_free=pitch_free, roll_free=roll_free, centre=centre)
     return solve_goal(chain, goal, seed, first=first, effort=effort)
 
 

@@ -34,7 +34,7 @@ from kinematics.five_axis.closed_form import (
     solve_pose,
 )
 from kinematics.five_axis.follow import line_from
-from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
+from kinematics.five_axis.nearest import nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import Transform, check_transform, rotation_of
 from kinematics.geometry import AXIS_MM, ArmGeometry
@@ -53,7 +53,6 @@ from kinematics.spaces import (
     POSE_EXAMPLE,
     Joints,
     Pose,
-    RollFrame,
 )
 
 
@@ -138,16 +137,13 @@ class FiveAxisArm:
         """The lengths, which give joint angles their meaning."""
         return self.lengths
 
-    def fk(self, joints: Joints, roll_frame: RollFrame = RollFrame.HAND) -> Pose:
+    def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture; pitch and roll within (-pi, pi].
 
         A wrist roll of more than half a turn is therefore reported as the same direction nearer
         to zero; `ik` with the posture as its seed finds the turn again.
         """
-        angles = _directions(joints)
-        x, y, z, pitch, roll = closed_form.forward(angles, self.lengths)
-        if roll_frame is RollFrame.TABLE:
-            roll = angles[4] - angles[0]  # the same from the front and from the back
+        x, y, z, pitch, roll = closed_form.forward(_directions(joints), self.lengths)
         return Pose(x, y, z, wrap(pitch), wrap(roll))
 
     def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
@@ -171,9 +167,7 @@ class FiveAxisArm:
         """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
         refuse_worst(self.violations(joints))
 
-    def branches(
-        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
-    ) -> tuple[Branch, ...]:
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
         """Return every posture for a pose: base front and back, elbow up and down.
 
         Normally four. If the tip is on the base axis there are two: the base is then free and taken
@@ -185,31 +179,35 @@ class FiveAxisArm:
         require("a pose", pose, Pose, POSE_EXAMPLE)
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
-        found = closed_form.inverse(goal, self.lengths, float(roll_frame.value), near)
+        found = closed_form.inverse(goal, self.lengths, near)
         base_free = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
         return tuple(
             self._branch(back, down, _turned(angles, self.limits, near), base_free)
             for back, down, angles in found
         )
 
-    def solve(
-        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
-    ) -> Joints | None:
+    def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return the posture within limits nearest to the seed, or None: `ik` without reasons.
 
-        Nearest is by the sum of the squares of the joints' changes.
+        Nearest is by the sum of the squares of the joints' changes. On the base axis, where the
+        base is free and no direction is outwards, a pitch and its mirror image are the same
+        elevation of the hand: the mirror image is used if only it can be held.
         """
-        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
-        table_roll = 0.0 if roll_frame is RollFrame.HAND else 1.0
-        found = solve_pose(goal, self._build, table_roll, _seed(seed, self.limits))
+        x, y, z, pitch, roll = pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
+        near = _seed(seed, self.limits)
+        found = solve_pose((x, y, z, pitch, roll), self._build, near)
+        if found is None and math.hypot(x, y) <= AXIS_MM:
+            mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
+            found = solve_pose(mirrored, self._build, near)
         return None if found is None else _joints(found)
 
-    def solve_angles(self, goal: Angles, near: Angles, table_roll: float = 0.0) -> Angles | None:
-        """Return what `solve` does on bare floats, for loops: x, y, z, pitch, roll to angles.
+    def solve_angles(self, goal: Angles, near: Angles) -> Angles | None:
+        """Return the posture for x, y, z, pitch and roll on bare floats, for loops.
 
-        The floats are not checked, and the seed's base must be within its limits.
+        The floats are not checked, and the seed's base must be within its limits. A goal on the
+        base axis is not mirrored as `solve` does.
         """
-        return solve_pose(goal, self._build, table_roll, near)
+        return solve_pose(goal, self._build, near)
 
     def transform(self, joints: Joints) -> Transform:
         """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
@@ -228,35 +226,22 @@ class FiveAxisArm:
         """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
         return solve_frame(goal, self._build, near)
 
-    def ik(
-        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
-    ) -> Joints:
-        """Return the posture within the limits nearest to the seed (measured as in `solve`).
+    def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
+        """Return what `solve` does: the posture within the limits nearest to the seed.
 
         Raises `Unreachable`, which says which constraint fails, by how much, and which reachable
         pose is nearest. A wrist roll of more than half a turn is found if the seed is nearer to it.
-        An angle less than 1e-7 rad beyond a limit becomes the limit. On the base axis, where the
-        base is free and no direction is outwards, a pitch and its mirror image are the same
-        elevation of the hand: the mirror image is used if only it can be held. Raises
-        `KinematicsError` for a pose with a yaw, which `solve` and `branches` ignore.
+        An angle less than 1e-7 rad beyond a limit becomes the limit. Raises `KinematicsError` for
+        a pose with a yaw, which `solve` and `branches` ignore.
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
         if pose.yaw_rad is not None:
             raise KinematicsError(
                 "this arm has five joints: it cannot take a yaw, which follows from the position"
             )
-        joints = self.solve(pose, seed, roll_frame)
-        if joints is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM:
-            turned = Pose(
-                pose.x_mm,
-                pose.y_mm,
-                pose.z_mm,
-                wrap(math.pi - pose.pitch_rad),
-                wrap(pose.roll_rad + math.pi),
-            )
-            joints = self.solve(turned, seed, roll_frame)
+        joints = self.solve(pose, seed)
         if joints is None:
-            raise self._refusal(pose, seed, roll_frame)
+            raise self._refusal(pose, seed)
         return joints
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
@@ -264,11 +249,8 @@ class FiveAxisArm:
         return self.ik(pose, seed)
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return what `ik` does, or None instead of an error."""
-        try:
-            return self.ik(pose, seed)
-        except KinematicsError:
-            return None
+        """Return what `solve` does; it is fast enough for every small step."""
+        return self.solve(pose, seed)
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the reachable pose nearest to this one; see `nearest`."""
@@ -312,15 +294,15 @@ class FiveAxisArm:
             0.0,
         )
 
-    def _refusal(self, pose: Pose, seed: Joints | None, roll_frame: RollFrame) -> Unreachable:
+    def _refusal(self, pose: Pose, seed: Joints | None) -> Unreachable:
         """Return why no posture was found: the violation of the branch that comes closest."""
-        instead = nearest(self, pose, seed, roll_frame).pose
-        branches = self.branches(pose, seed, roll_frame)
+        instead = nearest(self, pose, seed).pose
+        branches = self.branches(pose, seed)
         if not branches:
             return span_refusal(pose, self.lengths, instead)
         best = min(branches, key=lambda branch: branch.excess_rad)
         worst = max(best.violations, key=lambda violation: violation.excess_rad)
-        return limit_refusal(pose, worst, instead)
+        return Unreachable.by_limit(worst.joint, worst.value_rad, worst.bound_rad, pose, instead)
 
     def _branch(self, back: bool, down: bool, angles: Angles, base_free: bool) -> Branch:
         return Branch(
