@@ -29,6 +29,8 @@ from kinematics.paths.chords import (
 )
 from kinematics.paths.curves import (
     Arc,
+    Bezier,
+    Blendable,
     HandCurve,
     JointCurve,
     Line,
@@ -37,7 +39,6 @@ from kinematics.paths.curves import (
     straight_between,
 )
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
-from kinematics.paths.traces import Bezier, Blendable
 from kinematics.spaces import Joints
 
 # The parts of a route laid end to end, each from stop to stop: its curve and its chords.

@@ -25,7 +25,7 @@ from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.transforms import translation
 from kinematics.frames.vectors import cross, dot, subtract, unit
 from kinematics.geometry import Tool
-from kinematics.paths.traces import round_through
+from kinematics.paths.curves import round_through
 
 PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
 PUMA_START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
