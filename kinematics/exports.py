@@ -46,7 +46,6 @@ from kinematics.chains.tables import rows_of as rows_of
 from kinematics.chains.tables import table_text as table_text
 from kinematics.chains.urdf import urdf_of_chain as urdf_of_chain
 from kinematics.errors import BadNumber as BadNumber
-from kinematics.errors import Constraint as Constraint
 from kinematics.errors import FlatBasis as FlatBasis
 from kinematics.errors import FramesDisagree as FramesDisagree
 from kinematics.errors import FramesNotConnected as FramesNotConnected
@@ -57,14 +56,12 @@ from kinematics.errors import NoNearestRotation as NoNearestRotation
 from kinematics.errors import NotARotation as NotARotation
 from kinematics.errors import NotAUnitQuaternion as NotAUnitQuaternion
 from kinematics.errors import OutOfReach as OutOfReach
-from kinematics.errors import PathBroken as PathBroken
 from kinematics.errors import RotationFlaw as RotationFlaw
 from kinematics.errors import RotationProperty as RotationProperty
 from kinematics.errors import SingularTransmission as SingularTransmission
 from kinematics.errors import UnknownFrame as UnknownFrame
 from kinematics.errors import UnknownPreset as UnknownPreset
 from kinematics.errors import UnknownSystem as UnknownSystem
-from kinematics.errors import Unreachable as Unreachable
 from kinematics.errors import ZeroVector as ZeroVector
 from kinematics.five_axis.arm import Base as Base
 from kinematics.five_axis.arm import Branch as Branch
@@ -122,6 +119,9 @@ from kinematics.frames.vectors import dot as dot
 from kinematics.frames.vectors import norm as norm
 from kinematics.frames.vectors import unit as unit
 from kinematics.geometry import ArmGeometry as ArmGeometry
+from kinematics.geometry import Constraint as Constraint
+from kinematics.geometry import PathBroken as PathBroken
+from kinematics.geometry import Unreachable as Unreachable
 from kinematics.guards.escape import nearest_allowed as nearest_allowed
 from kinematics.guards.guards import Guards as Guards
 from kinematics.guards.guards import GuardViolation as GuardViolation

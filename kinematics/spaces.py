@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, ClassVar, overload
 
 from kinematics.errors import (
     BadNumber,
-    Coordinates,
     KinematicsError,
     finite,
     hand_angle,
@@ -85,13 +84,6 @@ class Pose:
             math.radians(finite("pitch_deg", pitch_deg)),
             math.radians(finite("roll_deg", roll_deg)),
             None if yaw_deg is None else math.radians(finite("yaw_deg", yaw_deg)),
-        )
-
-    @classmethod
-    def at(cls, place: Coordinates) -> Pose:
-        """Make the pose of some coordinates, such as those that an error names."""
-        return cls(
-            place.x_mm, place.y_mm, place.z_mm, place.pitch_rad, place.roll_rad, place.yaw_rad
         )
 
     @property

@@ -19,12 +19,12 @@ from kinematics.chains.generated import Generated, generated
 from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task_of
 from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, middle, solve_goal
 from kinematics.chains.links import Convention, JointKind
-from kinematics.errors import Constraint, KinematicsError, Unreachable, require
+from kinematics.errors import KinematicsError, require
 from kinematics.frames.orientations import Quaternion, quaternion_of
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, homogeneous, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, norm, subtract
-from kinematics.geometry import Hand, NotFollowed, Point, Tool
+from kinematics.geometry import Constraint, Hand, NotFollowed, Point, Tool, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import KinematicsError, Unreachable, finite, require
+from kinematics.errors import KinematicsError, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
@@ -40,7 +40,7 @@ from kinematics.five_axis.closed_form import (
 from kinematics.five_axis.nearest import nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import Transform, check_transform, rotation_of
-from kinematics.geometry import AXIS_MM, ArmGeometry, Hand, NotFollowed, Point
+from kinematics.geometry import AXIS_MM, ArmGeometry, Hand, NotFollowed, Point, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,

@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from kinematics.errors import Constraint, Unreachable
 from kinematics.five_axis.closed_form import (
     Angles,
     Dimensions,
@@ -22,7 +21,7 @@ from kinematics.five_axis.closed_form import (
     plane_tip,
     wrist_distance,
 )
-from kinematics.geometry import AXIS_MM
+from kinematics.geometry import AXIS_MM, Constraint, Unreachable
 from kinematics.limits import JointRange, wrap
 from kinematics.spaces import Joints, Pose
 

@@ -13,10 +13,10 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import Constraint, KinematicsError, Unreachable
+from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
-from kinematics.geometry import ArmGeometry, Hand, NotFollowed, Point, Tool
+from kinematics.geometry import ArmGeometry, Constraint, Hand, NotFollowed, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
 from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
 from kinematics.spaces import Joints, Pose

@@ -15,8 +15,8 @@ from itertools import pairwise
 from operator import mul, sub
 from typing import NamedTuple
 
-from kinematics.errors import PathBroken, positive
-from kinematics.geometry import ArmGeometry, Curve
+from kinematics.errors import positive
+from kinematics.geometry import ArmGeometry, Curve, PathBroken
 from kinematics.paths.curves import arc_between, beginning
 from kinematics.spaces import Joints, Pose
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Generic, Protocol, TypeVar
 
-from kinematics.errors import NoArc, PathBroken, positive
+from kinematics.errors import NoArc, positive
 from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract, unit
-from kinematics.geometry import ArmGeometry, Follower, Hand, NotFollowed, Point
+from kinematics.geometry import ArmGeometry, Follower, Hand, NotFollowed, PathBroken, Point
 from kinematics.limits import turn_near
 from kinematics.spaces import Joints, Pose
 

@@ -13,10 +13,10 @@ from itertools import pairwise
 from operator import add, sub
 from typing import NamedTuple, cast
 
-from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
+from kinematics.errors import KinematicsError, NoArc
 from kinematics.frames.vectors import add as plus
 from kinematics.frames.vectors import scale
-from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, Point
+from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, PathBroken, Point, Unreachable
 from kinematics.paths.chords import (
     LINE_TOLERANCE_MM,
     STILL_RAD,
