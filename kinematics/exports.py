@@ -97,7 +97,6 @@ from kinematics.frames.rotations import rotate as rotate
 from kinematics.frames.rotations import transpose as transpose
 from kinematics.frames.transforms import Handedness as Handedness
 from kinematics.frames.transforms import Transform as Transform
-from kinematics.frames.transforms import basis_along as basis_along
 from kinematics.frames.transforms import change_of_basis as change_of_basis
 from kinematics.frames.transforms import check_rotation as check_rotation
 from kinematics.frames.transforms import check_transform as check_transform
@@ -130,7 +129,6 @@ from kinematics.limits import JointRange as JointRange
 from kinematics.limits import LimitViolation as LimitViolation
 from kinematics.paths.chords import JointPath as JointPath
 from kinematics.paths.chords import arc_path as arc_path
-from kinematics.paths.chords import circle_path as circle_path
 from kinematics.paths.chords import line_path as line_path
 from kinematics.paths.parts import ArcPart as ArcPart
 from kinematics.paths.parts import JointPart as JointPart

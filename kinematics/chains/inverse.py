@@ -70,12 +70,31 @@ class Solution:
     violations: tuple[JointViolation, ...]
     at_limit: tuple[str, ...]
     starts: int
-    sentence: str
 
     @property
     def ok(self) -> bool:
         """Whether everything asked is met."""
         return not self.missed
+
+    @property
+    def sentence(self) -> str:
+        """What is missed, by how much, and why."""
+        if self.ok:
+            return self.reason.value
+        parts = [f"position by {self.residual_mm:.3g} mm"] if Part.POSITION in self.missed else []
+        parts += [
+            f"{part.value} by {math.degrees(miss):.3g}°"
+            for part, miss in self.misses_rad
+            if part in self.missed
+        ]
+        text = f"missed: {', '.join(parts)}; {self.reason.value}"
+        if self.reason is Reason.JOINT_LIMIT:
+            text += ": " + "; ".join(
+                limit_sentence(one.joint, one.value, one.bound, one.unit) for one in self.violations
+            )
+        if self.reason is Reason.NOT_FOUND:
+            text += f" ({self.starts} starts, which is no proof that there is none)"
+        return text
 
 
 def _account(
@@ -120,7 +139,6 @@ def _account(
         broken if missed else (),
         _at_limit(chain, joints),
         starts,
-        _sentence(reason, missed, residual_mm, misses, broken, starts),
     )
 
 
@@ -163,30 +181,6 @@ def _at_limit(chain: Chain, joints: Sequence[float]) -> tuple[str, ...]:
         for name, value, bounds in zip(chain.joint_names, joints, chain.limits, strict=True)
         if min(abs(value - bound) for bound in bounds) <= LIMIT_TOLERANCE_MM
     )
-
-
-def _sentence(
-    reason: Reason,
-    missed: set[Part],
-    residual_mm: float,
-    misses: Sequence[tuple[Part, float]],
-    broken: Sequence[JointViolation],
-    starts: int,
-) -> str:
-    if not missed:
-        return reason.value
-    said = [f"position by {residual_mm:.3g} mm"] if Part.POSITION in missed else []
-    said += [
-        f"{part.value} by {math.degrees(miss):.3g}°" for part, miss in misses if part in missed
-    ]
-    text = f"missed: {', '.join(said)}; {reason.value}"
-    if reason is Reason.JOINT_LIMIT:
-        text += ": " + "; ".join(
-            limit_sentence(one.joint, one.value, one.bound, one.unit) for one in broken
-        )
-    if reason is Reason.NOT_FOUND:
-        text += f" ({starts} starts, which is no proof that there is none)"
-    return text
 
 
 First = Sequence[frozenset[Part]]
