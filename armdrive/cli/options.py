@@ -139,6 +139,27 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(JSON_OPTION, action="store_true", help="print JSON")
 
 
+ARM_OPTIONS = ("arm", "sim", "port", "dialect", "baud")
+"""The options that name an arm and how to reach it."""
+
+
+def typed_again(options: argparse.Namespace, *names: str) -> list[str]:
+    """Return the words that give a command these options once more, as far as they were given."""
+    words = []
+    for name in names:
+        value, option = getattr(options, name, None), f"--{name.replace('_', '-')}"
+        if value is None or value is False:
+            continue
+        text = f"{value:g}" if isinstance(value, float) else str(value)
+        if value is True:
+            words.append(option)
+        elif text.startswith("-"):  # argparse would take it for an option
+            words.append(f"{option}={text}")
+        else:
+            words += [option, text]
+    return words
+
+
 def number(text: str) -> float:
     """Return a finite number, for argparse's `type=`."""
     try:

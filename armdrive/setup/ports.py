@@ -167,13 +167,12 @@ def look_at(port: str, namings: Sequence[PortNaming] | None = None) -> ClosedPor
         absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
         return ClosedPort(port, (_refused(port, absent),), openable=False)
     info = info_of(port)
-    if not info.readable:
-        return ClosedPort(port, (forbidden(port),), openable=False)
-    if info.holder is not None:
-        return ClosedPort(port, (in_use(port, owners), *belongs), openable=False)
-    made_here = os.path.realpath(port).startswith(PSEUDO)
-    free = "" if made_here else " no program has it open,"
-    found = [ok(f"{port} is there{_described(info)},{free} and you may open it"), *belongs]
+    free = info.readable and info.holder is None
+    openable = ", and you may open it" if free else ""
+    found = [ok(f"{port} is there{_described(info)}{openable}"), *belongs]
+    if not free:
+        found.append(in_use(port, owners) if info.readable else forbidden(port))
+        return ClosedPort(port, tuple(found), openable=False, owners=owners)
     if not any(each.usb_serial for each in owning):
         found += _lasting_name(port, info)
     found += latency(port)

@@ -28,8 +28,8 @@ from armdrive.storage.files import (
     remove_durably,
     replace_durably,
 )
-from kinematics.errors import finite
-from kinematics.spaces import Motors
+from armdrive.text.reading import parse_json
+from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, setting
 
 # A record, and its text: JSON with a checksum, parsed strictly.
 #
@@ -58,13 +58,13 @@ class Record:
 
     arm: str
     calibration: str
-    offset: tuple[int, ...]
-    registers: tuple[int, ...]
-    coordinates: tuple[float, ...]
-    trust: str
-    reason: str
+    offset: tuple[int, ...] = setting(low=-STEPS_MOST, high=STEPS_MOST)
+    registers: tuple[int, ...] = setting(low=-STEPS_MOST, high=STEPS_MOST)
+    coordinates: tuple[float, ...] = setting(low=-COORDINATE_MOST, high=COORDINATE_MOST)
+    trust: str = setting(words=tuple(each.value for each in Trust))
+    reason: str = setting()
     in_motion: bool = False
-    taken: tuple[int, ...] = ()
+    taken: tuple[int, ...] = setting((), low=-STEPS_MOST, high=STEPS_MOST)
     unsure: tuple[int, ...] = ()
 
     @property
@@ -84,7 +84,7 @@ class Record:
 
 def to_text(record: Record) -> bytes:
     """Return the text of a record."""
-    entries = {"format": FORMAT, **asdict(record)}
+    entries = {FORMAT_KEY: FORMAT, **asdict(record)}
     for name in _OPTIONAL:
         if not entries[name]:
             del entries[name]
@@ -98,46 +98,40 @@ def from_text(text: bytes) -> Record:
     if not text.strip(b" \r\n\t\x00"):
         raise StateFileError("it is empty")
     try:
-        return _checked(_of_our_format(json.loads(text.decode("utf-8"))))
-    except (ValueError, TypeError, RecursionError) as error:
-        raise StateFileError(f"it is damaged: {error}") from None
-    except KeyError as error:
-        raise StateFileError(f"it is damaged: the entry {error} is missing") from None
+        return _checked(_of_our_format(parse_json(text.decode("utf-8"), _damaged)))
+    except ValueError as error:  # bytes that are no UTF-8
+        raise _damaged(str(error)) from None
 
 
-def _of_our_format(entries: Any) -> dict[str, Any]:
+def _damaged(why: str) -> StateFileError:
+    return StateFileError(f"it is damaged: {why}")
+
+
+def _of_our_format(entries: object) -> dict[str, Any]:
     if not isinstance(entries, dict):
-        raise TypeError("it is not a JSON object")
-    number = entries.pop("format", None)
+        raise _damaged("it is not a JSON object")
+    number = entries.pop(FORMAT_KEY, None)
     if type(number) is not int:
-        raise TypeError("it does not say its format")
-    if number > FORMAT:
-        raise StateFileError(f"a newer armdrive wrote it (format {number!s:.9}, not {FORMAT})")
-    if number < FORMAT:
-        raise StateFileError(f"an older armdrive wrote it (format {number!s:.9}, not {FORMAT})")
+        raise _damaged("it does not say its format")
+    if number != FORMAT:
+        writer = "a newer" if number > FORMAT else "an older"
+        raise StateFileError(f"{writer} armdrive wrote it (format {number!s:.9}, not {FORMAT})")
     return entries
 
 
 def _checked(entries: dict[str, Any]) -> Record:
-    if entries.pop(_CHECK) != checksum({"format": FORMAT, **entries}):
-        raise ValueError("its checksum does not match")
-    record = Record(
-        arm=_text(entries.pop("arm")),
-        calibration=_text(entries.pop("calibration")),
-        offset=_steps(entries.pop("offset")),
-        registers=_steps(entries.pop("registers")),
-        coordinates=tuple(map(_coordinate, _items(entries.pop("coordinates")))),
-        trust=Trust(entries.pop("trust")).value,
-        reason=_text(entries.pop("reason")),
-        in_motion=_flag(entries.pop("in_motion")),
-        **{name: _steps(entries.pop(name)) for name in _OPTIONAL if name in entries},
-    )
-    if entries:
-        raise ValueError(f"its entry {min(entries)!r:.40} is unknown")
-    if len(record.offset) != len(record.registers):
-        raise ValueError("it has a different number of registers and offsets")
+    if _CHECK not in entries:
+        raise _damaged(f"the entry {_CHECK!r} is missing")
+    if entries.pop(_CHECK) != checksum({FORMAT_KEY: FORMAT, **entries}):
+        raise _damaged("its checksum does not match")
+    problems = Problems()
+    record = TomlTable(entries, "", problems).section(Record)
+    if record is None or problems.found:
+        raise _damaged("; ".join(problems.found))
+    if not 1 <= len(record.offset) == len(record.registers) <= MOST_MOTORS:
+        raise _damaged("it has a different number of registers and offsets")
     if not set(record.unsure) <= set(range(len(record.taken))):
-        raise ValueError("its entry 'unsure' names motors that 'taken' does not have")
+        raise _damaged("its entry 'unsure' names motors that 'taken' does not have")
     return record
 
 
@@ -145,39 +139,6 @@ def checksum(entries: Mapping[str, Any]) -> str:
     """Return a checksum of the entries, independent of their layout in the file."""
     plain = json.dumps(entries, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(plain.encode()).hexdigest()
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"{value!r:.40} is not text")
-    value.encode("utf-8")  # raises for a lone surrogate
-    return value
-
-
-def _flag(value: object) -> bool:
-    if not isinstance(value, bool):
-        raise TypeError(f"{value!r:.40} is neither true nor false")
-    return value
-
-
-def _items(value: object) -> list[object]:
-    if not isinstance(value, list) or not 1 <= len(value) <= MOST_MOTORS:
-        raise TypeError(f"{value!r:.40} is not a list of 1 to {MOST_MOTORS} numbers")
-    return value
-
-
-def _steps(value: object) -> tuple[int, ...]:
-    steps = Motors(_items(value))  # type: ignore[arg-type]
-    if steps.largest > STEPS_MOST:
-        raise ValueError("a number of steps is beyond any motor's travel")
-    return steps
-
-
-def _coordinate(value: object) -> float:
-    number = finite("a coordinate", value)
-    if abs(number) > COORDINATE_MOST:
-        raise ValueError(f"the coordinate {number:g} is out of any arm's range")
-    return number
 
 
 BAD = ".bad"  # ending of an unusable file, which is kept when a new one replaces it

@@ -289,6 +289,8 @@ def _convert(wanted: Any, value: object, where: str) -> Any:
     """Check one value against its annotation; whole numbers are fine where floats belong."""
     origin, inner = typing.get_origin(wanted), typing.get_args(wanted)
     if origin in (types.UnionType, typing.Union):
+        if value is None and types.NoneType in inner:  # never in TOML, but a null in JSON
+            return None
         kinds = [one for one in inner if one is not type(None)]
         plain = isinstance(value, int | float) and not isinstance(value, bool)
         return _convert(float if plain and float in kinds else kinds[0], value, where)

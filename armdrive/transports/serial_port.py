@@ -93,6 +93,21 @@ class SerialLink(Link):
                 raise self._lost(error) from None
         return bytes(data)
 
+    def tune(self, baud: int) -> None:
+        """Change the baud rate; a raw network connection has none. Raises `PortUnavailable`.
+
+        Opening the port again might restart the board.
+        """
+        if baud == self._baud or self._scheme == "socket":
+            return
+        try:
+            self._port.baudrate = baud
+        except (OSError, ValueError) as error:
+            raise PortUnavailable(
+                f"{self._name} cannot be set to {baud} baud ({error}): name another rate"
+            ) from None
+        self._baud = baud
+
     def wait(self, timeout_s: float) -> None:
         """Sleep until bytes arrive, `wake` is called, or the timeout."""
         fileno = self._fileno()

@@ -59,6 +59,9 @@ class UdpLink(Link):
                 raise self._lost(error) from None
         return bytes(data)
 
+    def tune(self, baud: int) -> None:
+        """Do nothing: datagrams have no baud rate."""
+
     def wait(self, timeout_s: float) -> None:
         """Sleep until a datagram arrives, `wake` is called, or the timeout."""
         if self._closed:

@@ -57,6 +57,11 @@ class Bench(abc.ABC):
         self.row = dialect(dialect_name)
         self.arm: Arm | None = None
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the arm goes by in tables, the most particular name first."""
+        return (self.row.name,)
+
     # -- what a transport says ----------------------------------------------------------------
 
     @property

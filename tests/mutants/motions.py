@@ -414,8 +414,8 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/dialects/mks/test_mks_arm.py",
-            "test_homing_finds_the_switches_in_the_order_of_the_arm_file",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[the switches are sought in the arm file's order-mks]",
         ),
     ),
     Mutant(

@@ -183,8 +183,8 @@ MUTANTS = (
         ),
         new="        if core.position.fell:",
         tests=tests_of(
-            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[leaving an emergency stop moves nothing-grbl]",
         ),
     ),
     Mutant(

@@ -96,7 +96,7 @@ MUTANTS = (
         name="a record's check is ignored",
         promise="a damaged record is refused",
         path="armdrive/storage/record.py",
-        old='    if entries.pop(_CHECK) != checksum({"format": FORMAT, **entries}):',
+        old="    if entries.pop(_CHECK) != checksum({FORMAT_KEY: FORMAT, **entries}):",
         new="    if not entries.pop(_CHECK):",
         tests=tests_of(
             "tests/armdrive/storage/test_record_text.py",

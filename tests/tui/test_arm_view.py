@@ -84,7 +84,8 @@ def test_the_arm_view(snap_compare):
 
 def test_the_arm_view_in_plain_ascii_from_above(snap_compare):
     async def from_above(pilot):
-        pilot.app.view.look("top")
+        pilot.app.view.camera = VIEWS["top"]
+        pilot.app.view.on_resize()
         await settled(pilot)
 
     assert snap_compare(Viewer(braille=False), terminal_size=(80, 24), run_before=from_above)

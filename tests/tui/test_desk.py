@@ -420,6 +420,25 @@ async def test_what_somebody_asked_from_outside_is_shown():
         assert session.text("banner") == ""
 
 
+@pytest.mark.parametrize("key", ["m", "question_mark", "right_square_bracket", "f3", "v"])
+async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_back(key):
+    async with Session() as session:
+        session.desk.say("the last message")
+        session.desk.confirmation.press("moves it", session.arm.home)
+        await session.press(key)
+        assert session.desk.message != "the last message"
+        assert session.desk.confirmation.effect == ""
+
+
+async def test_a_jog_key_that_repeats_leaves_the_message_alone():
+    async with Session() as session:
+        session.desk.say("keys disarmed: they may be old")
+        session.desk.confirmation.press("moves it", session.arm.home)
+        await session.press(*["q"] * 5)
+        assert session.desk.message == "keys disarmed: they may be old"
+        assert session.desk.confirmation.effect == ""
+
+
 async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
     async with Session() as session:
         await session.press("X")

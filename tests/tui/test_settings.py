@@ -120,14 +120,16 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
 async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3", "m", "less_than_sign", "4", "0")
-        left = session.desk.screens.current.entry.form
-        assert (left.cartesian, left.speed) == (False, 0.25)
+        left = session.desk.screens.current.form
+        assert (left.cartesian, left.settings.speed) == (False, 0.25)
         await session.press("f2", "ctrl+q")
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3")
-        form = session.desk.screens.current.entry.form
-        assert (form.cartesian, form.speed) == (False, 0.25)
-        assert form.entries == {}, "a goal is not kept: whoever comes next has not seen it"
+        form = session.desk.screens.current.form
+        assert (form.cartesian, form.settings.speed) == (False, 0.25)
+        assert not any(form.field(name).text for name in form.names), (
+            "a goal is not kept: whoever comes next has not seen it"
+        )
 
 
 def test_a_manner_that_makes_no_sense_is_the_usual_one():

@@ -266,7 +266,7 @@ def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program,
 
 @pytest.mark.parametrize(("now", "steps", "then"), [(10, -1, 10), (100, 1, 100), (33, -1, 25)])
 def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
-    assert watch_words.tempo(now, steps) == then
+    assert watch_words.next_percent(now, steps) == then
 
 
 @pytest.mark.parametrize(

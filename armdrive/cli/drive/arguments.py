@@ -441,17 +441,17 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
         ),
         "save": Action(
             "save the place where the arm is, under a name; moves nothing",
-            "drive.points_driving:save",
+            "drive.move:save_point",
             _naming("name", more=_point_save),
         ),
         "go": Action(
             "move the arm to a point",
-            "drive.points_driving:go",
+            "drive.move:go_to_point",
             _naming("name", more=_point_go),
         ),
         "run": Action(
             "run a sequence",
-            "drive.points_driving:run",
+            "program.teach:run_sequence",
             _naming("name", more=_point_run),
         ),
         "rename": Action(

@@ -18,14 +18,14 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog.conversation import Question, WrongAnswer
+from armdrive.dialog.conversation import DialogPerson, Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import CommissioningOutcome, walk
-from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
+from armdrive.setup.dialog_runner import Clock, DialogClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
@@ -101,9 +101,8 @@ def _held(
     *,
     again: bool,
 ) -> CommissioningOutcome:
-    return DialogRunner(link, plan.scripts(), clock, person, keep).run(
-        walk(plan, notes, again=again)
-    )
+    dialog = drive_dialog(link, plan.scripts(), clock, person, keep)
+    return walk(dialog, plan, notes, again=again)
 
 
 @contextlib.contextmanager
@@ -201,4 +200,4 @@ def chosen_port() -> str:
 
     default = lines[0][0] if len(lines) == 1 else None
     why = "A CANable is a serial port with slcan firmware, and a CAN interface with candleLight."
-    return str(ask_value(Question("", "Which adapter?", why, read, default, lines)))
+    return str(ask_value(Question("Which adapter?", why, read, default, lines)))

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from cli_calls import write_arm_file
-from doctor_bench import THREE_AXES, Echo, EchoingBoard, Rewritten, SimPort, Talker, made
+from doctor_bench import Echo, EchoingBoard, SimPort, Talker, made
 from test_wrong_dialect import ON_SERIAL, connected, refused
 
-from armdrive.connect import parts as connecting
-from armdrive.connect.parts import assemble
-from armdrive.connect.port import explaining
 from armdrive.dialects.recognition import comes_back
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import SettingsDiffer
-from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import survey as after
-from armdrive.trace.recorder import FlightRecorder
 
 SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"
 OLD_STATUS = b"<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n"
@@ -118,25 +112,3 @@ def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, v
         with pytest.raises(SettingsDiffer, match=named):
             move()
     assert board.world.motors == before
-
-
-def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_helps(
-    call, port, lead_to, monkeypatch
-):
-    text = f'model = "minimover5"\n[connection]\ndialect = "grbl"\nport = "{port}"\n'
-    write_arm_file("bench", text)
-    lead_to(Rewritten(made("grbl"), *THREE_AXES))
-    board = SimPort(Rewritten(made("grbl"), *THREE_AXES))
-
-    def connect(config):
-        recorder = FlightRecorder()
-        with explaining(recorder.ring.entries, config.connection):
-            return assemble(config, board, SimulatedPace(), simulated=True, tracer=recorder)
-
-    monkeypatch.setattr(connecting, "connect_real", connect)
-    said = call("doctor", "--arm", "bench", "--yes", code=1).out
-    said = " ".join(said.split())
-    assert "the board has 3 axes (XYZ), but grbl.axes also puts motors of this arm on A, B" in said
-    assert "use a board and a firmware with an axis for each motor" in said
-    assert "try once more" not in said
-    assert "finds out what is there" not in said.partition("did not connect")[2]

@@ -169,7 +169,7 @@ async def test_a_pad_that_is_heard_of_no_more_holds_nothing_after_its_time():
     async with PadSession() as session:
         await session.holding()
         begun_s = session.clock.now_s
-        while session.desk.pad.hand.held:
+        while session.desk.pad.held:
             session.clock.now_s += 0.01
             session.tick()
         assert session.clock.now_s - begun_s <= MOUSE_HOLDS_S + 0.011
@@ -184,7 +184,7 @@ ENDS = {
     "another pad": lambda s: s.tell(Came("Other", {LEFT_X: -1.0})),
     "link lost": lambda s: s.lose(),
     "disarmed": lambda s: s.desk.disarm("x"),
-    "suspended": lambda s: s.desk.input.on_resumed(3.0),
+    "suspended": lambda s: s.desk.resumed(3.0),
     "its stop button": lambda s: s.tell(pressed(BUTTONS["east"])),
     "other settings": lambda s: s.tell(pressed(BUTTONS["north"])),
     "the focus is lost": lambda s: s.desk.on_app_blur(),
@@ -209,7 +209,7 @@ async def test_whatever_ends_a_jog_ends_that_of_a_pad_and_only_its_button_begins
         session.tell(PadEvent(LEFT_X, -0.8))
         session.tick()
         assert not session.moving
-        assert not session.desk.pad.hand.held
+        assert not session.desk.pad.held
 
 
 @pytest.mark.parametrize("key", ["f3", "question_mark", "space", "q"])
@@ -217,7 +217,7 @@ async def test_another_screen_a_dialog_a_stop_and_a_key_end_it(key):
     async with PadSession() as session:
         await session.holding()
         await session.press(key)
-        assert not session.desk.pad.hand.held
+        assert not session.desk.pad.held
         held = len(session.arm.asked("hold"))
         session.clock.now_s += MOUSE_RENEWS_S
         session.tell(PadEvent(LEFT_X, -0.9))
@@ -239,13 +239,25 @@ async def test_its_stop_button_stops_on_any_screen_and_its_others_count_at_the_j
         await session.press("f3")
         session.tell(pressed(BUTTONS["east"]), pressed(BUTTONS["north"]))
         assert session.arm.asked("stop") == [("stop",)]
-        assert session.desk.screens.current.entry.form.cartesian, (
-            "the mode button is of the jog screen"
-        )
+        assert session.desk.message == "mode is for the jog screen alone"
+        assert session.desk.screens.current.form.cartesian, "the mode button is of the jog screen"
         await session.press("f2")
         session.tell(pressed(BUTTONS["select"]), pressed(BUTTONS["north"]))
         assert session.desk.settings.cartesian
         assert session.desk.settings.speed == 0.1
+
+
+async def test_without_a_link_its_buttons_do_what_their_keys_do_and_its_sticks_say_why_not():
+    async with PadSession() as session:
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        session.arm.calls.clear()
+        session.tell(pressed(BUTTONS["north"]), pressed(BUTTONS["select"]))
+        assert (session.desk.settings.cartesian, session.desk.settings.speed) == (True, 0.1)
+        assert session.desk.message == ""
+        session.tell(pressed(), PadEvent(LEFT_X, -1.0))
+        assert "there is no link to the arm, and no key moves it" in session.desk.message
+        assert session.arm.calls == []
 
 
 async def test_buttons_beside_the_table_and_sticks_without_a_row_do_nothing():

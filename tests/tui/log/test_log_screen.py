@@ -263,7 +263,7 @@ async def test_a_line_of_bytes_is_opened_whole():
 async def test_nothing_can_be_opened_where_there_is_nothing():
     async with LogSession(LoggedArm()) as session:
         assert session.shown == "nothing has passed yet"
-        await session.press("enter", "up", "home", "pagedown")
+        await session.press("up", "home", "pagedown", "enter")
         assert not session.open
         assert "no line to be opened" in session.text("messages")
 

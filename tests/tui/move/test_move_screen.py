@@ -10,10 +10,9 @@ from armdrive.moves import JointMove, LineMove, PoseMove
 from armdrive.status import State
 from kinematics import JOINT_NAMES
 from tui.app import action_call
-from tui.keys.presses import DoublePress
 from tui.keys.table import MOVE_KEYS
-from tui.move.form import EMPTY, STEPS, GoalForm, present_of
-from tui.settings import SPEEDS
+from tui.move.form import STEPS, GoalForm
+from tui.settings import SPEEDS, MoveSettings
 
 
 class MoveSession(Session):
@@ -49,13 +48,13 @@ async def test_a_click_chooses_a_field_and_takes_a_first_press_back():
     async with MoveSession(size=(120, 40)) as session:
         await session.typed("250")
         await session.press("enter")
-        assert session.screen.planned.half_confirmed
+        assert session.desk.confirmation.effect
         await session.pilot.click("#fields", offset=(4, 3))
         await session.settle()
         assert "> z" in session.text("fields")
-        assert not session.screen.planned.half_confirmed
+        assert not session.desk.confirmation.effect
         await session.typed("120")
-        assert [session.screen.entry.form.entry(name).text for name in "xyz"] == ["250", "", "120"]
+        assert [session.screen.form.field(name).text for name in "xyz"] == ["250", "", "120"]
 
 
 async def test_a_pose_is_typed_foreseen_confirmed_and_gone_to():
@@ -175,10 +174,10 @@ async def test_the_arrows_step_a_field_from_where_the_arm_is():
         x_mm = session.arm.status.pose.x_mm
         await session.press("right", "right", "left", "right_square_bracket", "right")
         await session.settle()
-        assert session.screen.entry.form.entry("x").value == pytest.approx(x_mm + 6.0, abs=0.01)
+        assert float(session.screen.form.field("x").text) == pytest.approx(x_mm + 6.0, abs=0.01)
         await session.press("backspace")
         await session.settle()
-        assert session.screen.entry.form.entry("x") == EMPTY
+        assert session.screen.form.field("x").text == ""
         assert session.screen.planned.preview is None
 
 
@@ -203,7 +202,7 @@ async def test_space_stops_while_a_goal_is_typed_and_takes_the_confirmation_back
         session.clock.now_s += 1.0
         await session.settle()
         assert session.arm.asked_for == []
-        assert session.screen.entry.form.entry("x").text == "250"
+        assert session.screen.form.field("x").text == "250"
 
 
 async def test_a_stop_on_the_way_to_the_arm_ends_the_motion():
@@ -283,7 +282,7 @@ async def test_leaving_the_screen_takes_a_first_press_back_and_keeps_what_was_ty
         await session.press("enter", "f2", "f3")
         await session.settle()
         assert "AGAIN" not in session.text("going")
-        assert session.screen.entry.form.entry("x").text == "250"
+        assert session.screen.form.field("x").text == "250"
 
 
 async def test_keys_without_a_use_say_so():
@@ -297,8 +296,8 @@ async def test_keys_without_a_use_say_so():
         await session.press("F")
         assert "of poses" in session.text("messages")
         await session.press("up", "less_than_sign", "left_square_bracket")
-        assert session.screen.entry.form.speed == 0.25
-        assert session.screen.entry.form.step == 0.1
+        assert session.screen.form.settings.speed == 0.25
+        assert session.screen.form.step == 0.1
 
 
 async def test_every_key_of_the_table_has_an_action():
@@ -316,51 +315,47 @@ def test_the_move_screen(snap_compare):
 
 # -- the form alone ---------------------------------------------------------------------------
 
-FORM = GoalForm(JOINT_NAMES, False, ("base", "tool"))
+
+def form_of(present=None, *, has_yaw=False):
+    settings = MoveSettings()
+    return GoalForm(JOINT_NAMES, ("base", "tool"), settings, lambda: present or {}, has_yaw=has_yaw)
 
 
 def test_steps_and_speeds_stay_in_their_tables():
-    form = FORM
-    for _ in range(10):
-        form = form.with_speed(1).with_step(1)
-    assert (form.speed, form.step) == (SPEEDS[-1], STEPS[-1])
-    for _ in range(10):
-        form = form.with_speed(-1).with_step(-1)
-    assert (form.speed, form.step) == (SPEEDS[0], STEPS[0])
+    form = form_of()
+    for by, end in ((1, -1), (-1, 0)):
+        for _ in range(10):
+            form.change_speed(by)
+            form.change_step(by)
+        assert (form.settings.speed, form.step) == (SPEEDS[end], STEPS[end])
 
 
-def test_fields_go_round_and_a_yaw_is_one_where_the_arm_has_it():
-    assert FORM.moved(-1).name == "roll"
-    assert GoalForm(JOINT_NAMES, True, ("base",)).moved(-1).name == "yaw"
+@pytest.mark.parametrize(("has_yaw", "last"), [(False, "roll"), (True, "yaw")])
+def test_fields_go_round_and_a_yaw_is_one_where_the_arm_has_it(has_yaw, last):
+    form = form_of(has_yaw=has_yaw)
+    form.move_to_field(-1)
+    assert form.name == last
 
 
 def test_an_empty_form_asks_for_nothing_and_an_unknown_place_for_no_pose():
-    assert FORM.ask({}) is None
-    assert FORM.typed("5").ask({}) is None
-    assert FORM.other_mode().typed("5").ask({}) == JointMove({"base_deg": 5.0}, 0.5)
+    form = form_of()
+    assert form.goal() is None
+    form.field("x").type("5")
+    assert form.goal() is None
+    form.switch_mode()
+    form.field("base").type("5")
+    assert form.goal() == JointMove({"base_deg": 5.0}, 0.5)
 
 
-def test_what_was_put_in_from_elsewhere_is_typed_over():
-    status = PlannerArm().status
-    form = FORM.at_pose(status.pose)
-    assert form.typed("7").entry("x").text == "7"
-    assert form.erased().entry("x") == EMPTY
-    assert form.ask(present_of(form, status, status.pose)).goal == status.pose
-
-
-def test_two_presses_far_apart_are_two_first_ones():
-    now = [0.0]
-    twice = DoublePress(lambda: now[0])
-    twice.press()
-    now[0] = 60.0
-    twice.press()
-    assert twice.waiting
-    now[0] = 61.0
-    twice.press()
-    assert not twice.due()
-    now[0] = 61.5
-    assert twice.due()
-    assert not twice.due()
+def test_what_was_filled_in_from_elsewhere_is_typed_over():
+    pose = PlannerArm().status.pose
+    for key, left in (("type", "7"), ("erase", ""), ("clear", "")):
+        form = form_of()
+        form.take_pose(pose)
+        assert form.goal().goal == pose
+        assert form.shown("x") == f"{pose.x_mm:.2f}"
+        getattr(form.field("x"), key)(*(left if key == "type" else ()))
+        assert form.field("x").text == left
 
 
 async def test_keys_that_come_in_one_burst_are_taken_in_their_order():
@@ -370,5 +365,5 @@ async def test_keys_that_come_in_one_burst_are_taken_in_their_order():
             session.desk.post_message(events.Key(key, character))
         await session.settle()
         await session.settle()
-        form = session.screen.entry.form
-        assert (form.entry("x").text, form.entry("z").text) == ("25", "9")
+        form = session.screen.form
+        assert (form.field("x").text, form.field("z").text) == ("25", "9")

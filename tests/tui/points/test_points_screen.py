@@ -8,7 +8,7 @@ from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
 from tui.app import action_call
 from tui.keys.table import POINT_KEYS
-from tui.points.list import PointList, PointNaming
+from tui.points.list import PointList
 
 LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
 RIGHT = Point(Joints.of(-20.0, 60.0, -80.0, -60.0, 0.0))
@@ -104,11 +104,11 @@ async def test_a_point_is_gone_to_after_two_presses_and_no_held_key():
 async def test_a_click_chooses_a_point_and_takes_a_first_press_back():
     async with PointSession(size=(120, 40)) as session:
         await session.press("enter")
-        assert session.screen.planned.half_confirmed
+        assert session.desk.confirmation.effect
         await session.pilot.click("#list", offset=(4, 2))
         await session.settle()
         assert session.screen.selection.listed.name == "right"
-        assert not session.screen.planned.half_confirmed
+        assert not session.desk.confirmation.effect
 
 
 async def test_a_point_that_cannot_be_gone_to_says_why():
@@ -136,25 +136,23 @@ async def test_the_present_place_is_named_and_the_name_typed():
 async def test_the_first_letter_takes_the_place_of_a_name_that_was_only_offered():
     async with PointSession() as session:
         await session.press("t")
-        assert session.screen.names.naming == PointNaming("teach", "p4", offered=True)
+        assert "name of this place: p4_  (or type another)" in session.text("begin")
         await session.press("u", "2")
-        assert session.screen.names.naming == PointNaming("teach", "u2")
+        assert "name of this place: u2_\n" in session.text("begin")
         await session.press("space")
         await session.choose("up")
         await session.press("r")
-        assert session.screen.names.naming == PointNaming("rename", "up"), (
-            "a rename mends what is there"
-        )
+        assert "new name: up_\n" in session.text("begin"), "a rename mends what is there"
 
 
 async def test_letters_of_a_name_are_no_keys_and_space_is_still_the_stop():
     async with PointSession() as session:
         await session.press("t", "backspace", "backspace", "H", "X", "L", "s", "p")
-        assert session.screen.names.naming == PointNaming("teach", "HXLsp")
+        assert "name of this place: HXLsp_" in session.text("begin")
         assert not session.arm.asked("estop")
         await session.press("space")
         assert session.arm.asked("stop")
-        assert session.screen.names.naming is None
+        assert session.screen.typing is None
         assert list(session.arm.points) == ["left", "right", "up"]
 
 
@@ -422,7 +420,7 @@ async def test_what_is_no_step_is_refused_and_can_be_mended(key, typed, said):
         assert said in session.text("messages")
         assert session.arm.points.sequence("stack") == STACK
         await session.press("space")
-        assert session.screen.names.naming is None
+        assert session.screen.typing is None
         assert session.arm.asked("stop")
 
 
@@ -519,7 +517,7 @@ async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
 async def test_leaving_the_screen_ends_a_run_behind_its_step_and_the_stepping():
     arm = taught_arm()
     async with PointSession(arm) as session:
-        arm.during = lambda _: session.desk.call_from_thread(session.desk.screens.go_to, "jog")
+        arm.during = lambda _: session.desk.call_from_thread(session.desk.screens.show, "jog")
         await session.choose("stack")
         await session.press("s")
         screen = session.screen
@@ -554,7 +552,7 @@ async def test_a_point_is_changed_on_the_move_screen():
         await session.press("e")
         await session.settle()
         assert session.desk.screens.current.place == "move"
-        assert session.desk.screens.current.entry.form.entry("base").value == pytest.approx(-20.0)
+        assert float(session.screen.form.field("base").text) == pytest.approx(-20.0)
 
 
 async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless():

@@ -147,7 +147,7 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
 async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
     async with ProgramSession(arm, tmp_path) as session:
         assert "armdrive jog --program FILE" in session.text("run")
-        await session.press("down", "enter", "r", "pagedown")
+        await session.press("down", "enter", "pagedown", "r")
         assert "choose a program without mistakes" in session.text("messages")
 
 
@@ -246,7 +246,7 @@ async def test_nothing_runs_on_an_arm_that_is_not_ready(arm, tmp_path, state, wo
         session.desk.link.status = replace(arm.status, state=state)
         await session.press("enter")
         assert words in session.text("messages")
-        assert not session.screen.start.half_confirmed
+        assert not session.desk.confirmation.effect
 
 
 async def test_a_wait_is_shown_with_its_line_and_to_other_programs(arm, tmp_path):
@@ -330,7 +330,7 @@ LEAVING = {
     "a dialog": lambda session: session.press("question_mark"),
     "the focus is lost": lambda session: session.send(events.AppBlur()),
     "pasted text": lambda session: session.send(events.Paste("r")),
-    "a suspension": lambda session: session.desk.stalls.resumed(3.0),
+    "a suspension": lambda session: session.desk.resumed(3.0),
     "a lost link": lambda session: session.desk.link.take(
         replace(session.arm.status, state=State.DISCONNECTED)
     ),

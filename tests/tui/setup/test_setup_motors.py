@@ -126,7 +126,7 @@ async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state):
         if state is State.DISABLED:
             session.desk.link.status = replace(session.desk.link.status, state=state)
             with session.desk.calls.acting():
-                session.desk.screens.current.stages.turn()
+                session.stage.turn()
         else:
             await session.turn()
         assert session.simulated.asked == []

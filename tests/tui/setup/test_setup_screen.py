@@ -158,7 +158,7 @@ async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
         session.stage.marked = 1
         session.stage.enter()
         assert isinstance(session.stage, InterviewAsking)
-        session.stage.type("x")
+        session.stage.typing.type("x")
         session.stage.enter()
         assert session.stage.describing.question.key == "template"
         session.stage.enter()

@@ -62,7 +62,9 @@ def test_the_holder_of_a_port_is_named(call, adapter):
         (seen,) = call("ports", "--json", code=0).json["ports"]
         assert seen["holder"]["pid"] == os.getpid()
         assert seen["holder"]["arm"] is None
-        assert f"(pid {os.getpid()})" in call("ports", code=0).out
+        said = call("ports", code=0).out
+        assert f"(pid {os.getpid()})" in said
+        assert "FT232R USB UART" in said
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
@@ -84,7 +86,9 @@ def test_a_forbidden_port_is_listed_with_its_remedy(call, adapter, monkeypatch):
     (seen,) = call("ports", "--json", code=0).json["ports"]
     assert not seen["allowed"]
     assert "sudo usermod -aG dialout $USER" in seen["mend"]
-    assert "sudo usermod -aG dialout $USER" in call("ports", code=0).out
+    said = call("ports", code=0).out
+    assert "sudo usermod -aG dialout $USER" in said
+    assert "FT232R USB UART" in said
 
 
 def test_arm_files_that_are_broken_or_lack_their_port_are_listed(call, adapter):

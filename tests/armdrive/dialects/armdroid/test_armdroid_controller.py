@@ -7,14 +7,13 @@ import math
 import pytest
 from armdroid_bench import CONFIG, configured, honest, ready_arm
 
-from armdrive import Arm, ArmFileError, DeviceFault, Jog, NoAnswer, Refused
+from armdrive import Arm, ArmFileError, DeviceFault, NoAnswer, Refused
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
-from armdrive.errors import ArmError, Stopped
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.registry.simulate import simulate
-from armdrive.status import Current, State, Trust
+from armdrive.status import State, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -35,7 +34,7 @@ from armdrive.tasks import (
     SwitchOn,
     Timeout,
 )
-from kinematics import Motors, Pose
+from kinematics import Motors
 
 VERSION = "firmware version = 2.0/protocol = 1.0a"
 STEPS = Motors((12, -3, 0, 0, 0, 7))
@@ -297,137 +296,36 @@ class TestNumbers:
             parse_arm(table, name="bench")
 
 
-def test_an_arm_is_met_disabled_and_nothing_has_moved():
-    twin = simulate(CONFIG)
-    before = twin.world.motors
-    arm = Arm(connect_simulated(CONFIG, twin=twin))
-    assert arm.status.state is State.DISABLED
-    assert twin.world.motors == before
-    arm.enable()
-    assert arm.status.current is Current.HELD
-    assert twin.world.motors == before
-
-
-def test_it_homes_moves_jogs_and_grips_and_counts_every_step():
-    arm = ready_arm()
-    arm.move_j(base_deg=8, elbow_deg=-70)
-    pose = arm.pose
-    arm.move_l(Pose(pose.x_mm - 10, pose.y_mm + 20, pose.z_mm + 10, pose.pitch_rad))
-    arm.jog_j(wrist_roll_deg=15)
-    arm.gripper.open(35.0)
-    assert arm.status.trust is Trust.REFERENCED
-    assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
-    assert arm.twin.board.details()["kept"] == [0] * 5
-    with pytest.raises(Refused):
-        arm.gripper.grasp()
-
-
-@pytest.mark.parametrize("error", [0.0, 0.4, -0.3])
-@pytest.mark.parametrize("after_s", [0.02, 0.2, 0.5])
-@pytest.mark.parametrize("checked", [True, False])
-def test_a_stopped_arm_stands_within_its_announced_time_and_way(error, after_s, checked):
-    arm = ready_arm(configured(burst_s=0.15, check_numbers=checked), speed_error=error)
-    arm.move_j(base_deg=40, shoulder_deg=60, wait=False)
-    arm.sleep(0.7 + after_s)
-    status, tip = arm.status, arm.twin.world.tip
-    arm.request_stop()
-    stood_s, last = status.time_s, arm.twin.world.motors
-    while arm.status.time_s < status.time_s + 1.5:
-        arm.sleep(0.005)
-        if arm.twin.world.motors != last:
-            stood_s, last = arm.status.time_s, arm.twin.world.motors
-    assert stood_s - status.time_s <= status.stop_time_s
-    assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
-    assert arm.status.state is State.STANDBY
-    assert last == arm.status.acknowledged == arm.status.commanded
-
-
-@pytest.mark.parametrize("held_s", [0.31, 0.45, 0.6, 0.8, 1.03])
-def test_a_released_jog_stands_within_the_announced_time(held_s):
-    arm = ready_arm()
-    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=5.0)
-    arm.sleep(held_s)
-    arm.release()
-    released_s, bound_s = arm.status.time_s, arm.status.stop_time_s
-    stood_s, last = released_s, arm.twin.world.motors
-    while arm.status.time_s < released_s + 1.5:
-        arm.sleep(0.005)
-        if arm.twin.world.motors != last:
-            stood_s, last = arm.status.time_s, arm.twin.world.motors
-    assert stood_s - released_s <= bound_s
-    assert last == arm.status.acknowledged == arm.status.commanded
-    assert arm.status.trust is Trust.REFERENCED
-
-
-def test_an_emergency_stop_latches_and_its_reset_moves_nothing():
-    arm = ready_arm()
-    handle = arm.move_j(base_deg=40, wait=False)
-    arm.sleep(1.2)
-    arm.estop()
-    with pytest.raises(Stopped):
-        handle.wait()
-    arm.sleep(1.0)
-    motors = arm.twin.world.motors
-    arm.reset()
-    assert arm.status.state is State.STANDBY
-    assert arm.status.trust is Trust.REFERENCED
-    assert arm.twin.world.motors == motors == arm.status.acknowledged
-
-
-def test_disabling_lets_the_arm_sag_and_enabling_does_not_bring_trust_back():
-    arm = ready_arm()
-    height = arm.twin.world.pose.z_mm
-    arm.disable()
-    assert arm.status.current is Current.OFF
-    assert arm.twin.world.pose.z_mm < height - 5
-    arm.enable()
-    assert arm.status.current is Current.HELD
-    assert arm.status.trust is Trust.SUSPECT
-
-
+@pytest.mark.parametrize(
+    ("side", "byte"),
+    [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),
+     *(("device", byte) for byte in range(1, 60, 4))],
+)  # fmt: skip
 @pytest.mark.parametrize("fault", ["drop", "corrupt", "duplicate"])
-@pytest.mark.parametrize("byte", [*range(1, 40), 52, 63, 77, 90])
-def test_no_single_byte_that_goes_wrong_makes_a_motion_of_another_size(fault, byte):
+def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(fault, side, byte):
     arm = ready_arm()
     start = arm.twin.world.motors
-    arm.twin.faults.add(fault, f"#{byte}", side="host")
+    arm.twin.faults.add(fault, f"#{byte}", side=side)
     try:
         arm.move_j(base_deg=4, wrist_pitch_deg=-42)
-    except ArmError:
-        assert arm.status.state is State.ERROR_STOP
-    arm.sleep(5.0)
-    assert (arm.twin.world.motors - start).largest <= 80
-    assert honest(arm)
-
-
-@pytest.mark.parametrize("byte", range(1, 60, 4))
-@pytest.mark.parametrize("fault", ["drop", "corrupt", "duplicate"])
-def test_a_disturbed_answer_is_survived_or_found_out(fault, byte):
-    arm = ready_arm()
-    arm.twin.faults.add(fault, f"#{byte}", side="device")
-    try:
-        arm.move_j(base_deg=4)
     except DeviceFault:
         assert arm.status.state is State.ERROR_STOP
+        assert honest(arm)
         arm.reset()
         arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    assert (arm.twin.world.motors - start).largest <= 80
+    assert honest(arm)
     arm.move_j(base_deg=2)
     assert arm.twin.world.joints.deg["base"] == pytest.approx(2.0, abs=0.1)
     assert honest(arm)
 
 
-def test_a_board_that_is_reset_in_motion_ends_it_and_the_position_is_not_believed():
+def test_a_board_that_says_that_its_motors_are_off_is_believed():
     arm = ready_arm()
-    arm.move_j(base_deg=20, wait=False)
-    arm.sleep(1.0)
-    arm.twin.board.reset()
-    arm.sleep(6.0)
-    assert arm.status.state is State.ERROR_STOP
+    arm.twin.link.line.send(b"0t", arm.pace.now_s())  # as a garbled line may read
+    arm.sleep(0.5)
+    assert not arm.twin.world.energised
     assert arm.status.trust is Trust.SUSPECT
-    motors = arm.twin.world.motors
-    arm.reset()
-    arm.enable()
-    assert arm.twin.world.motors == motors
 
 
 def test_a_welcome_between_two_bursts_ends_a_motion():

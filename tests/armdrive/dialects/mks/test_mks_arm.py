@@ -14,7 +14,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault, Stopped
 from armdrive.motion.context import _evidence, _refused_words
 from armdrive.registry.simulate import simulate
-from armdrive.status import Evidence, State, Trust
+from armdrive.status import Evidence, Trust
 from armdrive.tasks import RequestRejected
 from kinematics import Joints, Pose
 
@@ -106,31 +106,6 @@ def test_a_motion_of_all_joints_keeps_in_proportion():
     assert arm.twin.world.motors == goal
 
 
-def test_homing_finds_the_switches_in_the_order_of_the_arm_file():
-    homed = Joints.of(4.0, 43.0, -77.0, -40.0, 0.0)
-    arm = mks_arm(homing=HomingSettings(homed, 20.0, ((3,), (2,), (1,))))
-    arm.enable()
-    told = []
-    arm.home(told=told.append)
-    assert told == [("elbow",), ("shoulder",), ("base",)]
-    assert arm.status.trust is Trust.REFERENCED
-    arm.move_j(base_deg=0.0)
-    assert arm.joints.deg["base"] == pytest.approx(0.0, abs=0.01)
-    assert arm.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.01)
-
-
-def test_a_search_for_a_switch_can_be_stopped():
-    arm = mks_arm(homing=HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),)))
-    arm.enable()
-    arm.twin.device.at(arm.pace.now_s() + 0.5, arm.request_stop)
-    with pytest.raises(Exception, match="stopped"):
-        arm.home()
-    stood = arm.twin.world.motors
-    arm.sleep(1.0)
-    assert arm.twin.world.motors == stood
-    assert arm.status.trust is not Trust.REFERENCED
-
-
 def test_a_referenced_arm_whose_homing_was_stopped_is_suspect():
     """Encoders count on, but nobody knows whether a home was set meanwhile."""
     homing = HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),))
@@ -157,32 +132,12 @@ def connected_in_another_mode() -> Arm:
     return Arm(connect_simulated(config, twin=twin))
 
 
-def test_nothing_moves_while_a_drive_is_in_another_mode():
-    arm = connected_in_another_mode()
-    stood = arm.twin.world.motors
-    assert "drive 3 (elbow)" in arm.status.notice
-    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\) is in mode 2"):
-        arm.enable()
-    assert arm.twin.world.motors == stood
-
-
 def other_mode() -> Arm:
     """An arm of which one drive was in another mode while it was connected, and the fault."""
     arm = connected_in_another_mode()
     with pytest.raises(DeviceFault, match="in mode 2"):
         arm.enable()
     return arm
-
-
-def test_a_mode_that_was_set_right_is_found_by_the_reset():
-    arm = other_mode()
-    arm.twin.faults.end()
-    arm.reset()
-    arm.enable()
-    assert arm.status.state is State.STANDBY
-    before = arm.twin.world.motors
-    arm.jog_j(base_deg=1.0)
-    assert arm.twin.world.motors[0] > before[0] + 2000
 
 
 def test_a_mode_that_is_wrong_still_keeps_the_arm_from_moving():
