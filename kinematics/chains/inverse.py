@@ -1,11 +1,11 @@
-"""Inverse kinematics of any chain, with limits and an honest account of what was not met.
+"""Inverse kinematics of any chain within its limits, with an account of what was not met.
 
 In closed form where the chain has one and the goal is a whole frame; else numerically:
 Levenberg-Marquardt steps (Marquardt, 1963) on the position error, counted in lengths of the arm,
 and the rotation vector of the orientation error (Craig, chapter 5; Wampler, 1986), joints held at
-a limit while the step points beyond it. What is answered is always measured again by the product
-of the A matrices. Where not all can be met, the parts named first are met first. Lengths in mm,
-angles in rad.
+a limit while the step points beyond it. The residuals in the answer are always computed from the
+product of the A matrices. If not all parts of a goal can be met, some parts have priority. Lengths
+in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ def _at_limit(chain: Chain, joints: Sequence[float]) -> tuple[str, ...]:
 
 
 First = Sequence[frozenset[Part]]
-"""Parts that are to be met before others where not all can be: the earlier the set, the more."""
+"""The priority of parts if not all can be met: earlier sets outweigh later ones."""
 
 POSITION_FIRST: First = (frozenset({Part.POSITION}),)
 """Keep the position, and turn the hand as nearly as it goes."""
@@ -195,7 +195,7 @@ PITCH_FIRST: First = (frozenset({Part.PITCH, Part.ROLL}), frozenset({Part.POSITI
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How hard to look, and how near is met.
+    """How many postures to try, and how near counts as met.
 
     `starts` postures are tried: the seed, the middle of the ranges, then random ones drawn from
     `random_seed`, so that the same question always has the same answer. A whole frame, or
