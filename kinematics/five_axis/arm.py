@@ -25,13 +25,11 @@ from kinematics.five_axis.closed_form import (
     Angles,
     ArmBuild,
     Dimensions,
-    FrameAngles,
     FrameSolution,
     Lengths,
     build,
     elbow_triangle,
     forward_frame,
-    frame_solution,
     plane_tip,
     solve_frame,
     solve_pose,
@@ -225,9 +223,9 @@ class FiveAxisArm:
         much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for an invalid frame.
         """
         near = _seed(seed, self.limits)
-        return frame_solution(solve_frame(check_transform(goal), self._build, near))
+        return solve_frame(check_transform(goal), self._build, near)
 
-    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameAngles:
+    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameSolution:
         """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
         return solve_frame(goal, self._build, near)
 
