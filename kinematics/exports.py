@@ -127,9 +127,9 @@ from kinematics.guards.guards import GuardViolation as GuardViolation
 from kinematics.guards.path import first_violation as first_violation
 from kinematics.limits import JointRange as JointRange
 from kinematics.limits import LimitViolation as LimitViolation
-from kinematics.paths.chords import JointPath as JointPath
 from kinematics.paths.chords import arc_path as arc_path
 from kinematics.paths.chords import line_path as line_path
+from kinematics.paths.curves import JointPath as JointPath
 from kinematics.paths.parts import ArcPart as ArcPart
 from kinematics.paths.parts import JointPart as JointPart
 from kinematics.paths.parts import LinePart as LinePart

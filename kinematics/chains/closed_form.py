@@ -23,7 +23,7 @@ from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, t
 from kinematics.chains.structure import Family, Structure, structures, why_no_structure
 from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
-from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted, turn_into
+from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted
 
 NEAR_MM = 1e-5
 """How far a posture's tip may be from the goal: a tenth of the tolerance for a met goal."""
@@ -117,8 +117,8 @@ class ClosedForm:
     In a singular posture some joints may take any value; they take it from the argument `near`.
     """
 
+    chain: Chain
     solver: Solver
-    limits: tuple[tuple[float, float], ...]
     _fit: Fit
 
     @property
@@ -143,7 +143,7 @@ class ClosedForm:
         Joints may be beyond their limits. A goal that is met by infinitely many postures, in a
         singular one, has those with the free joints as in `near`.
         """
-        return [self._turned(angles, near) for angles in self.postures(goal, near)]
+        return [self.chain.turned(angles, near) for angles in self.postures(goal, near)]
 
     def postures(self, goal: Goal, near: Sequence[float]) -> list[Posture]:
         """Return what `branches` does, with every angle from -pi to pi."""
@@ -181,22 +181,13 @@ class ClosedForm:
             return self.solver.frames
         return self.solver.headings
 
-    def _turned(self, angles: Sequence[float], near: Sequence[float]) -> Posture:
-        """Return each angle on its allowed turn nearest to that of another posture."""
-        return tuple(
-            [
-                turn_into(angle, low, high, seed)
-                for angle, (low, high), seed in zip(angles, self.limits, near, strict=True)
-            ]
-        )
-
     def _sweep(self, near: Sequence[float]) -> Iterator[Sequence[float]]:
         """Yield the posture, and with seven joints others with the fixed joint ever further off."""
         yield near
         fixed = self.structure.fixed
         if fixed is None:
             return
-        low, high = self.limits[fixed]
+        low, high = self.chain.limits[fixed]
         low, high = max(low, near[fixed] - math.pi), min(high, near[fixed] + math.pi)
         for step in range(1, math.ceil(math.tau / SWEEP_RAD)):
             for side in (SWEEP_RAD, -SWEEP_RAD):
@@ -214,7 +205,7 @@ def closed_form(chain: Chain) -> ClosedForm | None:
     if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
         return None
     solver = _solver(chain.within())
-    return None if solver is None else ClosedForm(solver, chain.limits, fit_code(chain.limits))
+    return None if solver is None else ClosedForm(chain, solver, fit_code(chain.limits))
 
 
 class HowSolved(NamedTuple):

@@ -25,7 +25,6 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
-from kinematics.limits import turn_into
 from kinematics.spaces import Pose
 
 FAR_FROM_SINGULAR = 1e-4
@@ -308,10 +307,10 @@ def _search(
     ends = []
     for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
         tried += 1
-        ends.append(_turned(chain, descent.meet(values), start))
+        ends.append(chain.turned(descent.meet(values), start))
         if _met(chain, goal, ends[-1], effort):
             return _account(chain, goal, ends[-1], effort, tried)
-    best = descent.best([_turned(chain, values, start) for values in descent.settle(ends)])
+    best = descent.best([chain.turned(values, start) for values in descent.settle(ends)])
     if branches:
         unlimited = _least_broken(chain, branches)
     else:
@@ -339,7 +338,7 @@ def _postures_of_hand(
         end = descent.met(values, SEARCHING)
         if end is None:
             continue
-        turned = _turned(chain, end, start)
+        turned = chain.turned(end, start)
         if not _met(chain, goal, turned, effort):
             continue
         found.append(turned)
@@ -372,7 +371,7 @@ def _without_limits(
     met = [
         turned
         for start in [*starts, *_starts(free, middle(chain), loose)]
-        if _met(free, goal, turned := _turned(chain, descent.meet(start), start), effort)
+        if _met(free, goal, turned := chain.turned(descent.meet(start), start), effort)
     ]
     return _least_broken(chain, met)
 
@@ -415,14 +414,4 @@ def middle(chain: Chain) -> tuple[float, ...]:
     return tuple(
         (low + high) / 2.0 if math.isfinite(low) and math.isfinite(high) else 0.0
         for low, high in chain.limits
-    )
-
-
-def _turned(chain: Chain, values: Sequence[float], seed: Sequence[float]) -> tuple[float, ...]:
-    """Return each turning joint on the turn, within its range, that is nearest to the seed."""
-    return tuple(
-        turn_into(value, low, high, near) if kind is JointKind.REVOLUTE else value
-        for kind, value, (low, high), near in zip(
-            chain.kinds, values, chain.limits, seed, strict=True
-        )
     )

@@ -311,6 +311,28 @@ Line = HandCurve[LineSegment]
 
 
 @dataclass(frozen=True, slots=True)
+class JointPath:
+    """A motion in which every joint turns in proportion, from one posture to another."""
+
+    start: Joints
+    goal: Joints
+
+    def at(self, fraction: float) -> Joints:
+        """Return the posture at a fraction (0 to 1) of the path; the ends are exact."""
+        if fraction >= 1.0:
+            return self.goal
+        return Joints(
+            tuple(a + fraction * (b - a) for a, b in zip(self.start, self.goal, strict=True)),
+            self.start.names,
+        )
+
+    @property
+    def changes_rad(self) -> tuple[float, ...]:
+        """How far each joint turns."""
+        return tuple(b - a for a, b in zip(self.start, self.goal, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
 class JointCurve:
     """A motion of the joints: straight between two postures, or a cubic Bezier curve of four."""
 
@@ -334,14 +356,10 @@ class JointCurve:
 
     def at(self, fraction: float) -> Joints:
         """Return the posture at a fraction of the path; the ends are exact."""
-        if fraction >= 1.0:
-            return self.points[-1]
-        angles = tuple(each.angles_rad for each in self.points)
-        if len(angles) == 2:
-            moved = tuple(a + fraction * (b - a) for a, b in zip(*angles, strict=True))
-        else:
-            moved = cubic(angles, fraction)
-        return Joints(moved, self.points[0].names)
+        start, *_, end = self.points
+        if self.straight or fraction >= 1.0:
+            return JointPath(start, end).at(fraction)
+        return Joints(cubic(tuple(each.angles_rad for each in self.points), fraction), start.names)
 
     def pose(self, fraction: float) -> Pose:
         """Return the pose at a fraction (0 to 1) of the path."""
