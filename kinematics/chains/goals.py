@@ -174,7 +174,7 @@ def pose_goal(
     the heading; its pitch and roll then count in the plane the hand lies in.
     """
     require("a pose", pose, Pose, POSE_EXAMPLE)
-    away = _heading(subtract((pose.x_mm, pose.y_mm, pose.z_mm), centre), AXIS_MM)
+    away = _heading(subtract(pose.position_mm, centre), AXIS_MM)
     on_axis, outwards = away is None, away or X_AXIS
     frame = hand_frame(pose, outwards)
     left_out = {Part.PITCH} if pitch_free else set()
@@ -186,7 +186,7 @@ def pose_goal(
 def hand_frame(pose: Pose, outwards: Vector) -> Transform:
     """Return the frame of a hand at a pose's place, pitch and roll, in the plane outwards."""
     hand, up = _elevated(outwards, pose.pitch_rad), upwards(outwards, pose.pitch_rad)
-    return homogeneous(_rolled(hand, up, pose.roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
+    return homogeneous(_rolled(hand, up, pose.roll_rad), pose.position_mm)
 
 
 def upwards(outwards: Vector, pitch_rad: float) -> Vector:

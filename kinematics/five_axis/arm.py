@@ -522,7 +522,7 @@ def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
         start[4] - origin.roll_rad,
         widened_to(arm.limits, start),
     )
-    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    tip = origin.position_mm
     return straight_between(follower, tip, follower.first, goal)
 
 

@@ -379,7 +379,7 @@ class JointCurve:
 
 def straight_between(follower: Follower, start: Point, hand: Hand, goal: Pose) -> Line:
     """Return the straight line from a tip and a hand to a pose."""
-    end = goal.x_mm, goal.y_mm, goal.z_mm
+    end = goal.position_mm
     return HandCurve(follower, LineSegment(start, end), (hand, follower.hand(goal, hand)))
 
 
@@ -390,13 +390,13 @@ Arc = HandCurve[Round]
 def beginning(arm: ArmGeometry, start: Joints) -> tuple[Follower, Point]:
     """Return the follower of a start posture, and the position of the tip."""
     here = arm.fk(start)
-    return arm.line(start, here).follower, (here.x_mm, here.y_mm, here.z_mm)
+    return arm.line(start, here).follower, here.position_mm
 
 
 def arc_between(
     follower: Follower, tip: Point, hand: Hand, via: Pose, goal: Pose, sweep_rad: float | None
 ) -> Arc:
     """Return the arc from a tip and a hand; see `arc_path`. Raises `NoArc`."""
-    middle, end = ((each.x_mm, each.y_mm, each.z_mm) for each in (via, goal))
+    middle, end = (each.position_mm for each in (via, goal))
     trace = round_through(tip, middle, end, sweep_rad)
     return HandCurve(follower, trace, (hand, follower.hand(goal, hand)))

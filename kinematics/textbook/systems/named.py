@@ -1,4 +1,4 @@
-"""What every named system of the textbook offers: figure, link table, forward, inverse branches.
+"""The named systems of the textbook: figure, link table, forward and inverse kinematics.
 
 Lengths in mm, angles in rad. A system is a row: its lengths and joint ranges, and its closed forms
 as functions of it, written with the functions of `kinematics.frames.numbers` so that they run on
