@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from kinematics.errors import NoArc, positive
 from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract, unit
@@ -21,35 +21,6 @@ from kinematics.spaces import Joints, Pose
 EIGHTH_RAD = math.pi / 4.0
 QUARTER_RAD = math.pi / 2.0
 BLEND_CHORDS = 8
-
-
-class Trace(Protocol):
-    """A curve of the tip."""
-
-    @property
-    def shape(self) -> str:
-        """The kind of curve, in words."""
-
-    @property
-    def least_chords(self) -> int:
-        """How many parts the curve is cut into before it is examined."""
-
-    def at(self, share: float) -> Point:
-        """Return the point at a share of the curve; the ends are exact."""
-
-
-class Blendable(Trace, Protocol):
-    """A trace that a blend may leave or join; it looks the same from both ends."""
-
-    @property
-    def largest_blend_mm(self) -> float:
-        """How far from its end a blend may leave it."""
-
-    def share_beside_end(self, radius_mm: float) -> float:
-        """Return the share of the curve that lies within this distance of an end."""
-
-    def slope(self, share: float) -> Vector:
-        """Return how the point moves with the share, in mm for the whole curve."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +112,13 @@ class Bezier:
         """Return the point at a share of the curve's parameter."""
         x, y, z = cubic(self.points, share)
         return x, y, z
+
+
+Blendable = LineSegment | Round
+"""A trace that a blend may leave or join; it looks the same from both ends."""
+
+Trace = Blendable | Bezier
+"""A curve of the tip."""
 
 
 def turned(centre: Point, out: Vector, ahead: Vector, angle_rad: float) -> Point:
