@@ -63,10 +63,10 @@ from kinematics.errors import UnknownFrame as UnknownFrame
 from kinematics.errors import UnknownPreset as UnknownPreset
 from kinematics.errors import UnknownSystem as UnknownSystem
 from kinematics.errors import ZeroVector as ZeroVector
-from kinematics.five_axis.arm import Base as Base
 from kinematics.five_axis.arm import Branch as Branch
-from kinematics.five_axis.arm import Elbow as Elbow
 from kinematics.five_axis.arm import FiveAxisArm as FiveAxisArm
+from kinematics.five_axis.closed_form import Base as Base
+from kinematics.five_axis.closed_form import Elbow as Elbow
 from kinematics.five_axis.closed_form import FrameSolution as FrameSolution
 from kinematics.five_axis.nearest import Nearest as Nearest
 from kinematics.five_axis.nearest import nearest as nearest

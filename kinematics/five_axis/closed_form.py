@@ -8,6 +8,7 @@ and only floats and tuples are created, because planners call these functions th
 from __future__ import annotations
 
 import math
+from enum import Enum
 from math import acos, asin, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import NamedTuple, Protocol
 
@@ -24,6 +25,25 @@ Lengths = tuple[float, float, float, float]
 
 Angles = tuple[float, float, float, float, float]
 """Base, shoulder, elbow, wrist pitch, wrist roll."""
+
+
+class Base(Enum):
+    """Whether the base faces the tip or has its back to it."""
+
+    FRONT = "front"
+    BACK = "back"
+
+
+class Elbow(Enum):
+    """Which side of the line from shoulder to wrist the elbow is on, seen outwards."""
+
+    UP = "up"
+    DOWN = "down"
+
+
+def branch_name(base: Base, elbow: Elbow) -> str:
+    """Return the name of a branch, for people."""
+    return f"elbow {elbow.value}, base {base.value}"
 
 
 class Dimensions(Protocol):
@@ -111,8 +131,8 @@ def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
 
 def inverse(
     goal: tuple[float, float, float, float, float], lengths: Lengths, seed: Angles
-) -> list[tuple[bool, bool, Angles]]:
-    """Return every branch as (base is back, elbow is down, angles); none if out of reach.
+) -> list[tuple[Base, Elbow, Angles]]:
+    """Return every branch with its angles; none if out of reach.
 
     The angles are of any turn. A tip on the base axis leaves the base free: it takes the seed's
     base and has only front branches, whose pitch is the convention on the axis.
@@ -130,13 +150,13 @@ def inverse(
     )
     if pair is None:
         return []
-    found: list[tuple[bool, bool, Angles]] = []
-    for down, (shoulder, elbow) in zip((False, True), pair, strict=True):
+    found: list[tuple[Base, Elbow, Angles]] = []
+    for side, (shoulder, elbow) in zip((Elbow.UP, Elbow.DOWN), pair, strict=True):
         wrist = pitch - shoulder - elbow
-        found.append((False, down, (base, shoulder, elbow, wrist, roll)))
+        found.append((Base.FRONT, side, (base, shoulder, elbow, wrist, roll)))
         if not on_axis:
             mirrored = (base + math.pi, math.pi - shoulder, -elbow, -wrist, roll + math.pi)
-            found.append((True, down, mirrored))
+            found.append((Base.BACK, side, mirrored))
     return found
 
 
