@@ -18,7 +18,7 @@ from textbook_goals import GoalSet, goal_sets
 from textbook_peers import START, Peers, solvers
 
 from kinematics import FiveAxisArm, preset
-from kinematics.five_axis.closed_form import ON_MANIFOLD_RAD, Angles
+from kinematics.five_axis.closed_form import Angles
 from kinematics.frames.transforms import Transform
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
 
@@ -45,7 +45,7 @@ def truth(peers: Peers, goals: int = 60, few: int = 8) -> Section:
 
 def _ours(arm: FiveAxisArm, goal: Transform) -> list[Angles]:
     found = arm.solve_frame_angles(goal, START)
-    if found.angles is None or found.off_rad > ON_MANIFOLD_RAD:
+    if found.angles is None or not found.on_manifold:
         return []
     return [found.angles]
 

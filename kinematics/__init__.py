@@ -1,9 +1,9 @@
-"""The mathematics of the arm: poses, joint angles, motor steps, and the way between them.
+"""The kinematics of the arm: poses, joint angles, motor steps, and conversions between them.
 
 Units: mm, rad, whole motor steps. Everything named here is plain Python. The public names are
-listed in `kinematics.exports` and, for the lecture notes, in `kinematics.textbook.exports`. Each of
-these lists is loaded when one of its names is first used, so that importing a submodule loads
-that one alone.
+listed in `kinematics.exports` and, for the lecture notes, in `kinematics.textbook.exports`. Each
+list is loaded when one of its names is first used, so that importing a submodule loads nothing
+else.
 """
 
 from __future__ import annotations

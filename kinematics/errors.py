@@ -289,13 +289,14 @@ def finite(name: str, value: object) -> float:
 
 
 MOST_TURN_RAD = 4.0 * math.pi
-"""Two turns: no pose needs more, and an angle in degrees soon exceeds them."""
+"""Two turns: no pose needs more, and most angles in degrees exceed them."""
 
 
 def hand_angle(name: str, value: object, in_degrees: str = "") -> float:
-    """Return an angle of a goal in rad, or raise `BadNumber`: beyond two turns it is in degrees.
+    """Return an angle of a goal in rad, or raise `BadNumber` if it exceeds two turns.
 
-    `in_degrees` is how to write it in degrees; for a pose it is left out.
+    Such an angle is probably in degrees: the message says how to write it. `in_degrees` is that
+    hint for goals other than poses.
     """
     angle = finite(name, value)
     if -MOST_TURN_RAD <= angle <= MOST_TURN_RAD:
@@ -314,21 +315,21 @@ def positive(name: str, value: float) -> float:
 
 
 def require(name: str, value: object, kind: type, example: str) -> None:
-    """Raise `KinematicsError` that names a value of the wrong kind, with one of the right kind."""
+    """Raise `KinematicsError` for a value of another class; the message gives an example."""
     if not isinstance(value, kind):
         raise KinematicsError(
             f"{name} must be of the class {kind.__name__}, not {value!r}; for example {example}"
         )
 
 
-# The known word that a misspelt one is meant for, as errors suggest it. Few programs misspell
-# anything, so the library that compares words is loaded by the first that does.
+# Suggestions for misspelt words. difflib is imported at the first mistake, because most programs
+# make none and it would slow down every start.
 
 
 def nearest_word(word: str, known: Iterable[str], *, likeness: float = 0.6) -> str | None:
-    """Return the known word most like this one, None where none is like it.
+    """Return the known word most similar to this one, or None.
 
-    `likeness` is how like it has to be: 0 to 1, as of difflib's ratio.
+    `likeness` is the least similarity that counts, 0 to 1, as difflib's ratio measures it.
     """
     from difflib import get_close_matches
 
@@ -339,12 +340,12 @@ def nearest_word(word: str, known: Iterable[str], *, likeness: float = 0.6) -> s
 def did_you_mean(
     word: str, known: Iterable[str], otherwise: str = "", *, likeness: float = 0.6
 ) -> str:
-    """Return the question whether another word was meant; `otherwise` where none is like it."""
+    """Return "did you mean 'word'?", or `otherwise` if no known word is similar."""
     near = nearest_word(word, known, likeness=likeness)
     return otherwise if near is None else f"did you mean {near!r}?"
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return that question as the end of a sentence; nothing where no word is like it."""
+    """Return the same question as the end of a sentence, or an empty string."""
     asked = did_you_mean(word, known)
     return f"; {asked}" if asked else ""

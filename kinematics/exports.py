@@ -63,10 +63,10 @@ from kinematics.errors import UnknownFrame as UnknownFrame
 from kinematics.errors import UnknownPreset as UnknownPreset
 from kinematics.errors import UnknownSystem as UnknownSystem
 from kinematics.errors import ZeroVector as ZeroVector
-from kinematics.five_axis.arm import Base as Base
 from kinematics.five_axis.arm import Branch as Branch
-from kinematics.five_axis.arm import Elbow as Elbow
 from kinematics.five_axis.arm import FiveAxisArm as FiveAxisArm
+from kinematics.five_axis.closed_form import Base as Base
+from kinematics.five_axis.closed_form import Elbow as Elbow
 from kinematics.five_axis.closed_form import FrameSolution as FrameSolution
 from kinematics.five_axis.nearest import Nearest as Nearest
 from kinematics.five_axis.nearest import nearest as nearest
@@ -127,9 +127,9 @@ from kinematics.guards.guards import GuardViolation as GuardViolation
 from kinematics.guards.path import first_violation as first_violation
 from kinematics.limits import JointRange as JointRange
 from kinematics.limits import LimitViolation as LimitViolation
-from kinematics.paths.chords import JointPath as JointPath
 from kinematics.paths.chords import arc_path as arc_path
 from kinematics.paths.chords import line_path as line_path
+from kinematics.paths.curves import JointPath as JointPath
 from kinematics.paths.parts import ArcPart as ArcPart
 from kinematics.paths.parts import JointPart as JointPart
 from kinematics.paths.parts import LinePart as LinePart

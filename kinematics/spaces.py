@@ -87,6 +87,11 @@ class Pose:
         )
 
     @property
+    def position_mm(self) -> tuple[float, float, float]:
+        """The finger tips' x, y and z."""
+        return self.x_mm, self.y_mm, self.z_mm
+
+    @property
     def pitch_deg(self) -> float:
         """Pitch in degrees, for people."""
         return math.degrees(self.pitch_rad)

@@ -24,7 +24,7 @@ from kinematics.spaces import JOINT_NAMES, Joints, Motors
 
 @dataclass(frozen=True, slots=True)
 class MotorSpec:
-    """What one motor sees of the joints, and what it adds for other motors.
+    """One motor: which joints turn it, by how much, and which other motors it follows.
 
     `steps_per_unit` is per rad, or per mm for the gripper's motor. `sees` holds one coefficient for
     each joint and, if the gripper has a motor, a last one for the opening. `follows` lists (index
@@ -159,7 +159,7 @@ class Transmission:
         )
 
     def _own_steps(self, joints: Joints, opening_mm: float) -> tuple[float, ...]:
-        """Return what each motor sees by itself, offset included, without the motors it follows."""
+        """Return each motor's own steps, offset included, without what it follows."""
         seen = times(self._own, self._coordinates(joints.angles_rad, opening_mm))
         return tuple(a + motor.offset_steps for a, motor in zip(seen, self.motors, strict=True))
 

@@ -10,22 +10,24 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import Overrun, Unreadable
-from firmware_protocol.robko01.frames import Frame, Receiving
-from firmware_protocol.robko01.messages import Answer, Request, decode_request, encode_answer
+from firmware_protocol.robko01.frames import Frame
+from firmware_protocol.robko01.messages import (
+    Answer,
+    Endpoint,
+    Request,
+    decode_request,
+    encode_answer,
+)
 
 Heard: TypeAlias = Request | Unreadable | Overrun
 """The firmware silently drops what is no request."""
 
 
-class Device(Receiving):
+class Device(Endpoint):
     """The protocol machine of a simulated arm. Raises `LocalProtocolError` if misused.
 
     After a corrupt frame it finds good frames that the firmware's reader would swallow.
     """
-
-    def __init__(self, *, counts_check: bool = False) -> None:
-        super().__init__(counts_check=counts_check)
-        self._request: Request | None = None
 
     @property
     def unanswered(self) -> Request | None:
@@ -55,12 +57,3 @@ class Device(Receiving):
             raise LocalProtocolError(f"{owed}, so an answer to {answer.op.name} cannot be sent")
         self._request = None
         return encode_answer(answer, counts_check=self._counts_check)
-
-    def forget(self) -> Request | None:
-        """Drop the unanswered request and return it."""
-        request, self._request = self._request, None
-        return request
-
-    def discard(self) -> None:
-        """Discard the received bytes; the unanswered request stays."""
-        self._frames.discard()

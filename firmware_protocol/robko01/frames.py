@@ -195,28 +195,3 @@ class FrameSplitter:
         if self._run:
             self._waiting.put(Unreadable(bytes(self._run), self._reason))
             self._run.clear()
-
-
-class Receiving:
-    """The receiving side of both ends."""
-
-    def __init__(self, *, counts_check: bool) -> None:
-        self._counts_check = counts_check
-        self._frames = FrameSplitter(counts_check=counts_check)
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._frames.buffered
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the other end in any chunks."""
-        self._frames.feed(data)
-
-    def silence(self) -> None:
-        """Report that the line has been quiet for longer than any pause within a frame.
-
-        The incomplete frame is abandoned, and its bytes are searched for other frames. A host calls
-        this before `forget`; the firmware has nothing like it.
-        """
-        self._frames.silence()

@@ -13,9 +13,10 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.events import Overrun, Stray, Unreadable
-from firmware_protocol.robko01.frames import Frame, Receiving
+from firmware_protocol.robko01.frames import Frame
 from firmware_protocol.robko01.messages import (
     Answer,
+    Endpoint,
     Ping,
     Pong,
     Request,
@@ -35,7 +36,7 @@ class Answered:
 Event: TypeAlias = Answered | Stray | Unreadable | Overrun
 
 
-class Host(Receiving):
+class Host(Endpoint):
     """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
     The arm silently drops frames that it cannot parse, so the caller must call `forget` after a
@@ -44,7 +45,6 @@ class Host(Receiving):
 
     def __init__(self, *, counts_check: bool = False) -> None:
         super().__init__(counts_check=counts_check)
-        self._request: Request | None = None
         self._sent_at = 0
 
     @property
@@ -87,15 +87,7 @@ class Host(Receiving):
         requests, so no late answer follows the answer to the `Ping`. Send `FLUSH` first, in case
         the arm waits for the rest of a corrupt frame.
         """
-        request, self._request = self._request, None
-        return request
-
-    def discard(self) -> None:
-        """Discard all received bytes and unread events.
-
-        The unanswered request stays unanswered.
-        """
-        self._frames.discard()
+        return super().forget()
 
     def _accept(self, frame: Frame, answer: Answer) -> Event:
         request = self._request

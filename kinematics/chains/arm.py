@@ -1,9 +1,9 @@
 """An arm of five or six turning joints, of any build, driven by its link table.
 
-Units: mm and rad. Inverse kinematics is in closed form where the table has one, else numerical and
-from the seed first, so that the posture near the seed is found where there is one. `HandTask` says
-what poses of such an arm mean. Below the arm: its postures along a curve of the tip and a small
-step away, and its refusals.
+Units: mm and rad. Inverse kinematics uses the closed form if the table has one. Otherwise it is
+numerical and starts from the seed, so that a posture near the seed is found first. `HandTask`
+defines the meaning of such an arm's poses. Below the arm: its postures along a curve of the tip and
+a small step away, and its refusals.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ HAND_FIRST: First = (
     frozenset({Part.HEADING, Part.PITCH, Part.ROLL}),
     frozenset({Part.POSITION}),
 )
-"""Where not all can be met, hold the hand as asked and come as near as that lets the arm."""
+"""If a pose cannot be reached, keep the hand's orientation and come as near as possible."""
 
 AT_ONCE_RAD = 0.5
 """The furthest that a joint may turn in one small step; further is another posture."""
@@ -60,7 +60,7 @@ LENGTH_MM = 1e-9
 """A link shorter than this moves no point."""
 
 LEAST_LEVER_MM = 1e-6
-"""An axis through the tip may leave it as soon as other joints turn: it still counts as a lever."""
+"""The lever of an axis through the tip: not 0, because other joints may move the tip away."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +213,7 @@ class ChainArm:
         first: Hand = (origin.pitch_rad, origin.roll_rad)
         if self.task is HandTask.WHOLE:
             first = _four(quaternion_of(self.hand_axes(start)))
-        tip = origin.x_mm, origin.y_mm, origin.z_mm
+        tip = origin.position_mm
         return straight_between(ChainFollower(self._widened(start), first), tip, first, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
@@ -425,11 +425,11 @@ def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[floa
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.
 #
-# A closed form that finds nothing proves that the pose is out of reach. A search proves nothing,
-# and the sentence says so.
+# A closed form without a solution proves that the pose is out of reach. A search proves nothing,
+# and the message says so.
 
 HELD_RAD = 1e-6
-"""An angle of the hand nearer to the asked one than this is the asked one."""
+"""An angle of the hand nearer to the goal's than this counts as equal."""
 
 
 def _refusal(arm: ChainArm, pose: Pose, found: Solution) -> Unreachable:
@@ -437,7 +437,7 @@ def _refusal(arm: ChainArm, pose: Pose, found: Solution) -> Unreachable:
     nearest = _nearest_of(arm, pose, found)
     if found.reason is Reason.BEYOND_REACH:
         centre, radius = arm.chain.reach_sphere
-        away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), centre)
+        away = math.dist(pose.position_mm, centre)
         reason = (
             f"the tip would be {away - radius:.1f} mm beyond the {radius:.1f} mm that all links "
             "together span"
@@ -488,7 +488,7 @@ def _nearest_of(arm: ChainArm, pose: Pose, found: Solution) -> Pose:
 
 
 def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
-    away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (nearest.x_mm, nearest.y_mm, nearest.z_mm))
+    away = math.dist(pose.position_mm, nearest.position_mm)
     certain = found.reason is Reason.NO_POSTURE
     if found.residual_rad > HELD_RAD:
         gap = math.degrees(found.residual_rad)

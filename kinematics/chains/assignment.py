@@ -107,8 +107,8 @@ class AxisLine:
 class AxisPair:
     """Two axes' common normal: its ends on the one and on the other, and how the axes lie.
 
-    Of parallel axes the common normal may be anywhere along them; `relate` was told where.
-    `sine` is that of the angle between the axes.
+    The common normal of parallel axes may be anywhere along them; the caller of `relate` chooses.
+    `sine` is the sine of the angle between the axes.
     """
 
     relation: Relation
@@ -124,7 +124,7 @@ def relate(
     same_direction: float = SAME_DIRECTION,
     touching_mm: float = TOUCHING_MM,
 ) -> AxisPair:
-    """Return the common normal of two axes, through the height of `level` where it is free."""
+    """Return the common normal of two axes; of parallel ones, the one nearest to `level`."""
     across = cross(first.direction, second.direction)
     sine = norm(across)
     if sine <= same_direction:
@@ -149,7 +149,7 @@ SQUARE = 1e-6
 """Dot product of two unit vectors, as people type them, that are at a right angle."""
 
 BASE_FRAME, Z_AXIS, ORIGIN, X_AXIS_OF_FRAME, LAST_FRAME = 2, 3, 4, 5, 8
-"""Steps of the algorithm that leave something free (Asokan, lecture 2.7)."""
+"""Steps of the algorithm that leave a choice (Asokan, lecture 2.7)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,9 +222,9 @@ def tip_frame(
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Something that the rules leave free at one frame, and what was taken.
+    """A choice that the rules leave at one frame, and what was chosen.
 
-    `step` is the step of the algorithm that leaves it free (`kinematics.textbook.thirteen_steps`).
+    `step` is the step of the algorithm with this choice (`kinematics.textbook.thirteen_steps`).
     """
 
     frame: int
@@ -280,7 +280,7 @@ class FoundFrame:
 
 @dataclass(frozen=True, slots=True)
 class KnownFrames:
-    """What is known of an assignment on the way: frames, and then the points b1, b2, ...
+    """The known part of an unfinished assignment: frames, and then the points b1, b2, ...
 
     `index` is the number of the frame that is being found, or, once there are points, the link.
     """
@@ -336,7 +336,7 @@ def assign_frames(
 
 @dataclass(frozen=True, slots=True)
 class _Work:
-    """What is given, and what is found on the way."""
+    """The given axes and tool, and the pairs and choices found so far."""
 
     axes: tuple[JointAxis, ...]
     tool: Transform
@@ -347,7 +347,7 @@ class _Work:
         self.choices.append(Choice(frame, step, sentence))
 
     def say_free_origin(self, frame: int, pair: AxisPair, axis: JointAxis) -> None:
-        """Note that the origin of a frame on this axis is free, if it is."""
+        """Note the choice of the origin of a frame on this axis, if there is one."""
         if pair.relation in (Relation.PARALLEL, Relation.COINCIDENT):
             self.chose(frame, ORIGIN, "its origin may lie anywhere along its axis; it makes d zero")
         if axis.kind is JointKind.PRISMATIC:

@@ -1,9 +1,9 @@
-"""Code that finds every posture of an arm for a frame of its tool, by the arm's structure.
+"""Generate code that finds every posture of an arm for a frame of its tool, by its structure.
 
-As `generated` does for forward kinematics, the solution is written once for each link table as a
-Python function, constants folded: an offset of zero costs nothing. The classes are put together of
-`subproblems`, joint by joint from the first of a `Layout`, so that loops over the angles of one
-joint enclose all that follows. Lengths in mm, angles in rad.
+As in `generated`, the solution is written once for each link table as a Python function with
+constants folded: an offset of zero costs nothing. Each structure is solved by a sequence of
+`subproblems`, joint by joint from the first of a `Layout`: the loop over the angles of one joint
+contains the code for all later joints. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from kinematics.frames.transforms import Transform
 Posture = tuple[float, ...]
 
 BranchFinder = Callable[[Transform, Sequence[float]], list[Posture]]
-"""Return the postures for a frame. The second argument gives the joints that any value serves."""
+"""Return the postures for a frame. The second argument gives the values of free joints."""
 
 NEAR_STRAIGHT = 1e-3
 """Below this sine of the wrist's middle joint its outer joints are solved as a pair, at no loss of
@@ -61,7 +61,7 @@ CALLED = {
 
 @dataclass(frozen=True, slots=True)
 class BranchCode:
-    """The function made of a chain and its structure, and its source, which is good to read."""
+    """The function generated for a chain and its structure, and its source for people to read."""
 
     find: BranchFinder
     source: str
@@ -122,7 +122,7 @@ def _angles(placed: Placed) -> list[Term]:
 
 
 def _write_two(arm: Layout, placed: Placed) -> None:
-    """Two joints turn axis 5 and then the hand about it; what five joints cannot do is off."""
+    """Two joints turn axis 5, and then the hand about it; five joints may miss the orientation."""
     code = arm.code
     x, y, z = (_seen(arm, placed, column) for column in (arm.x, arm.y, arm.z))
     fourth = angle_from(code, code.times(arm.rows(4), Z), z)

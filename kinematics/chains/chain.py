@@ -23,7 +23,7 @@ from kinematics.frames.transforms import (
     z_axis_of,
 )
 from kinematics.frames.vectors import Vector, norm
-from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns
+from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns, turn_into
 
 LIMIT_TOLERANCE_MM = 1e-6
 """How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
@@ -180,6 +180,18 @@ class Chain:
         return tuple(
             min(max(value, link.low), link.high)
             for link, value in zip(self.links, self.checked(values), strict=True)
+        )
+
+    def turned(self, values: Sequence[float], near: Sequence[float]) -> tuple[float, ...]:
+        """Return each turning joint on the turn, within its range, nearest to another posture.
+
+        See `turn_into`; sliding joints stay as they are.
+        """
+        return tuple(
+            turn_into(value, link.low, link.high, seed)
+            if link.kind is JointKind.REVOLUTE
+            else value
+            for link, value, seed in zip(self.links, values, near, strict=True)
         )
 
     def checked(self, values: Sequence[float]) -> tuple[float, ...]:

@@ -23,32 +23,32 @@ from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, t
 from kinematics.chains.structure import Family, Structure, structures, why_no_structure
 from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
-from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted, turn_into
+from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted
 
 NEAR_MM = 1e-5
-"""How far a posture's tip may be from where the goal has it: a hundredth of what counts as met."""
+"""How far a posture's tip may be from the goal: a tenth of the tolerance for a met goal."""
 
 NEAR_RAD = 1e-7
 """How far the entries of the tool's rotation may be from the goal's."""
 
 ROUGH = (0.1, 1e-3)
-"""How far a posture may be off, in mm and rad, and still be improved until it meets the goal."""
+"""How far off a posture may be, in mm and rad, to be improved numerically."""
 
 ROUGHER = (100.0, 0.3)
-"""The same for an arm that is only nearly of its class."""
+"""The same for an arm that only nearly has its structure."""
 
 SAME_RAD = 1e-4
 """Postures with no joint farther apart than this are one."""
 
 PROOFS = 6
-"""Random postures that a structure's code has to find again before it is used; of an arm that is
-nearly of a class, more than half, since it is not relied on to find all."""
+"""Before a structure's code is used, it must find this many random postures again; for an arm that
+nearly has the structure, more than half of them, because that code need not find all postures."""
 
 ELSEWHERE_RAD = 0.123
-"""A joint that a structure's code leaves free stands here while postures are found again."""
+"""The value of a joint that the code leaves free, while the code is tested."""
 
 SWEEP_RAD = math.radians(7.5)
-"""By how much the fixed joint of seven is moved on where no posture of the others serves."""
+"""The step by which a seven-joint arm's fixed joint is moved until the others find a posture."""
 
 
 Fit = Callable[[Sequence[float], Sequence[float]], Posture | None]
@@ -58,8 +58,8 @@ Fit = Callable[[Sequence[float], Sequence[float]], Posture | None]
 def fit_code(limits: Sequence[tuple[float, float]]) -> Fit:
     """Return the function for joints of these limits, whose angles come from -pi to pi.
 
-    Most postures are within the limits or far beyond one: one comparison a joint decides that, and
-    only what is left is worth a call.
+    Most postures are within the limits or far beyond one, which one comparison per joint decides.
+    Only the others need a call.
     """
     lines = []
     for index, (low, high) in enumerate(limits):
@@ -83,9 +83,9 @@ def fit_code(limits: Sequence[tuple[float, float]]) -> Fit:
 
 @dataclass(frozen=True, slots=True)
 class Solver:
-    """What is made once for a link table, whatever its limits.
+    """The generated code of a link table, which its limits do not affect.
 
-    `chain` is without limits. `headings` finds postures for goals of any heading.
+    `chain` has no limits. `headings` finds postures for goals of any heading.
     """
 
     chain: Chain
@@ -95,10 +95,10 @@ class Solver:
     headings: BranchFinder | None
 
     def checked(self, goal: Goal, angles: Posture) -> Posture | None:
-        """Return a posture that was found for a goal if it meets it, perhaps after improving it.
+        """Return a posture that meets the goal: the given one, or an improved one, or None.
 
-        Rounding next to a singular posture makes one miss, and so does an arm that is only nearly
-        of its class.
+        Postures miss the goal because of rounding near a singularity, or because the arm only
+        nearly has its structure.
         """
         frame, target = self.fk(angles), goal.frame
         if goal.parts != ALL_PARTS:
@@ -114,11 +114,11 @@ class Solver:
 class ClosedForm:
     """The closed form of one chain, within its limits.
 
-    Its functions take the joint values that serve where any value would.
+    In a singular posture some joints may take any value; they take it from the argument `near`.
     """
 
+    chain: Chain
     solver: Solver
-    limits: tuple[tuple[float, float], ...]
     _fit: Fit
 
     @property
@@ -128,11 +128,11 @@ class ClosedForm:
 
     @property
     def complete(self) -> bool:
-        """Whether no posture is left out: seven joints have infinitely many."""
+        """Whether all postures are found; seven joints have infinitely many."""
         return self.structure.fixed is None and self.structure.exact
 
     def solves(self, goal: Goal) -> bool:
-        """Whether a goal asks what the closed form gives: a whole frame, or all but the heading."""
+        """Return whether the closed form solves this kind of goal: whole, or without heading."""
         return goal.parts == ALL_PARTS or (
             goal.parts == HEADING_FREE and self.solver.headings is not None
         )
@@ -143,7 +143,7 @@ class ClosedForm:
         Joints may be beyond their limits. A goal that is met by infinitely many postures, in a
         singular one, has those with the free joints as in `near`.
         """
-        return [self._turned(angles, near) for angles in self.postures(goal, near)]
+        return [self.chain.turned(angles, near) for angles in self.postures(goal, near)]
 
     def postures(self, goal: Goal, near: Sequence[float]) -> list[Posture]:
         """Return what `branches` does, with every angle from -pi to pi."""
@@ -181,22 +181,13 @@ class ClosedForm:
             return self.solver.frames
         return self.solver.headings
 
-    def _turned(self, angles: Sequence[float], near: Sequence[float]) -> Posture:
-        """Return each angle on its allowed turn nearest to that of another posture."""
-        return tuple(
-            [
-                turn_into(angle, low, high, seed)
-                for angle, (low, high), seed in zip(angles, self.limits, near, strict=True)
-            ]
-        )
-
     def _sweep(self, near: Sequence[float]) -> Iterator[Sequence[float]]:
         """Yield the posture, and with seven joints others with the fixed joint ever further off."""
         yield near
         fixed = self.structure.fixed
         if fixed is None:
             return
-        low, high = self.limits[fixed]
+        low, high = self.chain.limits[fixed]
         low, high = max(low, near[fixed] - math.pi), min(high, near[fixed] + math.pi)
         for step in range(1, math.ceil(math.tau / SWEEP_RAD)):
             for side in (SWEEP_RAD, -SWEEP_RAD):
@@ -214,7 +205,7 @@ def closed_form(chain: Chain) -> ClosedForm | None:
     if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
         return None
     solver = _solver(chain.within())
-    return None if solver is None else ClosedForm(solver, chain.limits, fit_code(chain.limits))
+    return None if solver is None else ClosedForm(chain, solver, fit_code(chain.limits))
 
 
 class HowSolved(NamedTuple):
@@ -225,7 +216,7 @@ class HowSolved(NamedTuple):
 
 
 def how_solved(chain: Chain) -> HowSolved:
-    """Say what class a chain is of, or why of none, and how its postures are found."""
+    """Describe the structure of a chain, or why it has none, and how its postures are found."""
     form = closed_form(chain)
     if form is None:
         return HowSolved(
@@ -241,7 +232,7 @@ def how_solved(chain: Chain) -> HowSolved:
 
 @lru_cache(maxsize=64)
 def _solver(chain: Chain) -> Solver | None:
-    """Return what solves a chain without limits; it has found some postures again."""
+    """Return the solver of a chain without limits, tested on random postures; None without any."""
     fk = generated(chain).fk
     draw = random.Random(1)  # noqa: S311 - any postures will do
     samples = [tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(PROOFS)]

@@ -42,7 +42,7 @@ INDENT = "    "
 class Line(NamedTuple):
     """A line of source, the variables that it reads, and the one that it gives a value.
 
-    A line that is not `always` there is left out if nothing needs its value, and may move.
+    A line without `always` is left out if no other line needs its value, and it may be moved.
     """
 
     depth: int
@@ -64,9 +64,9 @@ def functions_of(source: str, called: Mapping[str, object], what: str) -> dict[s
 
 @dataclass(slots=True)
 class Block:
-    """An open block: where its header stands, and the expressions that it has names for.
+    """An open block: the position of its header, and the names of its expressions.
 
-    An assignment that needs nothing of a loop is made before it.
+    An assignment that does not depend on a loop's variables is moved in front of the loop.
     """
 
     start: int
@@ -107,7 +107,7 @@ class CodeLines:
         return Term(1.0, self.assign(source, [name for names in monomials for name in names]))
 
     def _before_loop(self, monomials: dict[Monomial, float]) -> dict[Monomial, float]:
-        """Return monomials with what the innermost loop does not change multiplied before it."""
+        """Return monomials whose loop-invariant factors are multiplied in front of the loop."""
         inside = self._blocks[-1].defined
         if all(inside.isdisjoint(variables) for variables in monomials):
             return monomials  # the whole sum is made before the loop
@@ -148,14 +148,14 @@ class CodeLines:
         return Term(1.0, self.assign(source, _variables(arguments)))
 
     def reciprocal(self, term: Term) -> Term:
-        """Return 1 / a term; 0 for 0, of which nothing follows."""
+        """Return 1 / a term, or 0 if the term is 0: the caller must not rely on it then."""
         if not term.variable:
             return Term(1.0 / term.factor) if term.factor else ZERO
         source = f"1.0/{term.variable} if {term.variable} else 0.0"
         return Term(1.0 / term.factor, self.assign(source, (term.variable,)))
 
     def named(self, term: Term) -> Term:
-        """Return a term of several uses without its factor, which would be multiplied each time."""
+        """Return a variable for a term that is used repeatedly: its factor is applied once."""
         if not term.variable or term.factor in (1.0, -1.0):
             return term
         return Term(1.0, self.assign(text(term), (term.variable,)))
@@ -189,13 +189,13 @@ class CodeLines:
         self._write(line, needs)
 
     def set(self, variable: Term, source: str, *needs: Term) -> None:
-        """Add a line that sets a variable, as `write` has lines; it may be set in several ways."""
+        """Add a line that sets a variable, written as for `write`; each branch may set it."""
         self._blocks[-1].defined.add(variable.variable)
         line = f"{variable.variable} = {source.format(*map(text, needs))}"
         self._write(line, needs, variable.variable)
 
     def open(self, header: str, *needs: Term) -> None:
-        """Begin a block, with a header as `write` has lines."""
+        """Begin a block whose header is written as for `write`."""
         start = len(self._lines)
         self.write(header, *needs)
         self._blocks.append(Block(start, loop=False))

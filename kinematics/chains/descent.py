@@ -30,8 +30,8 @@ from kinematics.frames.vectors import dot
 from kinematics.spaces import Jacobian
 
 STIFF = (10.0, 100.0, 1000.0)
-"""By how much the errors that are to be met first outweigh the others, step by step: at once it
-would make a valley too narrow to walk along."""
+"""By how much the first parts of a goal outweigh the others, increased step by step: the largest
+weight at once would make the valley of the error too narrow to follow."""
 
 _SAME = 1e-3
 """Postures nearer than this, in all, are one."""
@@ -42,13 +42,13 @@ _STILL = 1e-13
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How a descent goes on, and when it ends.
+    """How a descent changes its damping, and when it ends.
 
     The damping is a share of the largest diagonal entry of the system. It begins at `damping`
     and is multiplied by `easier`, down to `gentle`, after a step that gains, and by `harder` after
     one that does not; beyond `harsh` the descent ends. It also ends at a squared error below `met`,
-    and after `patience` steps in a row that leave more than the share `hopeless` of it. `doubts` is
-    how many of those a step counts for that does not gain at all.
+    and after `patience` steps in a row that leave more than the share `hopeless` of it. A step
+    without any gain counts as `doubts` such steps.
     """
 
     rounds: int
@@ -67,13 +67,13 @@ THOROUGH = Pace(80, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
 """From anywhere, to the last digit."""
 
 FINISHING = Pace(8, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
-"""From a posture that is all but there."""
+"""From a posture that nearly meets the goal."""
 
 SEARCHING = Pace(40, 1e-22, 1e-2, 1e-12, 1e3, 0.3, 8.0, 3, 0.9, 1)
 """One of many starts: given up as soon as three steps in a row gain less than a tenth each."""
 
 QUICK = Pace(16, 1e-18, 1e-6, 1e-12, 1.0, 0.01, 30.0, 2, 0.999, 1)
-"""A small step, some 1e-7 mm near, or an early end where it leads nowhere: a jog cannot wait."""
+"""A small step to within some 1e-7 mm, or an early end without success: a jog cannot wait."""
 
 Weights = dict[Part, float]
 Rows = Sequence[Sequence[float]]

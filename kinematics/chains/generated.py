@@ -1,12 +1,12 @@
 """A chain's forward kinematics and Jacobian as one straight-line Python function each.
 
-Made of the link table, in either convention, for speed: no matrix is multiplied at run time,
-what is constant is folded, and a run of parallel joints is one sum of angles. In such a run the
-frame turns about one axis Z only, so that with the run's first frame (X, Y, Z at P) and the
-angles phi summed up so far, the next frame is at P + X sum(a cos phi) + Y sum(a sin phi) +
+The functions are generated from the link table, in either convention, for speed: no matrix is
+multiplied at run time, constants are folded, and a run of parallel joints is one sum of angles. In
+such a run the frame turns about one axis Z only, so that with the run's first frame (X, Y, Z at P)
+and the angles phi summed up so far, the next frame is at P + X sum(a cos phi) + Y sum(a sin phi) +
 Z sum(d): the trigonometric solution of McKerrow, chapter 4, section 5, inside any chain.
 
-Values in rad and mm, on floats only, and unchecked: `Chain.fk` checks.
+Values are floats in rad and mm and are not checked; `Chain.fk` checks its arguments.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NOTHING: Vector3 = (ZERO, ZERO, ZERO)
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """The functions made of a chain, and their source, which is good to read."""
+    """The functions generated for a chain, and their source, which people can read."""
 
     fk: Callable[[Sequence[float]], Transform]
     jacobian: Callable[[Sequence[float]], Jacobian]
@@ -40,7 +40,7 @@ class Generated:
 
 @lru_cache(maxsize=64)
 def generated(chain: Chain) -> Generated:
-    """Return the functions of a chain; the same chain is not generated twice.
+    """Return the functions of a chain; they are generated once for each chain.
 
     Keep the result: looking it up costs more than calling it. Raises `KinematicsError` for a
     chain whose parameters are not plain numbers.
@@ -72,7 +72,7 @@ class _Axis:
 
 
 class _Walk:
-    """The way from the base to the tool, writing down what must be computed."""
+    """Walks the chain from the base to the tool and writes the code for each frame."""
 
     def __init__(self, chain: Chain) -> None:
         self.lines = CodeLines()
@@ -155,7 +155,7 @@ class _Walk:
         )
 
     def _leave(self, twist_cosine: float, twist_sine: float) -> None:
-        """End a run: write down the frame that it leads to, twisted, and begin the next there."""
+        """End a run with a twist: write the code of the frame there, and begin the next run."""
         cosine, sine = self._heading()
         across = Term(self._sign)
         ca, sa = Term(twist_cosine), Term(twist_sine)

@@ -1,4 +1,4 @@
-"""What a hand is asked to do: a frame, and which parts of it matter.
+"""Goals of a hand: a frame, and which parts of it matter.
 
 The hand's direction (z of its frame) is split as a five-axis arm has it: its pitch in the
 vertical plane that the hand should lie in, and its heading, by which it leaves that plane. The
@@ -49,7 +49,7 @@ SPLIT_SINE = 1e-3
 
 
 class Part(Enum):
-    """A part of what a goal asks of the hand."""
+    """A part of a goal."""
 
     POSITION = "position"
     HEADING = "heading"
@@ -60,19 +60,19 @@ class Part(Enum):
 ALL_PARTS = frozenset(Part)
 
 HEADING_FREE = ALL_PARTS - {Part.HEADING}
-"""What is asked where the hand may be turned about the world's z axis through the tip."""
+"""The parts of a goal that leaves the hand's rotation about the world's z axis free."""
 
 Misses = tuple[tuple[Part, Vector, float], ...]
-"""What heading, pitch and roll miss: the axis of each in the world, and the angle about it."""
+"""The errors of heading, pitch and roll: each one's axis in the world, and the angle about it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """A frame that the hand should take, in the world, and the parts of it that are asked.
+    """A frame for the hand, in the world, and the parts of it that are required.
 
     `outwards` is the horizontal direction of the vertical plane that the hand should lie in.
-    What is not in `parts` is left free. Make one by `frame_goal` or `pose_goal`. Raises
-    `KinematicsError` where nothing is asked.
+    Parts that are not in `parts` are free. Make one by `frame_goal` or `pose_goal`. Raises
+    `KinematicsError` for a goal without parts.
     """
 
     frame: Transform
@@ -95,7 +95,7 @@ class Goal:
         return math.atan2(hand[2], dot(hand, self.outwards))
 
     def wanted(self, now: Transform) -> Matrix3:
-        """Return the rotation asked of a hand that is at `now`: what is free stays as it is."""
+        """Return the goal's rotation for a hand that is at `now`; free parts stay as they are."""
         turned, target = rotation_of(now), rotation_of(self.frame)
         hand = self._direction(columns(turned)[2])
         if Part.ROLL not in self.parts:
@@ -107,10 +107,10 @@ class Goal:
         return _rolled(hand, _level(hand, plane), _roll(x, z, self.outwards))
 
     def turn(self, now: Transform) -> tuple[Vector, Misses]:
-        """Return the rotation vector, in the world, that leads from `now` to what is asked.
+        """Return the rotation vector, in the world, that leads from `now` to the goal.
 
-        With it each asked one of heading, pitch and roll, the axis about which it changes, and
-        the part of the vector along that axis.
+        Also return, for each required one of heading, pitch and roll, the axis about which it
+        changes and the part of the vector along that axis.
         """
         turned, wanted = rotation_of(now), self.wanted(now)
         vector = rotation_vector_of(multiply(wanted, transpose(turned)))
@@ -174,7 +174,7 @@ def pose_goal(
     the heading; its pitch and roll then count in the plane the hand lies in.
     """
     require("a pose", pose, Pose, POSE_EXAMPLE)
-    away = _heading(subtract((pose.x_mm, pose.y_mm, pose.z_mm), centre), AXIS_MM)
+    away = _heading(subtract(pose.position_mm, centre), AXIS_MM)
     on_axis, outwards = away is None, away or X_AXIS
     frame = hand_frame(pose, outwards)
     left_out = {Part.PITCH} if pitch_free else set()
@@ -186,7 +186,7 @@ def pose_goal(
 def hand_frame(pose: Pose, outwards: Vector) -> Transform:
     """Return the frame of a hand at a pose's place, pitch and roll, in the plane outwards."""
     hand, up = _elevated(outwards, pose.pitch_rad), upwards(outwards, pose.pitch_rad)
-    return homogeneous(_rolled(hand, up, pose.roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
+    return homogeneous(_rolled(hand, up, pose.roll_rad), pose.position_mm)
 
 
 def upwards(outwards: Vector, pitch_rad: float) -> Vector:

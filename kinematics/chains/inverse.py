@@ -1,11 +1,11 @@
-"""Inverse kinematics of any chain, with limits and an honest account of what was not met.
+"""Inverse kinematics of any chain within its limits, with an account of what was not met.
 
 In closed form where the chain has one and the goal is a whole frame; else numerically:
 Levenberg-Marquardt steps (Marquardt, 1963) on the position error, counted in lengths of the arm,
 and the rotation vector of the orientation error (Craig, chapter 5; Wampler, 1986), joints held at
-a limit while the step points beyond it. What is answered is always measured again by the product
-of the A matrices. Where not all can be met, the parts named first are met first. Lengths in mm,
-angles in rad.
+a limit while the step points beyond it. The residuals in the answer are always computed from the
+product of the A matrices. If not all parts of a goal can be met, some parts have priority. Lengths
+in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
-from kinematics.limits import turn_into
 from kinematics.spaces import Pose
 
 FAR_FROM_SINGULAR = 1e-4
@@ -184,7 +183,7 @@ def _at_limit(chain: Chain, joints: Sequence[float]) -> tuple[str, ...]:
 
 
 First = Sequence[frozenset[Part]]
-"""Parts that are to be met before others where not all can be: the earlier the set, the more."""
+"""The priority of parts if not all can be met: earlier sets outweigh later ones."""
 
 POSITION_FIRST: First = (frozenset({Part.POSITION}),)
 """Keep the position, and turn the hand as nearly as it goes."""
@@ -195,7 +194,7 @@ PITCH_FIRST: First = (frozenset({Part.PITCH, Part.ROLL}), frozenset({Part.POSITI
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How hard to look, and how near is met.
+    """How many postures to try, and how near counts as met.
 
     `starts` postures are tried: the seed, the middle of the ranges, then random ones drawn from
     `random_seed`, so that the same question always has the same answer. A whole frame, or
@@ -308,10 +307,10 @@ def _search(
     ends = []
     for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
         tried += 1
-        ends.append(_turned(chain, descent.meet(values), start))
+        ends.append(chain.turned(descent.meet(values), start))
         if _met(chain, goal, ends[-1], effort):
             return _account(chain, goal, ends[-1], effort, tried)
-    best = descent.best([_turned(chain, values, start) for values in descent.settle(ends)])
+    best = descent.best([chain.turned(values, start) for values in descent.settle(ends)])
     if branches:
         unlimited = _least_broken(chain, branches)
     else:
@@ -339,7 +338,7 @@ def _postures_of_hand(
         end = descent.met(values, SEARCHING)
         if end is None:
             continue
-        turned = _turned(chain, end, start)
+        turned = chain.turned(end, start)
         if not _met(chain, goal, turned, effort):
             continue
         found.append(turned)
@@ -372,7 +371,7 @@ def _without_limits(
     met = [
         turned
         for start in [*starts, *_starts(free, middle(chain), loose)]
-        if _met(free, goal, turned := _turned(chain, descent.meet(start), start), effort)
+        if _met(free, goal, turned := chain.turned(descent.meet(start), start), effort)
     ]
     return _least_broken(chain, met)
 
@@ -415,14 +414,4 @@ def middle(chain: Chain) -> tuple[float, ...]:
     return tuple(
         (low + high) / 2.0 if math.isfinite(low) and math.isfinite(high) else 0.0
         for low, high in chain.limits
-    )
-
-
-def _turned(chain: Chain, values: Sequence[float], seed: Sequence[float]) -> tuple[float, ...]:
-    """Return each turning joint on the turn, within its range, that is nearest to the seed."""
-    return tuple(
-        turn_into(value, low, high, near) if kind is JointKind.REVOLUTE else value
-        for kind, value, (low, high), near in zip(
-            chain.kinds, values, chain.limits, seed, strict=True
-        )
     )

@@ -1,4 +1,4 @@
-"""Jacobians of chains: what the joints' rates make the tip do, rates for the tip's, singularities.
+"""Jacobians of chains: tip rates from joint rates, joint rates from tip rates, singularities.
 
 Geometric: each column is the joint's axis z and z x (tip - axis) (Whitney, 1972; Craig, chapter 5).
 Lengths in mm, angles in rad, rates per second of whatever the joint is measured in.
@@ -66,7 +66,7 @@ def dimensionless(
 
 
 def manipulability(jacobian: Jacobian) -> float:
-    """Return the volume of what unit joint rates make the tip do (Yoshikawa, 1985).
+    """Return the volume of the tip rates that unit joint rates give (Yoshikawa, 1985).
 
     The product of the singular values: |det J| of a square Jacobian, zero where the arm is
     singular. Its unit follows the rows'.
@@ -87,11 +87,11 @@ under 20 times the tip's rate in lengths of the arm a second."""
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """Joint rates, and what they make of the tip's.
+    """Joint rates, and the tip rates that they give.
 
-    `achieved` are the tip rates that the joints give to first order and `missed` what lacks of
-    the wanted ones, zero where nothing is damped and the arm has the axes. `smallest` is the
-    smallest singular value, dimensionless, and `damped` whether it lay below the threshold.
+    `achieved` are the tip rates to first order and `missed` the rest of the wanted ones: zero if
+    nothing is damped and the arm has enough axes. `smallest` is the smallest singular value,
+    dimensionless, and `damped` whether it is below the threshold.
     """
 
     joints: tuple[float, ...]
@@ -223,7 +223,7 @@ def condition(
 
 
 def in_words(rates: Sequence[float], rows: Sequence[int]) -> str:
-    """Say a direction of the tip in words: move along these axes, turn about those.
+    """Describe a direction of the tip: move along these axes, turn about those.
 
     Rows 0 to 5 are those of a geometric Jacobian; 6 and 7 are pitch and roll of five-axis arms.
     """
@@ -267,7 +267,7 @@ def _sentence(
     idle: Sequence[float],
     rows: Sequence[int],
 ) -> str:
-    """Say which direction is lost, nearly lost, or only the hardest of all."""
+    """Describe the direction that is lost, nearly lost, or the hardest."""
     largest, smallest = singular_values[0], singular_values[-1]
     if smallest >= (1.0 - EVEN) * largest > SINGULAR:
         return f"the tip moves as easily in every direction: all singular values are {smallest:.3g}"
@@ -289,7 +289,7 @@ def _sentence(
 
 
 def _named(parts: Sequence[tuple[str, float]]) -> str:
-    """Say the larger components with their shares: "0.97 x - 0.24 z"."""
+    """List the larger components with their shares: "0.97 x - 0.24 z"."""
     kept = [(name, part) for name, part in parts if abs(part) >= SMALL_PART]
     if not kept:
         return ""

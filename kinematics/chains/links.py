@@ -82,6 +82,11 @@ class DHLink:
         """Whether the joint ends anywhere."""
         return self.low != -math.inf or self.high != math.inf
 
+    @property
+    def bounded(self) -> bool:
+        """Whether the joint ends on both sides."""
+        return math.isfinite(self.low) and math.isfinite(self.high)
+
     def parameters(self, value: float) -> tuple[float, float, float, float]:
         """Return theta, d, a and alpha with the joint at a value (rad or mm)."""
         if self.kind is JointKind.REVOLUTE:

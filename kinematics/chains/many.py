@@ -114,7 +114,7 @@ def spans_of(chain: Chain) -> tuple[Span, ...]:
 
 def _span(chain: Chain, index: int) -> Span:
     link = chain.links[index]
-    if math.isfinite(link.low) and math.isfinite(link.high):
+    if link.bounded:
         return link.low, link.high
     if link.kind is JointKind.REVOLUTE:
         return -math.pi, math.pi

@@ -1,8 +1,10 @@
-"""Code for the first three joints, which place the point where a wrist's axes meet, in five ways.
+"""Generate code for the first three joints, which place the wrist's centre, in five ways.
 
-Joint 1's frame sees the point at p; joint 3 carries it at w. Between them h = Rz(-q1) p is what
-joint 1's frame carries, g = Rz(q2) k what joint 2's frame sees, and k what that frame carries.
-Sources: Pieper (1968), and McKerrow, chapter 4, section 16. Lengths in mm, angles in rad.
+The wrist's centre is the point in which the wrist's axes meet. It is at p in the frame in which
+joint 1 turns, and at w in the frame that joint 3 carries. In between it is at h = Rz(-q1) p in the
+frame that joint 1 carries, at g = Rz(q2) k in the frame in which joint 2 turns, and at k in the
+frame that joint 2 carries. Sources: Pieper (1968), and McKerrow, chapter 4, section 16. Lengths in
+mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from kinematics.chains.subproblems import (
 )
 
 UNEQUAL = 1e-6
-"""Links whose lengths differ by more than this share of the arm's never fold onto a joint."""
+"""Links that differ by more than this share of the arm's length never fold onto a joint."""
 
 
 class Placed(NamedTuple):
@@ -93,9 +95,9 @@ def _square_from_second(arm: Layout, shoulder: _ByHeight, height: Term) -> Term:
 
 
 class _ByHeight(NamedTuple):
-    """What brings a point to a height along axis 2 by joint 1, in whose frame the axis is given.
+    """The solution for joint 1 that brings a point to a height along axis 2.
 
-    `level` is the part of the height, from joint 1's origin, that joint 1 has a say in.
+    `axis` is axis 2 in joint 1's frame; `level` is the part of the height that joint 1 affects.
     """
 
     solved: Linear
@@ -143,7 +145,7 @@ def triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
 
 
 def _elbow(arm: Layout, square: Term) -> Linear:
-    """Write what bends joint 3 so that the point's distance from axis 2 has this square."""
+    """Write the equation for joint 3 by the square of the point's distance from axis 2."""
     code, w, hinge = arm.code, _level(arm.place(3)), _hinge(arm)
     a, b, _ = height_of(code, hinge, w)
     two = Term(2.0)

@@ -1,10 +1,10 @@
-"""What kind of arm a link table describes, as far as its inverse kinematics goes.
+"""The structure of an arm, by which it is solved in closed form, and its constant frames.
 
-An arm is solved in closed form where axes meet or are parallel (Pieper, 1968). The classes are
+An arm has a closed form if some of its axes meet or are parallel (Pieper, 1968). The classes are
 those of Ostermeier, Külz and Althoff (2025), "Automatic geometric decomposition for analytical
-inverse kinematics", as far as they need no search. All that is looked at is how each axis lies to
-the next at one posture (the product of exponentials' axes), so that both conventions and any choice
-of frames give the same class. Lengths in mm, angles in rad.
+inverse kinematics", without those that need a search. Only the relation of each axis to the next
+in one posture is examined (the axes of the product of exponentials), so that both conventions and
+any choice of frames give the same class. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ NEARLY = 0.01
 """The same for an arm that is nearly of a class, as a calibrated one is: half a degree."""
 
 FIXED_RAD = 0.7
-"""Where a seven-joint arm's fixed joint stands while the arm is classified: any angle does at which
-no axes are parallel by chance."""
+"""The angle of a seven-joint arm's fixed joint while the arm is classified: any angle at which no
+axes are parallel by chance."""
 
 
 class Family(Enum):
-    """What lets an arm be solved in closed form."""
+    """The property that allows a closed form."""
 
     SPHERICAL_WRIST = "spherical wrist: the last three axes meet in one point"
     THREE_PARALLEL = "three parallel axes: 2, 3 and 4"
@@ -152,9 +152,9 @@ def axes_of(chain: Chain, values: Sequence[float], tolerance: float = EXACT) -> 
 
 
 def structures(chain: Chain) -> Iterator[Structure]:
-    """Yield the classes that a chain belongs to, those that are solved best first.
+    """Yield the classes that a chain belongs to, the best ones to solve first.
 
-    Those that it nearly belongs to come last, of five and six joints.
+    Classes that a chain of five or six joints nearly belongs to come last.
     """
     count = len(chain)
     if any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
@@ -169,7 +169,7 @@ def structures(chain: Chain) -> Iterator[Structure]:
 
 
 def why_no_structure(chain: Chain) -> str:
-    """Return the reason why a chain is of no class."""
+    """Return the reason why a chain belongs to no class."""
     count = len(chain)
     if any(kind is not JointKind.REVOLUTE for kind in chain.kinds):
         return "a joint slides, and the classes are of turning joints"
@@ -238,9 +238,9 @@ class Place(NamedTuple):
 class Layout:
     """An arm's constant places, in the order in which its joints are solved, and the code so far.
 
-    `x`, `y`, `z` and `origin` are what is asked of the last joint's frame, seen from C0, and `tip`
-    is where the tool is asked there, `last_origin` further on in the last joint's frame. Counted
-    from the hand, every joint turns backwards and the goal is inverted.
+    `x`, `y`, `z` and `origin` are the goal for the last joint's frame, seen from C0. `tip` is the
+    goal for the tool there; in the last joint's frame it is at `last_origin`. If the joints are
+    counted from the hand, every joint turns backwards and the goal is inverted.
     """
 
     def __init__(self, chain: Chain, structure: Structure) -> None:
@@ -299,7 +299,7 @@ class Layout:
             self.code.write(f"found.append(({', '.join('{}' for _ in listed)}))", *listed)
 
     def _join(self, place: int, joint: int) -> None:
-        """Make one place of the two beside a joint that keeps its angle."""
+        """Combine the two places before and after a joint that keeps its angle."""
         code = self.code
         name = Term(self.sign, f"f{joint}")
         turn = turn_of(code, code.total((name,), (Term(-self.sign * FIXED_RAD),)))

@@ -1,4 +1,4 @@
-"""The canonical subproblems that every closed form here is put together of.
+"""The canonical subproblems of which every closed form here consists.
 
 Each turns about the z axis of some frame, in which the rest is known. Two suffice. A direction
 turned to another one (Paden and Kahan's first subproblem; SP1 of Elias and Wen, 2022, "IK-Geo") has
@@ -7,8 +7,8 @@ distance from another point (SP3) has that form, and a turn about two axes that 
 each. Two conditions on two angles (SP5 and SP6) leave a conic on the unit circle, which has up to
 four.
 
-The first part writes code (`CodeLines`), the second is called by that code where the usual way
-fails: at the edge of the reach, where any angle serves, and for the quartic. Angles in rad.
+The first part writes code (`CodeLines`). The second part is called by that code in special cases:
+at the edge of the reach, where an angle is free, and for the quartic. Angles in rad.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from typing import NamedTuple
 from kinematics.chains.code_lines import ONE, CodeLines, Term, Vector3
 
 EDGE = 1e-10
-"""Share of its usual size below which the sine that tells two angles apart is looked at closely."""
+"""Share of its usual size below which the sine between two solutions is handled by `edge`."""
 
 NO_MATTER = 1e-10
-"""Share of its usual size below which an angle's coefficients leave that angle free."""
+"""Share of their usual size below which an angle's coefficients leave that angle free."""
 
 TOUCHING = 1e-6
 """How far (squared, as a share) a goal may lie beyond an edge and still be solved at the edge.
@@ -105,7 +105,7 @@ def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: fl
 def linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) -> Linear:
     """Write what solves a cos q + b sin q = c.
 
-    `size` is what a and b usually are; where both are nothing any angle serves, and `free` is it.
+    `size` is the usual size of a and b. If both are zero, any angle is a solution: `free` is used.
     """
     length = hypot(a.factor, b.factor)  # a and b that are numbers are made a unit vector
     if not a.variable and not b.variable and length > 0.0:

@@ -76,7 +76,7 @@ def _origins(chain: Chain) -> list[Transform]:
 def _kind(link: DHLink) -> str:
     if link.kind is JointKind.PRISMATIC:
         return "prismatic"
-    return "revolute" if math.isfinite(link.low) and math.isfinite(link.high) else "continuous"
+    return "revolute" if link.bounded else "continuous"
 
 
 def _add_link(robot: ET.Element, name: str, after: Transform | None, radius_mm: float) -> None:
@@ -121,10 +121,10 @@ def _add_limit(
 ) -> None:
     """Add the limits, in rad or m; a joint that turns without end has none."""
     if link.kind is JointKind.REVOLUTE:
-        if not (math.isfinite(link.low) and math.isfinite(link.high)):
+        if not link.bounded:
             return
         scale, usual = 1.0, 1.0
-    elif math.isfinite(link.low) and math.isfinite(link.high):
+    elif link.bounded:
         scale, usual = MM_PER_M, 100.0
     else:
         raise KinematicsError(

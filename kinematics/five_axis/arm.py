@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from enum import Enum
 from typing import Protocol, runtime_checkable
 
 from kinematics.errors import KinematicsError, finite, require
@@ -24,14 +23,15 @@ from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
     ArmBuild,
+    Base,
     Dimensions,
-    FrameAngles,
+    Elbow,
     FrameSolution,
     Lengths,
+    branch_name,
     build,
     elbow_triangle,
     forward_frame,
-    frame_solution,
     plane_tip,
     solve_frame,
     solve_pose,
@@ -61,20 +61,6 @@ from kinematics.spaces import (
 )
 
 
-class Base(Enum):
-    """Whether the base faces the tip or has its back to it."""
-
-    FRONT = "front"
-    BACK = "back"
-
-
-class Elbow(Enum):
-    """Which side of the line from shoulder to wrist the elbow is on, seen outwards."""
-
-    UP = "up"
-    DOWN = "down"
-
-
 @dataclass(frozen=True, slots=True)
 class Branch:
     """One posture that holds the hand at a pose, and the limits it would break."""
@@ -85,6 +71,11 @@ class Branch:
     violations: tuple[LimitViolation, ...]
     base_free: bool = False
     """True if the tip is on the base axis: any base angle is valid, and the seed's was used."""
+
+    @property
+    def name(self) -> str:
+        """The branch in words."""
+        return branch_name(self.base, self.elbow)
 
     @property
     def within_limits(self) -> bool:
@@ -186,9 +177,10 @@ class FiveAxisArm:
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
         found = closed_form.inverse(goal, self.lengths, near)
         base_free = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
+        turned = ((base, side, _turned(raw, self.limits, near)) for base, side, raw in found)
         return tuple(
-            self._branch(back, down, _turned(angles, self.limits, near), base_free)
-            for back, down, angles in found
+            Branch(Joints(angles), base, side, _violations(angles, self.limits), base_free)
+            for base, side, angles in turned
         )
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
@@ -225,9 +217,9 @@ class FiveAxisArm:
         much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for an invalid frame.
         """
         near = _seed(seed, self.limits)
-        return frame_solution(solve_frame(check_transform(goal), self._build, near))
+        return solve_frame(check_transform(goal), self._build, near)
 
-    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameAngles:
+    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameSolution:
         """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
         return solve_frame(goal, self._build, near)
 
@@ -309,15 +301,6 @@ class FiveAxisArm:
         worst = max(best.violations, key=lambda violation: violation.excess_rad)
         return Unreachable.by_limit(worst.joint, worst.value_rad, worst.bound_rad, pose, instead)
 
-    def _branch(self, back: bool, down: bool, angles: Angles, base_free: bool) -> Branch:
-        return Branch(
-            Joints(angles),
-            Base.BACK if back else Base.FRONT,
-            Elbow.DOWN if down else Elbow.UP,
-            _violations(angles, self.limits),
-            base_free,
-        )
-
 
 def _angles(joints: Joints) -> Angles:
     """Return the five angles. Raises if these are not the joints of this build."""
@@ -398,14 +381,10 @@ def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:
     was found.
     """
     if isinstance(arm, Branching):
-        return tuple(_named(branch) for branch in arm.branches(pose, seed))
-    found = arm.solve(pose, seed)
-    return () if found is None else (Posture("", found),)
-
-
-def _named(branch: Branch) -> Posture:
-    name = f"elbow {branch.elbow.value}, base {branch.base.value}"
-    return Posture(name, branch.joints, branch.violations)
+        found = arm.branches(pose, seed)
+        return tuple(Posture(each.name, each.joints, each.violations) for each in found)
+    joints = arm.solve(pose, seed)
+    return () if joints is None else (Posture("", joints),)
 
 
 # One posture, kept along a straight line or any other curve of the tip.
@@ -436,7 +415,7 @@ class FiveAxisFollower:
     def posture(self) -> str:
         """The branch in words."""
         up = (self.elbow_sign < 0.0) != self.back
-        return f"elbow {'up' if up else 'down'}, base {'back' if self.back else 'front'}"
+        return branch_name(Base.BACK if self.back else Base.FRONT, Elbow.UP if up else Elbow.DOWN)
 
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand: pitch and roll turn the shorter way round.
@@ -524,7 +503,7 @@ def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
         start[4] - origin.roll_rad,
         widened_to(arm.limits, start),
     )
-    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    tip = origin.position_mm
     return straight_between(follower, tip, follower.first, goal)
 
 

@@ -8,7 +8,7 @@ and only floats and tuples are created, because planners call these functions th
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from enum import Enum
 from math import acos, asin, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import NamedTuple, Protocol
 
@@ -25,6 +25,25 @@ Lengths = tuple[float, float, float, float]
 
 Angles = tuple[float, float, float, float, float]
 """Base, shoulder, elbow, wrist pitch, wrist roll."""
+
+
+class Base(Enum):
+    """Whether the base faces the tip or has its back to it."""
+
+    FRONT = "front"
+    BACK = "back"
+
+
+class Elbow(Enum):
+    """Which side of the line from shoulder to wrist the elbow is on, seen outwards."""
+
+    UP = "up"
+    DOWN = "down"
+
+
+def branch_name(base: Base, elbow: Elbow) -> str:
+    """Return the name of a branch, for people."""
+    return f"elbow {elbow.value}, base {base.value}"
 
 
 class Dimensions(Protocol):
@@ -112,8 +131,8 @@ def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
 
 def inverse(
     goal: tuple[float, float, float, float, float], lengths: Lengths, seed: Angles
-) -> list[tuple[bool, bool, Angles]]:
-    """Return every branch as (base is back, elbow is down, angles); none if out of reach.
+) -> list[tuple[Base, Elbow, Angles]]:
+    """Return every branch with its angles; none if out of reach.
 
     The angles are of any turn. A tip on the base axis leaves the base free: it takes the seed's
     base and has only front branches, whose pitch is the convention on the axis.
@@ -131,13 +150,13 @@ def inverse(
     )
     if pair is None:
         return []
-    found: list[tuple[bool, bool, Angles]] = []
-    for down, (shoulder, elbow) in zip((False, True), pair, strict=True):
+    found: list[tuple[Base, Elbow, Angles]] = []
+    for side, (shoulder, elbow) in zip((Elbow.UP, Elbow.DOWN), pair, strict=True):
         wrist = pitch - shoulder - elbow
-        found.append((False, down, (base, shoulder, elbow, wrist, roll)))
+        found.append((Base.FRONT, side, (base, shoulder, elbow, wrist, roll)))
         if not on_axis:
             mirrored = (base + math.pi, math.pi - shoulder, -elbow, -wrist, roll + math.pi)
-            found.append((True, down, mirrored))
+            found.append((Base.BACK, side, mirrored))
     return found
 
 
@@ -299,32 +318,29 @@ ON_MANIFOLD_RAD = 1e-6
 """A frame this near to one that five axes can give counts as reachable."""
 
 
-class FrameAngles(NamedTuple):
-    """The bare solver's result: the angles, or None, and how the goal's plane was found.
+class FrameSolution(NamedTuple):
+    """How well an arm meets a goal given as a full frame, on bare floats.
 
-    `off_rad` is how far the approach leaves the arm's plane. `base_free` is true if the tip is on
-    the base axis and the hand vertical, so that the seed's base was used.
+    `angles` are those of the posture within the limits nearest to the seed, or None if there is
+    none (`FiveAxisArm.ik` of `pose` says why). `off_manifold_rad` is how far the approach leaves
+    the arm's plane, into which it was turned. `base_free` is true if the tip is on the base axis
+    and the hand vertical, so that the seed's base was used. `goal` is x, y, z, pitch and roll.
     """
 
     angles: Angles | None
-    off_rad: float
+    off_manifold_rad: float
     base_free: bool
     goal: tuple[float, float, float, float, float]
 
+    @property
+    def joints(self) -> Joints | None:
+        """The posture, if there is one."""
+        return None if self.angles is None else Joints(self.angles)
 
-@dataclass(frozen=True, slots=True)
-class FrameSolution:
-    """How well an arm meets a goal given as a full frame.
-
-    `pose` is the goal as far as five axes can give it: the position kept, and the approach turned
-    by `off_manifold_rad` into the arm's plane. `joints` is the posture within the limits nearest to
-    the seed that holds it, or None if there is none (`FiveAxisArm.ik` of `pose` says why).
-    """
-
-    joints: Joints | None
-    pose: Pose
-    off_manifold_rad: float
-    base_free: bool
+    @property
+    def pose(self) -> Pose:
+        """The goal as far as five axes can give it, with the position kept."""
+        return Pose(*self.goal)
 
     @property
     def on_manifold(self) -> bool:
@@ -334,7 +350,7 @@ class FrameSolution:
     @property
     def met(self) -> bool:
         """Whether the posture meets the whole goal: position, direction and roll."""
-        return self.joints is not None and self.on_manifold
+        return self.angles is not None and self.on_manifold
 
 
 def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
@@ -367,7 +383,7 @@ def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
     )
 
 
-def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameAngles:
+def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameSolution:
     """Return the posture within limits nearest to `near`, and how far the goal is off.
 
     Arguments are not checked: `goal` must be a transform of finite numbers. A goal off the manifold
@@ -410,15 +426,4 @@ def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameAngles:
         arm,
         near,
     )
-    return FrameAngles(angles, off_rad, base_free, (x, y, z, pitch, roll))
-
-
-def frame_solution(found: FrameAngles) -> FrameSolution:
-    """Return the bare solver's result in the types of the three spaces."""
-    x, y, z, pitch, roll = found.goal
-    return FrameSolution(
-        None if found.angles is None else Joints(found.angles),
-        Pose(x, y, z, pitch, roll),
-        found.off_rad,
-        found.base_free,
-    )
+    return FrameSolution(angles, off_rad, base_free, (x, y, z, pitch, roll))

@@ -299,7 +299,7 @@ def _answer(arm: Dimensions, pose: Pose, angles: Angles, roll_missed: float) -> 
     x, y, z, _, _ = forward(angles, arm.lengths)
     missed = wrap(roll_missed)
     roll = pose.roll_rad if abs(missed) < 1e-12 else wrap(pose.roll_rad - missed)
-    distance = math.dist((x, y, z), (pose.x_mm, pose.y_mm, pose.z_mm))
+    distance = math.dist((x, y, z), pose.position_mm)
     return Nearest(Pose(x, y, z, pose.pitch_rad, roll), Joints(angles), distance)
 
 

@@ -257,5 +257,5 @@ def tool_line(arm: ToolArm, start: Joints, goal: Pose) -> Line:
     origin = arm.fk(start)
     wide = replace(arm, bare=replace(arm.bare, limits=widened_to(arm.limits, start)))
     follower = ToolFollower(wide, (origin.pitch_rad, origin.roll_rad))
-    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    tip = origin.position_mm
     return straight_between(follower, tip, follower.first, goal)

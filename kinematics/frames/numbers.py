@@ -1,9 +1,8 @@
-"""Functions of numbers that need not be floats: the same formula runs on floats, counts, symbols.
+"""Functions of any kind of number: one formula runs on floats, on counting numbers, on symbols.
 
-Plain numbers go straight to `math`. A number of another kind brings methods of these names
-(`sin()`, `cos()`, `sqrt()`, `acos()`, `y.atan2(x)`; and `x.atan2_of(y)`, which is asked where
-only x is of that kind), and its arithmetic. What a caller passes is checked by `number` and
-`numbers`, in the same words everywhere. Angles in rad.
+Plain numbers go straight to `math`. Numbers of another kind have methods of the same names
+(`sin()`, `cos()`, `sqrt()`, `acos()`, `y.atan2(x)`, and `x.atan2_of(y)` for when only x is of that
+kind) and their own arithmetic. `number` and `numbers` check what a caller passes. Angles in rad.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
 def is_own_kind(x: Any) -> bool:
-    """Whether a value is a number that brings its own functions."""
+    """Return whether a value is a number with functions of its own, such as a symbol."""
     return type(x) is not float and hasattr(x, "sin")
 
 
@@ -36,8 +35,8 @@ def number(name: str, value: Any) -> Any:
 def numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...]:
     """Return the numbers of a list, one for each name.
 
-    Raises `KinematicsError` for another count, or for something that is no list, and `BadNumber`
-    for an entry that is not a finite number.
+    Raises `KinematicsError` if the count is wrong or the value is not a list, and `BadNumber` for
+    an entry that is not a finite number.
     """
     given = as_list(values)
     if given is None or len(given) != len(names):
@@ -53,7 +52,7 @@ def numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...]:
 def goal_numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...]:
     """Return the numbers of a goal as `numbers` does, its angles within two turns.
 
-    Raises `BadNumber` for an angle (its name ends in `_rad`) beyond them: it is in degrees.
+    Raises `BadNumber` for a larger angle (a name that ends in `_rad`): it is probably in degrees.
     """
     given = numbers(what, values, names)
     for name, value in zip(names, given, strict=True):
@@ -63,7 +62,7 @@ def goal_numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...
 
 
 def as_list(values: Any) -> tuple[Any, ...] | None:
-    """Return the entries of a list, None for text and for what has no entries."""
+    """Return the entries of an iterable; None for text and for anything else."""
     if isinstance(values, str | bytes):
         return None
     try:
@@ -104,7 +103,7 @@ def atan2(y: Any, x: Any) -> Any:
 def cos_sin(angle: Any) -> tuple[Any, Any]:
     """Return cosine and sine of a constant angle, exact at whole numbers of quarter turns.
 
-    For the twists of a table, which are meant as -90, 0 or 90 degrees and written in radians.
+    For the twists of a link table: a twist written in radians usually means -90, 0 or 90 degrees.
     """
     if is_own_kind(angle):
         return angle.cos(), angle.sin()

@@ -72,19 +72,19 @@ class UserFrame:
 
     def to_base(self, pose: Pose) -> Pose:
         """Return a pose of this frame as the base sees it."""
-        there = rotate(self.rotation, (pose.x_mm, pose.y_mm, pose.z_mm))
+        there = rotate(self.rotation, pose.position_mm)
         return _placed(pose, add(self.origin_mm, there), self.heading_rad)
 
     def from_base(self, pose: Pose) -> Pose:
         """Return a pose of the base as this frame sees it."""
-        off = subtract((pose.x_mm, pose.y_mm, pose.z_mm), self.origin_mm)
+        off = subtract(pose.position_mm, self.origin_mm)
         return _placed(pose, rotate(transpose(self.rotation), off), -self.heading_rad)
 
 
 def moved_along(pose: Pose, axes: Matrix3, change: Pose) -> Pose:
     """Return a pose moved by `change` along axes that are columns; angles add up."""
-    off = rotate(axes, (change.x_mm, change.y_mm, change.z_mm))
-    x, y, z = add((pose.x_mm, pose.y_mm, pose.z_mm), off)
+    off = rotate(axes, change.position_mm)
+    x, y, z = add(pose.position_mm, off)
     yaw = pose.yaw_rad
     return Pose(
         x,

@@ -12,17 +12,16 @@ from kinematics.guards.links import BOX
 from kinematics.spaces import Joints, Pose
 
 # Ways out of a guard on the arm's links or on a sum of its joints, as poses to try next. The hand
-# is moved as if the link moved with it; if that is inaccurate, the next of several moves corrects
-# it.
+# is moved as if the link moved with it. That is inaccurate, but later moves correct it.
 
 PROBE_MM = 0.5
-"""How far a pose is moved to find out which way leads out."""
+"""How far a pose is moved to measure the slope of a guard's depth."""
 
 BEYOND = 1.01
 """How much further than the bound to move, so that rounding does not matter."""
 
 FURTHEST_MM = 300.0
-"""The longest single move, if hardly any direction seems to lead out."""
+"""The longest single move, for guards whose depth hardly changes in any direction."""
 
 
 def out_of_box(
@@ -64,7 +63,7 @@ def at_radius(pose: Pose, radius: float, direction: float) -> Pose:
 
 def distance_mm(a: Pose, b: Pose) -> float:
     """Return the distance between the finger tips in two poses."""
-    return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm))
+    return math.dist(a.position_mm, b.position_mm)
 
 
 def _depth_mm(guarded: GuardedArm, violation: Violation, pose: Pose, seed: Joints) -> float:

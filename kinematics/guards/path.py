@@ -20,7 +20,7 @@ from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.guards import GuardedArm, Guards, Violation, deepest
 from kinematics.guards.links import LOOKS, STILL_MM, Reading, Room
-from kinematics.paths.chords import JointPath
+from kinematics.paths.curves import JointPath
 from kinematics.spaces import Joints
 
 STEP_MM = 2.0

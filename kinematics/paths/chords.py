@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from operator import mul, sub
 from typing import NamedTuple
@@ -179,28 +178,6 @@ def corners(chords: Sequence[Chord]) -> tuple[Joints, ...]:
 
 LINE_TOLERANCE_MM = 0.5
 """The default tolerance of a straight line: less than two steps of a TeachMover."""
-
-
-@dataclass(frozen=True, slots=True)
-class JointPath:
-    """A motion in which every joint turns in proportion, from one posture to another."""
-
-    start: Joints
-    goal: Joints
-
-    def at(self, fraction: float) -> Joints:
-        """Return the posture at a fraction (0 to 1) of the path; the ends are exact."""
-        if fraction >= 1.0:
-            return self.goal
-        return Joints(
-            tuple(a + fraction * (b - a) for a, b in zip(self.start, self.goal, strict=True)),
-            self.start.names,
-        )
-
-    @property
-    def changes_rad(self) -> tuple[float, ...]:
-        """How far each joint turns."""
-        return tuple(b - a for a, b in zip(self.start, self.goal, strict=True))
 
 
 def line_path(

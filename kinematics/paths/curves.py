@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from kinematics.errors import NoArc, positive
 from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract, unit
@@ -21,35 +21,6 @@ from kinematics.spaces import Joints, Pose
 EIGHTH_RAD = math.pi / 4.0
 QUARTER_RAD = math.pi / 2.0
 BLEND_CHORDS = 8
-
-
-class Trace(Protocol):
-    """A curve of the tip."""
-
-    @property
-    def shape(self) -> str:
-        """The kind of curve, in words."""
-
-    @property
-    def least_chords(self) -> int:
-        """How many parts the curve is cut into before it is examined."""
-
-    def at(self, share: float) -> Point:
-        """Return the point at a share of the curve; the ends are exact."""
-
-
-class Blendable(Trace, Protocol):
-    """A trace that a blend may leave or join; it looks the same from both ends."""
-
-    @property
-    def largest_blend_mm(self) -> float:
-        """How far from its end a blend may leave it."""
-
-    def share_beside_end(self, radius_mm: float) -> float:
-        """Return the share of the curve that lies within this distance of an end."""
-
-    def slope(self, share: float) -> Vector:
-        """Return how the point moves with the share, in mm for the whole curve."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +112,13 @@ class Bezier:
         """Return the point at a share of the curve's parameter."""
         x, y, z = cubic(self.points, share)
         return x, y, z
+
+
+Blendable = LineSegment | Round
+"""A trace that a blend may leave or join; it looks the same from both ends."""
+
+Trace = Blendable | Bezier
+"""A curve of the tip."""
 
 
 def turned(centre: Point, out: Vector, ahead: Vector, angle_rad: float) -> Point:
@@ -311,6 +289,28 @@ Line = HandCurve[LineSegment]
 
 
 @dataclass(frozen=True, slots=True)
+class JointPath:
+    """A motion in which every joint turns in proportion, from one posture to another."""
+
+    start: Joints
+    goal: Joints
+
+    def at(self, fraction: float) -> Joints:
+        """Return the posture at a fraction (0 to 1) of the path; the ends are exact."""
+        if fraction >= 1.0:
+            return self.goal
+        return Joints(
+            tuple(a + fraction * (b - a) for a, b in zip(self.start, self.goal, strict=True)),
+            self.start.names,
+        )
+
+    @property
+    def changes_rad(self) -> tuple[float, ...]:
+        """How far each joint turns."""
+        return tuple(b - a for a, b in zip(self.start, self.goal, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
 class JointCurve:
     """A motion of the joints: straight between two postures, or a cubic Bezier curve of four."""
 
@@ -334,14 +334,10 @@ class JointCurve:
 
     def at(self, fraction: float) -> Joints:
         """Return the posture at a fraction of the path; the ends are exact."""
-        if fraction >= 1.0:
-            return self.points[-1]
-        angles = tuple(each.angles_rad for each in self.points)
-        if len(angles) == 2:
-            moved = tuple(a + fraction * (b - a) for a, b in zip(*angles, strict=True))
-        else:
-            moved = cubic(angles, fraction)
-        return Joints(moved, self.points[0].names)
+        start, *_, end = self.points
+        if self.straight or fraction >= 1.0:
+            return JointPath(start, end).at(fraction)
+        return Joints(cubic(tuple(each.angles_rad for each in self.points), fraction), start.names)
 
     def pose(self, fraction: float) -> Pose:
         """Return the pose at a fraction (0 to 1) of the path."""
@@ -361,7 +357,7 @@ class JointCurve:
 
 def straight_between(follower: Follower, start: Point, hand: Hand, goal: Pose) -> Line:
     """Return the straight line from a tip and a hand to a pose."""
-    end = goal.x_mm, goal.y_mm, goal.z_mm
+    end = goal.position_mm
     return HandCurve(follower, LineSegment(start, end), (hand, follower.hand(goal, hand)))
 
 
@@ -372,13 +368,13 @@ Arc = HandCurve[Round]
 def beginning(arm: ArmGeometry, start: Joints) -> tuple[Follower, Point]:
     """Return the follower of a start posture, and the position of the tip."""
     here = arm.fk(start)
-    return arm.line(start, here).follower, (here.x_mm, here.y_mm, here.z_mm)
+    return arm.line(start, here).follower, here.position_mm
 
 
 def arc_between(
     follower: Follower, tip: Point, hand: Hand, via: Pose, goal: Pose, sweep_rad: float | None
 ) -> Arc:
     """Return the arc from a tip and a hand; see `arc_path`. Raises `NoArc`."""
-    middle, end = ((each.x_mm, each.y_mm, each.z_mm) for each in (via, goal))
+    middle, end = (each.position_mm for each in (via, goal))
     trace = round_through(tip, middle, end, sweep_rad)
     return HandCurve(follower, trace, (hand, follower.hand(goal, hand)))

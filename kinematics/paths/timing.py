@@ -1,4 +1,4 @@
-"""When a path is where: the quickest motion along chords within all speed and acceleration limits.
+"""Timing of paths: the quickest motion along chords within all speed and acceleration limits.
 
 Coordinates are joints in rad and, if the gripper moves, its opening in mm; times are in s. A path
 is passed from rest to rest without stopping. Its shape never changes: near a singularity, where a
@@ -35,7 +35,7 @@ from typing import NamedTuple
 from kinematics.errors import KinematicsError, finite, positive
 from kinematics.paths.profiles import Phase, Profile, jerk_limited
 
-# What a timed path must keep: limits of every coordinate, and of every motor after the couplings.
+# The limits of a timed path: those of every coordinate, and of every motor after the couplings.
 
 Point = tuple[float, ...]
 
@@ -93,7 +93,8 @@ def _more_than_nothing(name: str, limit: float) -> None:
         raise KinematicsError(f"{name} must be more than 0, not {limit!r}")
 
 
-# How hard each part of a path is on the accelerations: the limits of its parameter, cell by cell.
+# The share of the acceleration limits that each part of a path uses: the limits of its parameter,
+# cell by cell.
 #
 # The parameter is the time that the path takes at full speed, so its own speed is 1 wherever a
 # speed is at its limit. The corners stand for a smooth curve, whose direction is assumed to turn

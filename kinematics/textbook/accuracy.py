@@ -1,4 +1,4 @@
-"""What a step, a rounding or a wrong parameter does to the tip of a five-axis arm.
+"""The effect of a step, of rounding or of a wrong parameter on the tip of a five-axis arm.
 
 Source: McKerrow, chapter 4, section 14 (accuracy of the kinematic model). Every error here is the
 difference of two forward solutions, exact and not linearised. Lengths in mm, angles in rad.
@@ -25,7 +25,7 @@ LENGTH_NAMES = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
 
 @dataclass(frozen=True, slots=True)
 class TipError:
-    """What one cause does to the tip: the cause, how large it is, and the tip's change.
+    """The effect of one cause on the tip: the cause, its size, and the change of the tip.
 
     `change` is in `unit`: steps of a motor, mm of a length, rad of a joint's zero, or the share
     of a motor's steps per unit (0.01 is one per cent).
@@ -47,7 +47,7 @@ class TipError:
 def step_errors(
     arm: FiveAxisArm, transmission: Transmission, joints: Joints
 ) -> tuple[TipError, ...]:
-    """Return what one step of each motor does to the tip, the others standing still.
+    """Return the effect of one step of each motor on the tip, while the others stand still.
 
     On an arm with the Mini-mover's cables the motors hold absolute link angles, so that one step
     of the shoulder's motor moves the upper arm alone and carries the rest along unturned.
@@ -81,7 +81,7 @@ def rounding_bound_mm(arm: FiveAxisArm, transmission: Transmission, joints: Join
 
 
 def length_errors(arm: FiveAxisArm, joints: Joints, change_mm: float = 1.0) -> tuple[TipError, ...]:
-    """Return what an error in each length does: the tip of the true arm less the modelled one."""
+    """Return the effect of an error in each length: the true arm's tip minus the modelled one."""
     found = []
     for name in LENGTH_NAMES:
         true = replace(arm, **{name: getattr(arm, name) + change_mm})
@@ -92,7 +92,7 @@ def length_errors(arm: FiveAxisArm, joints: Joints, change_mm: float = 1.0) -> t
 def zero_errors(
     arm: FiveAxisArm, joints: Joints, change_rad: float = math.radians(0.1)
 ) -> tuple[TipError, ...]:
-    """Return what an error in each joint's zero does to the tip."""
+    """Return the effect of an error in each joint's zero on the tip."""
     found = []
     for name in JOINT_NAMES:
         true = joints.replace(**{name: joints[name] + change_rad})
@@ -107,7 +107,7 @@ def gearing_errors(
     share: float = 0.01,
     reference: Joints | None = None,
 ) -> tuple[TipError, ...]:
-    """Return what a wrong number of steps per unit of each motor does to the tip.
+    """Return the effect of a wrong number of steps per unit of each motor on the tip.
 
     Steps are counted from the reference posture (the zero of all joints by default), where the
     error is none; it grows with the way from there. The true motor makes `share` more steps.
@@ -205,7 +205,7 @@ _POSTURES_EACH_WAY = 4
 
 @dataclass(frozen=True, slots=True)
 class StepRange:
-    """What one step of a motor does to the tip, from the least to the most over all postures."""
+    """The smallest and the largest effect of one step of a motor on the tip, over all postures."""
 
     motor: str
     least_mm: float
@@ -224,7 +224,7 @@ class StepRange:
 
 
 def step_ranges(arm: FiveAxisArm, transmission: Transmission) -> tuple[StepRange, ...]:
-    """Return what a step of each motor does over a lattice of postures within the limits."""
+    """Return the effects of a step of each motor over a lattice of postures within the limits."""
     rows = [step_errors(arm, transmission, joints) for joints in _lattice(arm)]
     return tuple(
         StepRange(

@@ -1,4 +1,4 @@
-"""How much arithmetic each way of computing an arm takes, counted by numbers that count.
+"""The arithmetic that each way of computing an arm takes, counted by numbers that count.
 
 Source: McKerrow, chapter 4, section 15 (efficiency of the kinematic solutions), whose counts of
 multiplications, additions and trigonometric calls come here from running the very code. A `Count`
@@ -63,7 +63,7 @@ class Tally:
 
 @dataclass(slots=True)
 class Ledger:
-    """What the numbers of one run write their operations into."""
+    """The count of operations that all numbers of one run share."""
 
     counts: dict[str, int] = field(default_factory=dict)
 
@@ -104,7 +104,7 @@ def _function(kind: str, evaluate: Callable[[float], float]) -> Callable[[Count]
 
 
 def _comparison(compare: Callable[[Any, Any], bool]) -> Callable[[Count, Any], bool]:
-    """Return the method for a comparison, which costs nothing."""
+    """Return the method for a comparison, which is not counted."""
     return lambda self, other: compare(self.value, plain(other))
 
 
@@ -175,7 +175,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "atan2": numbers.atan2,
     "hypot": _hypot,
 }
-"""What takes the place of `math`'s functions where a function is to run on counting numbers."""
+"""The functions that replace those of `math` when a function runs on counting numbers."""
 
 _MATH = SimpleNamespace(**{**vars(math), **_FUNCTIONS})
 
@@ -228,12 +228,12 @@ def _is_ours(function: FunctionType) -> bool:
 # The ways of computing an arm. Forward: the system's closed form, the straight-line function
 # generated from its table, the frames turned and moved one joint at a time, and the products of A
 # matrices, affine and in full. Inverse: each branch by its formulas, and all of them by the code
-# that shares what they have in common. Nothing here is a stored number.
+# that computes common parts once. All counts come from running the code.
 
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """One way of computing: its name, what it does in a sentence, and what it takes."""
+    """One way of computing: its name, a description, and its count of operations."""
 
     name: str
     what: str
@@ -359,7 +359,7 @@ def _of_table(
     posture: tuple[float, ...],
     way: Callable[[Table, Convention], Transform],
 ) -> Tally:
-    """Count a way that takes the link table as it comes, every parameter a number like any."""
+    """Count a way that uses the link table without simplification: every parameter is counted."""
     ledger = Ledger()
     table = tuple(
         ledger.numbers(link.parameters(value))
@@ -370,7 +370,7 @@ def _of_table(
 
 
 def _without_twists(tally: Tally, chain: Chain) -> Tally:
-    """Take away the sines of the twists (and of sliding joints): constants of the table."""
+    """Subtract the sines of the twists (and of sliding joints), which are constants."""
     turning = sum(link.kind is JointKind.REVOLUTE for link in chain.links)
     constant = 2 * (2 * len(chain.links) - turning)
     return replace(tally, sines=tally.sines - constant)

@@ -1,7 +1,7 @@
 """Jogging a model: one step of a joint, or of the hand, from a posture to the next.
 
-No arm is connected, so a step ends at once; a message says what it could not do. Lengths in mm,
-angles in rad.
+No arm is connected, so a step ends at once. A message says which part of a step was impossible.
+Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ POSITION, WHOLE = 3, 6
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """The posture after a step by the Jacobian, and how well the tip kept to the axis.
+    """The posture after a step by the Jacobian, and the deviation of the tip from the axis.
 
     `done` is how far it went along the axis, `deviation` its distance from the axis as a share of
     the step. `held` names the joints that reached a limit.
@@ -78,7 +78,7 @@ def follow(subject: Subject, values: tuple[float, ...], row: int, by: float) -> 
 
 
 def _gone(before: Transform, after: Transform, row: int) -> float:
-    """Return how far the hand went along an axis, or turned about it."""
+    """Return how far the hand moved along an axis, or turned about it."""
     if row < POSITION:
         return position_of(after)[row] - position_of(before)[row]
     one, two = (row - 2) % 3, (row - 1) % 3  # the axes that a turn about this one carries along
@@ -207,7 +207,7 @@ def _leap(chain: Chain, before: tuple[float, ...], after: tuple[float, ...]) -> 
 
 
 def _by_jacobian(subject: Subject, values: tuple[float, ...], axis: int, by: float) -> Stepped:
-    """Follow the Jacobian, and say what came of it."""
+    """Follow the Jacobian, and describe any shortfall."""
     row = [row for row in subject.rows if row < rows_followed(subject)][axis]
     went = follow(subject, values, row, by)
     missed = abs(by - went.done) / abs(by)

@@ -1,9 +1,9 @@
 """An arm as a subject of study, and all that follows from one of its postures.
 
-A subject is a named system, a built-in arm, or a chain of one's own; of a posture follow its
-matrices, Jacobian, how well the hand moves, and what other postures would do. Values only, worked
-out once a posture; `pages` writes them for a screen and `worked_example` for `armdrive explain`,
-where a goal may be asked too. Lengths in mm, angles in rad.
+A subject is a named system, a built-in arm, or any chain. A study of one of its postures contains
+the matrices, the Jacobian, how well the hand moves, and the other postures for the same place of
+the hand. These are values; `pages` writes them for a screen and `worked_example` for `armdrive
+explain`, which also takes goals. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def _example_value(link: DHLink, angle_deg: float) -> float:
         for value in (angle, -angle):
             if link.low <= value <= link.high:
                 return value
-    elif not (math.isfinite(link.low) and math.isfinite(link.high)):
+    elif not link.bounded:
         return min(max(_FREE_TRAVEL_MM, link.low), link.high)
     return link.low + _TRAVEL * (link.high - link.low)
 
@@ -191,9 +191,9 @@ def named_subject(name: str) -> Subject:
 
 @lru_cache(maxsize=8)
 def subject_of_arm(name: str, arm: ArmGeometry) -> Subject | None:
-    """Return the theory of an arm that is driven; None for a build that none is known of.
+    """Return an arm that is driven as a subject; None for an unknown build.
 
-    Of an arm that holds a tool it is the theory of its finger tips.
+    The subject of an arm with a tool is the arm without it: the hand is the finger tips.
     """
     if isinstance(arm, ToolArm):
         return subject_of_arm(f"{name}, without its tool", arm.bare)
@@ -236,7 +236,7 @@ SAME = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A posture of a subject, and what follows from it.
+    """A posture of a subject, and everything computed from it.
 
     `matrices` are the A matrices, `frame` the tool's frame. `jacobian` has the subject's rows.
     `singularities` are the named ones. `goal` is what was asked, in `coordinates`: by
@@ -294,7 +294,7 @@ class Study:
 
 @lru_cache(maxsize=KEPT)
 def study(subject: Subject, values: tuple[float, ...]) -> Study:
-    """Return what follows from a posture. Raises as `Chain.fk` does."""
+    """Return the study of a posture. Raises as `Chain.fk` does."""
     chain, system = subject.chain, subject.system
     checked = chain.checked(values)
     frame = chain.fk(checked)

@@ -38,11 +38,8 @@ from kinematics.textbook.systems.named import (
     Values,
 )
 from kinematics.textbook.systems.triangle import (
-    FOLDED,
-    REACH_MM,
-    STRAIGHT_SINE,
-    STRETCHED,
     broken_bound,
+    elbow_loss,
     elbow_singularities,
     triangle,
 )
@@ -139,22 +136,21 @@ def _postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
 def _named(one: System, branch: Branch, goal: Values) -> NamedBranch:
     name = f"base {branch.base.value}, elbow {branch.elbow.value}"
     (_, upper, fore, _), angles = one.sizes, branch.joints.angles_rad
-    elbow = angles[2]
     singularities, free = [], []
     if branch.base_free:
         singularities.append(ON_AXIS)
         free.append(one.joint_names[0])
-    if abs(math.sin(elbow)) <= STRAIGHT_SINE:
-        singularities.append(STRETCHED if math.cos(elbow) > 0.0 else FOLDED)
-        if upper * math.cos(elbow) + fore <= REACH_MM and upper == fore:
-            free.append(one.joint_names[1])
+    lost, first_free = elbow_loss(angles[2], upper, fore)
+    singularities += [lost] if lost else []
+    free += [one.joint_names[1]] if first_free else []
     workings = one.formulas(one, goal, *one.signs[name])[1]
     return NamedBranch(
         name, own_angles(one, angles), workings, tuple(free), "; ".join(singularities)
     )
 
 
-def _refusal(one: System, pose: Pose, near: Joints) -> OutOfReach:
+def _refusal(one: System, pose: Pose, seed: Joints) -> OutOfReach:
+    near = nearest(arm_of(one), pose, seed).pose
     height, upper, fore, hand = one.sizes
     out = math.hypot(pose.x_mm, pose.y_mm) - hand * math.cos(pose.pitch_rad)
     distance = math.hypot(out, pose.z_mm - height - hand * math.sin(pose.pitch_rad))
@@ -163,7 +159,7 @@ def _refusal(one: System, pose: Pose, near: Joints) -> OutOfReach:
         "the wrist's distance from the shoulder",
         distance,
         distance if bound is None else bound,
-        _numbers(nearest(arm_of(one), pose, near).pose),
+        (near.x_mm, near.y_mm, near.z_mm, near.pitch_rad, near.roll_rad),
     )
 
 
@@ -172,7 +168,7 @@ def _coordinates_of(one: System, frame: Transform) -> Values:
 
     On the base axis the pitch counts in the plane of the hand.
     """
-    return _numbers(arm_of(one).solve_transform(frame).pose)
+    return arm_of(one).solve_transform(frame).goal
 
 
 def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBranch]:
@@ -182,25 +178,27 @@ def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBran
     then the base is free, and the roll is turned to the seed's base. No branch comes back
     where the base cannot turn that way.
     """
-    pose = arm_of(one).solve_transform(frame, Joints(relative_angles(one, near))).pose
+    found = arm_of(one).solve_transform(frame, Joints(relative_angles(one, near)))
+    x, y, z, pitch, roll = found.goal
     ahead, aside = frame[0][2], frame[1][2]
-    on_axis = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
-    if on_axis:  # the direction of so short a distance means nothing
-        pose = replace(pose, x_mm=0.0, y_mm=0.0)
-    if not on_axis or math.hypot(ahead, aside) <= UPRIGHT:
-        return one.ik(_numbers(pose), near)
+    if math.hypot(x, y) > AXIS_MM:
+        return one.ik(found.goal, near)
+    seen = 0.0, 0.0, z, pitch, roll  # the direction of so short a distance means nothing
+    if math.hypot(ahead, aside) <= UPRIGHT:
+        return one.ik(seen, near)
+    seen_from_behind = 0.0, 0.0, z, wrap(HALF_TURN - pitch), wrap(roll + HALF_TURN)
     front = math.atan2(aside, ahead)
     return [
         replace(branch, name=branch.name.replace("base front", words))
         for words, base, goal in (
-            ("base front", front, pose),
-            ("base back", front + HALF_TURN, _seen_from_behind(pose)),
+            ("base front", front, seen),
+            ("base back", front + HALF_TURN, seen_from_behind),
         )
         for branch in _with_base(one, base, goal, near)
     ]
 
 
-def _with_base(one: System, base: float, pose: Pose, near: Values) -> list[NamedBranch]:
+def _with_base(one: System, base: float, goal: Values, near: Values) -> list[NamedBranch]:
     """Return the branches of a tip on the base axis whose hand wants this base angle.
 
     None where the base cannot take it.
@@ -216,23 +214,8 @@ def _with_base(one: System, base: float, pose: Pose, near: Values) -> list[Named
             free=tuple(joint for joint in branch.free if joint != name),
             degenerate=branch.degenerate.replace(ON_AXIS, HAND_SETS_BASE),
         )
-        for branch in one.ik(_numbers(pose), own_angles(one, (turned, *others)))
+        for branch in one.ik(goal, own_angles(one, (turned, *others)))
     ]
-
-
-def _numbers(pose: Pose) -> Values:
-    return pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
-
-
-def _seen_from_behind(pose: Pose) -> Pose:
-    """Return the pose with pitch and roll counted from the other side of the arm's plane."""
-    return Pose(
-        pose.x_mm,
-        pose.y_mm,
-        pose.z_mm,
-        wrap(HALF_TURN - pose.pitch_rad),
-        wrap(pose.roll_rad + HALF_TURN),
-    )
 
 
 ELBOW_FOLDED = (

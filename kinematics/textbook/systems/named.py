@@ -1,4 +1,4 @@
-"""What every named system of the textbook offers: figure, link table, forward, inverse branches.
+"""The named systems of the textbook: figure, link table, forward and inverse kinematics.
 
 Lengths in mm, angles in rad. A system is a row: its lengths and joint ranges, and its closed forms
 as functions of it, written with the functions of `kinematics.frames.numbers` so that they run on
@@ -18,7 +18,7 @@ from importlib import resources
 from typing import Any
 
 from kinematics.chains.chain import Chain, JointViolation
-from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.links import Convention
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.frames.numbers import goal_numbers, numbers
@@ -26,7 +26,6 @@ from kinematics.frames.orientations import solve_rpy
 from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
 from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
-from kinematics.limits import turn_into
 
 # The texts of the lecture notes, from `notes.toml`: what they say of a system, and their rules.
 
@@ -415,10 +414,5 @@ def _chain(one: System) -> Chain:
 
 def _held(branch: NamedBranch, chain: Chain, near: Sequence[float]) -> NamedBranch:
     """Return the branch with each angle on the turn to take, and the limits it breaks."""
-    joints = tuple(
-        turn_into(value, low, high, seed) if kind is JointKind.REVOLUTE else value
-        for value, (low, high), seed, kind in zip(
-            branch.joints, chain.limits, near, chain.kinds, strict=True
-        )
-    )
+    joints = chain.turned(branch.joints, near)
     return replace(branch, joints=joints, violations=chain.violations(joints))

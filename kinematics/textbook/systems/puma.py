@@ -39,12 +39,10 @@ from kinematics.textbook.systems.named import (
     frame_coordinates,
 )
 from kinematics.textbook.systems.triangle import (
-    FOLDED,
     REACH_MM,
-    STRAIGHT_SINE,
-    STRETCHED,
     broken_bound,
     brought_within,
+    elbow_loss,
     elbow_singularities,
     root,
     to_half_turn,
@@ -181,11 +179,9 @@ def _named(one: System, branch: str, frame: Transform, joints: Values) -> NamedB
         free.append("theta1")
     elif abs(out - abs(d2)) <= REACH_MM:
         singularities.append(BASE_EDGE)
-    bend = math.atan2(d4, a3) - joints[2]
-    if abs(math.sin(bend)) <= STRAIGHT_SINE:
-        singularities.append(STRETCHED if math.cos(bend) > 0.0 else FOLDED)
-        if math.hypot(a3, d4) + a2 * math.cos(bend) <= REACH_MM:
-            free.append("theta2")
+    lost, first_free = elbow_loss(math.atan2(d4, a3) - joints[2], a2, _fore(one))
+    singularities += [lost] if lost else []
+    free += ["theta2"] if first_free else []
     if abs(math.sin(joints[4])) <= STRAIGHT:
         singularities.append(WRIST_STRAIGHT)
         free.append("theta4")

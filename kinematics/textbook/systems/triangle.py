@@ -139,6 +139,18 @@ def _with_free(joints: Values, links: Links, value: float) -> Values:
     return tuple(made)
 
 
+def elbow_loss(bend_rad: float, first_mm: float, second_mm: float) -> tuple[str, bool]:
+    """Return what a posture loses by its elbow, in words, and whether the first angle is free.
+
+    The first angle is free where equal links are folded: the tip is on the first joint.
+    """
+    if abs(math.sin(bend_rad)) > STRAIGHT_SINE:
+        return "", False
+    if math.cos(bend_rad) > 0.0:
+        return STRETCHED, False
+    return FOLDED, abs(first_mm - second_mm) <= REACH_MM
+
+
 def elbow_singularities(
     bend_rad: float, first_mm: float, second_mm: float
 ) -> list[NamedSingularity]:

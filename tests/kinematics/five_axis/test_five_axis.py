@@ -158,6 +158,7 @@ def test_on_the_base_axis_an_elevation_that_only_its_mirror_image_holds_is_held(
     reached = arm.fk(arm.ik(pose))
     assert (reached.x_mm, reached.y_mm, reached.z_mm) == pytest.approx((0.0, 0.0, 480.0), abs=1e-6)
     assert math.sin(reached.pitch_rad) == pytest.approx(math.sin(pose.pitch_rad))
+    assert arm.solve(pose) == arm.ik(pose)  # the same answer without a reason
 
 
 def test_a_free_base_beyond_its_limits_is_brought_within():

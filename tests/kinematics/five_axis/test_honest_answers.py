@@ -79,10 +79,10 @@ def apart(a, b):
 def assert_honest(arm, goal, near):
     """Everything that is offered for a goal holds it; return whether anything is offered."""
     found = arm.solve_frame_angles(goal, near)
-    met = found.angles is not None and found.off_rad <= ON_MANIFOLD_RAD
+    met = found.angles is not None and found.off_manifold_rad <= ON_MANIFOLD_RAD
     offered = []
     on_axis = math.hypot(*position_of(goal)[:2]) <= AXIS_MM  # where poses leave the base free
-    if found.off_rad <= ON_MANIFOLD_RAD and not on_axis:
+    if found.off_manifold_rad <= ON_MANIFOLD_RAD and not on_axis:
         offered += [angles for _, _, angles in inverse(found.goal, arm.lengths, near)]
     if met:
         assert offered or on_axis, "the branches lack what the nearest one has"

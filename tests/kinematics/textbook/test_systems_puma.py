@@ -130,6 +130,14 @@ def test_degenerate_postures_say_what_they_lose():
     )
 
 
+@pytest.mark.parametrize(("upper", "free"), [(500.0, False), (433.07, True), (400.0, False)])
+def test_only_a_folded_elbow_of_equal_links_leaves_the_upper_arm_free(upper, free):
+    arm, joints = PUMA.sized(a2=upper), (0.3, -0.5, -HALF, 0.5, 0.8, 0.2)
+    found = [b for b, _ in arm.ik_frame(arm.fk(joints), joints) if "folded" in b.degenerate]
+    assert found
+    assert all(("theta2" in branch.free) == free for branch in found)
+
+
 def test_a_wrist_at_the_edge_of_the_base_is_told():
     # Links of one length, the upper arm 30 degrees before the vertical, the forearm 30 behind.
     arm = PUMA.sized(d4=431.8)
