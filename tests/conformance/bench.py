@@ -231,6 +231,13 @@ class Bench(abc.ABC):
         )
         return after
 
+    @contextlib.contextmanager
+    def unmoved(self, what: str) -> Iterator[None]:
+        """Check that no motor turns within a block."""
+        before = self.look().motors
+        yield
+        check(self.look().motors == before, f"{what} moved the arm")
+
     def honest(self, arm: Arm) -> None:
         """Check that a referenced arm stands where it says that it stands."""
         status, seen = arm.status, self.look()
