@@ -17,9 +17,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack, closing
 from pathlib import Path
 
-from .copies import PACKAGES, PASSED, CopyError, run_tests
+from .copies import PACKAGES, PASSED, CopyError
 from .mutant import Mutant
 from .table import MUTANTS
 from .trying import Copies, Trial, Verdict, try_all
@@ -60,9 +61,10 @@ def main(
         sys.stdout.write("".join(map(_listed, wanted)))
         return 0
     began_s = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="armdrive-mutants-") as folder:
+    with ExitStack() as opened:
+        folder = opened.enter_context(tempfile.TemporaryDirectory(prefix="armdrive-mutants-"))
         try:
-            copies = Copies(root, Path(folder), packages)
+            copies = opened.enter_context(closing(Copies(root, Path(folder), packages)))
         except CopyError as error:
             sys.stderr.write(f"{error}\n")
             return 2
@@ -96,11 +98,11 @@ def _listed(mutant: Mutant) -> str:
 def _unmutated(copies: Copies, wanted: Sequence[Mutant], jobs: int) -> str | None:
     """Return what fails of the tests without any mutant; None where all pass."""
     tests = sorted({test for mutant in wanted for test in mutant.tests})
-    run = run_tests(copies.untouched, tests, workers=max(jobs, 1), first=False)
+    run = copies.untouched.run_tests(tests, workers=jobs if jobs > 1 else 0, first=False)
     if run.code == PASSED:
         return None
     if not run.failed:  # several processes do not say which test there is none of
-        run = run_tests(copies.untouched, tests)
+        run = copies.untouched.run_tests(tests)
     return "\n".join(run.failed) or run.words
 
 

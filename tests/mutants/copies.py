@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -14,8 +15,25 @@ from pathlib import Path
 
 PACKAGES = ("armdrive", "firmware_protocol", "kinematics", "tui")
 LEFT_OUT = {".git", ".venv", "__pycache__", ".pytest_cache", ".mypy_cache", ".ruff_cache"}
-RUN_LIMIT_S = 900.0
-"""No run of a few tests takes longer; the tests have a limit of their own, which comes first."""
+LIBRARIES = (
+    "can",
+    "filelock",
+    "hypothesis.strategies",
+    "lark",
+    "numpy",
+    "platformdirs",
+    "pytest_asyncio.plugin",
+    "serial",
+    "syrupy",
+    "textual.app",
+    "textual.pilot",
+    "textual.widgets",
+    "tomlkit",
+    "unittest.mock",
+    "xdist.plugin",
+)
+"""What many tests import and no mutant is in: imported once for all of them."""
+SERVER = Path(__file__).with_name("pytest_server.py")
 PASSED, FAILED = 0, 1
 """Exit codes of pytest; the others say that no test was run, or not the one that was meant."""
 _FAILURE = re.compile(r"^(?:FAILED|ERROR) (\S+?\.py(?:::.*?)?)(?: - .*)?$", re.MULTILINE)
@@ -86,26 +104,40 @@ def require_imported(folder: Path, packages: Sequence[str]) -> None:
             raise CopyError(f"{line} would be tested instead of the copy in {folder}")
 
 
-def run_tests(folder: Path, tests: Sequence[str], *, workers: int = 0, first: bool = True) -> Run:
-    """Run tests in a copy; `first` ends the run at the first failure."""
-    words = [sys.executable, "-m", "pytest", "-q", "-rfE", "--tb=line", "-p", "no:cacheprovider"]
-    words += ["--color=no", "-n", str(workers), *(["-x"] if first else []), *tests]
-    began_s = time.monotonic()
-    try:
-        told = subprocess.run(
-            words,
+class Copy:
+    """A copy of the project with a process of its own that runs pytest in it."""
+
+    def __init__(self, folder: Path, packages: Sequence[str]) -> None:
+        require_imported(folder, packages)
+        self.folder = folder
+        self._output = folder.with_name(f"{folder.name}.txt")
+        self._server = subprocess.Popen(
+            [sys.executable, "-P", str(SERVER), *LIBRARIES],
             cwd=folder,
             env=environment(folder),
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
             text=True,
-            errors="replace",
-            check=False,
-            timeout=RUN_LIMIT_S,
         )
-    except subprocess.TimeoutExpired:
-        return Run(-1, (), f"pytest had not ended after {RUN_LIMIT_S:.0f} s", RUN_LIMIT_S)
-    failed = tuple(dict.fromkeys(_FAILURE.findall(told.stdout)))
-    if _TIMEOUT.search(told.stdout):
-        failed = failed or ("a test that hung",)
-    return Run(told.returncode, failed, told.stdout[-2000:], time.monotonic() - began_s)
+
+    def close(self) -> None:
+        """End the process."""
+        self._server.communicate()
+
+    def run_tests(self, tests: Sequence[str], *, workers: int = 0, first: bool = True) -> Run:
+        """Run tests in this copy; `first` ends the run at the first failure."""
+        words = ["-q", "-rfE", "--tb=line", "--color=no", "-p", "no:cacheprovider"]
+        # the libraries are plugins too, and pytest warns that it cannot rewrite their assertions
+        words += ["-W", "ignore::pytest.PytestAssertRewriteWarning", "-n", str(workers)]
+        words += [*(["-x"] if first else []), *tests]
+        began_s = time.monotonic()
+        assert self._server.stdin is not None
+        assert self._server.stdout is not None
+        self._server.stdin.write(json.dumps([str(self._output), *words]) + "\n")
+        self._server.stdin.flush()
+        code = int(self._server.stdout.readline())
+        told = self._output.read_text(encoding="utf-8", errors="replace")
+        failed = tuple(dict.fromkeys(_FAILURE.findall(told)))
+        if _TIMEOUT.search(told):
+            failed = failed or ("a test that hung",)
+        return Run(code, failed, told[-2000:], time.monotonic() - began_s)

@@ -6,12 +6,12 @@ import shutil
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from queue import SimpleQueue
 
-from .copies import FAILED, PASSED, Run, copy_project, require_imported, run_tests
+from .copies import FAILED, PASSED, Copy, Run, copy_project
 from .mutant import Mutant, applied
 
 ALL_OTHERS = "--ignore=tests/mutants"
@@ -49,44 +49,39 @@ class Trial:
         return f"{head}{by if self.words else ''} {self.words} in {self.took_s:.1f} s"
 
 
-@dataclass(slots=True)
 class Copies:
     """Copies of one project for several workers; the first is made, the others copied from it.
 
     What was compiled in the first one comes along.
     """
 
-    root: Path
-    folder: Path
-    packages: Sequence[str]
-    _first: Path = field(init=False)
-    _free: SimpleQueue[Path] = field(init=False, default_factory=SimpleQueue)
-    _made: int = field(init=False, default=0)
-    _lock: threading.Lock = field(init=False, default_factory=threading.Lock)
+    def __init__(self, root: Path, folder: Path, packages: Sequence[str]) -> None:
+        self._folder = folder
+        self._packages = packages
+        first = folder / "0"
+        first.mkdir()
+        copy_project(root, first)
+        self.untouched = Copy(first, packages)  # never has a mutant
+        self._made = [self.untouched]
+        self._free: SimpleQueue[Copy] = SimpleQueue()
+        self._lock = threading.Lock()
 
-    def __post_init__(self) -> None:
-        self._first = self.folder / "0"
-        self._first.mkdir()
-        copy_project(self.root, self._first)
-        require_imported(self._first, self.packages)
+    def close(self) -> None:
+        """End the processes of all copies."""
+        for copy in self._made:
+            copy.close()
 
-    @property
-    def untouched(self) -> Path:
-        """The copy that never has a mutant."""
-        return self._first
-
-    def take(self) -> Path:
+    def take(self) -> Copy:
         """Return a copy of one's own, to be given `back`."""
         with self._lock:
             if not self._free.empty():
                 return self._free.get()
-            self._made += 1
-            found = self.folder / str(self._made)
-        shutil.copytree(self._first, found, symlinks=True)
-        require_imported(found, self.packages)
-        return found
+            folder = self._folder / str(len(self._made))
+            shutil.copytree(self.untouched.folder, folder, symlinks=True)
+            self._made.append(Copy(folder, self._packages))
+            return self._made[-1]
 
-    def back(self, copy: Path) -> None:
+    def back(self, copy: Copy) -> None:
         """Give a copy to whoever needs one next."""
         self._free.put(copy)
 
@@ -108,10 +103,10 @@ def try_one(copies: Copies, mutant: Mutant, stamp: int, *, everything: bool = Fa
     """Try one mutant. With `everything` the whole suite is tried where its own tests all pass."""
     copy = copies.take()
     try:
-        with applied(mutant, copy, stamp):
-            run = run_tests(copy, mutant.tests)
+        with applied(mutant, copy.folder, stamp):
+            run = copy.run_tests(mutant.tests)
             if run.code == PASSED and everything:
-                run = run_tests(copy, (ALL_OTHERS,))
+                run = copy.run_tests((ALL_OTHERS,))
     except ValueError as error:
         return Trial(mutant, Verdict.BROKEN, str(error), 0.0)
     finally:

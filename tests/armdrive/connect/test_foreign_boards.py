@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from cli_calls import write_arm_file
-from doctor_bench import THREE_AXES, Echo, EchoingBoard, Rewritten, SimPort, Talker, made
+from doctor_bench import Echo, EchoingBoard, SimPort, Talker, made
 from test_wrong_dialect import ON_SERIAL, connected, refused
 
-from armdrive.connect import parts as connecting
-from armdrive.connect.parts import assemble
-from armdrive.connect.port import explaining
+from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import comes_back
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import SettingsDiffer
-from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import survey as after
-from armdrive.trace.recorder import FlightRecorder
 
 SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"
 OLD_STATUS = b"<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n"
@@ -47,7 +42,7 @@ def test_other_firmware_is_named_with_the_remedy_and_gets_no_motion(name):
 
 def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
     found = SimPort(Talker({}, b"ok\r\n", OLD_GREETING)).examine(115_200)
-    (first, *_) = after.of_examination(found, after.Expected("grbl"))
+    (first, *_) = after.of_examination(found, wire=Connection("grbl"))
     assert first.grade is Grade.PROBLEM
     assert "Grbl 0.9j" in first.what
     assert "grblHAL" in first.mend
@@ -70,12 +65,10 @@ def test_a_board_behind_such_a_line_moves_nothing():
 def test_the_doctor_finds_an_echo_and_takes_it_for_no_answer():
     echo = SimPort(Echo(baud=115_200)).examine()
     assert echo.identity is None
-    assert "comes straight back" in after.of_examination(echo, after.Expected())[0].what
+    assert "comes straight back" in after.of_examination(echo)[0].what
     board = SimPort(EchoingBoard(made("robko01"))).examine(115_200)
     assert board.identity.dialect == "robko01"
-    assert any(
-        "comes back as well" in each.what for each in after.of_examination(board, after.Expected())
-    )
+    assert any("comes back as well" in each.what for each in after.of_examination(board))
 
 
 @pytest.mark.parametrize(
@@ -118,25 +111,3 @@ def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, v
         with pytest.raises(SettingsDiffer, match=named):
             move()
     assert board.world.motors == before
-
-
-def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_helps(
-    call, port, lead_to, monkeypatch
-):
-    text = f'model = "minimover5"\n[connection]\ndialect = "grbl"\nport = "{port}"\n'
-    write_arm_file("bench", text)
-    lead_to(Rewritten(made("grbl"), *THREE_AXES))
-    board = SimPort(Rewritten(made("grbl"), *THREE_AXES))
-
-    def connect(config):
-        recorder = FlightRecorder()
-        with explaining(recorder.ring.entries, config.connection):
-            return assemble(config, board, SimulatedPace(), simulated=True, tracer=recorder)
-
-    monkeypatch.setattr(connecting, "connect_real", connect)
-    said = call("doctor", "--arm", "bench", "--yes", code=1).out
-    said = " ".join(said.split())
-    assert "the board has 3 axes (XYZ), but grbl.axes also puts motors of this arm on A, B" in said
-    assert "use a board and a firmware with an axis for each motor" in said
-    assert "try once more" not in said
-    assert "finds out what is there" not in said.partition("did not connect")[2]

@@ -10,12 +10,16 @@ from pathlib import Path
 
 import pytest
 from cli_calls import write_arm_file
-from doctor_bench import made
+from doctor_bench import THREE_AXES, Rewritten, SimPort, made
 
 from armdrive.connect import parts as connecting
+from armdrive.connect.parts import assemble
+from armdrive.connect.port import explaining
 from armdrive.errors import PortUnavailable
+from armdrive.runtime.clock import SimulatedPace
 from armdrive.setup import prober as probing
 from armdrive.tasks import DeviceSettings, Difference
+from armdrive.trace.recorder import FlightRecorder
 from firmware_protocol.robko01 import Device
 
 if sys.platform != "win32":
@@ -113,6 +117,28 @@ def test_a_connection_that_fails_is_a_problem_and_no_crash(call, port, lead_to, 
     monkeypatch.setattr(connecting, "connect_real", connect)
     said = call("doctor", str(port), "--dialect", "teachmover", "--yes", code=1).out
     assert "did not connect: it is gone" in said
+
+
+def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_helps(
+    call, port, lead_to, monkeypatch
+):
+    text = f'model = "minimover5"\n[connection]\ndialect = "grbl"\nport = "{port}"\n'
+    write_arm_file("bench", text)
+    lead_to(Rewritten(made("grbl"), *THREE_AXES))
+    board = SimPort(Rewritten(made("grbl"), *THREE_AXES))
+
+    def connect(config):
+        recorder = FlightRecorder()
+        with explaining(recorder.ring.entries, config.connection):
+            return assemble(config, board, SimulatedPace(), simulated=True, tracer=recorder)
+
+    monkeypatch.setattr(connecting, "connect_real", connect)
+    said = call("doctor", "--arm", "bench", "--yes", code=1).out
+    said = " ".join(said.split())
+    assert "the board has 3 axes (XYZ), but grbl.axes also puts motors of this arm on A, B" in said
+    assert "use a board and a firmware with an axis for each motor" in said
+    assert "try once more" not in said
+    assert "finds out what is there" not in said.partition("did not connect")[2]
 
 
 # End to end.

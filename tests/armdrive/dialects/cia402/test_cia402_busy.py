@@ -13,10 +13,9 @@ import pytest
 from amounts import in_pairs
 from cia402_rig import Rig, steps
 
-from armdrive.dialects.cia402.wire import TRANSMITTED
 from armdrive.dialects.exchange import ListenedTime
 from armdrive.tasks import AlertKind, ClearFault, Done, Halted, MoveAlong, MoveBy
-from firmware_protocol.canopen import Service, service_of
+from firmware_protocol.canopen import REPORT_PDO, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(40))
@@ -55,9 +54,9 @@ class BusyRig(Rig):
         found = service_of(frame.can_id)
         if found is None or found[0] is not Service.TPDO1:
             return pack(frame)
-        word, mode, position = TRANSMITTED.unpack(frame.data)
+        word, mode, position = REPORT_PDO.unpack(frame.data)
         position = int(position) + self._random.choice(TREMBLE)
-        return pack(Frame(frame.can_id, TRANSMITTED.pack((word, mode, position))))
+        return pack(Frame(frame.can_id, REPORT_PDO.pack((word, mode, position))))
 
     def _step(self, end_s: float) -> None:
         late_s = self._random.uniform(*LATE_S) if self.busy and self._program else 0.0

@@ -1,0 +1,14 @@
+"""A model file for the commands that read one."""
+
+from __future__ import annotations
+
+import pytest
+from chain_files import shown_links
+
+
+@pytest.fixture
+def own(tmp_path):
+    """Return a link table of the reader's own: the one that the docs show."""
+    path = tmp_path / "mine.toml"
+    path.write_text(shown_links(), encoding="utf-8")
+    return str(path)

@@ -1,0 +1,33 @@
+"""A port that leads to a simulated device."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+from doctor_bench import lead
+from serial.tools import list_ports as pyserial
+
+from armdrive.cli.set_up import doctor
+from armdrive.status import SchedulingJitter
+
+
+@pytest.fixture
+def _punctual(monkeypatch):
+    """Have the doctor find the computer punctual at once, however busy it is with tests."""
+    monkeypatch.setattr(doctor, "measured_jitter", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
+
+
+@pytest.fixture
+def port(tmp_path, monkeypatch, _punctual):
+    """Return a port that is there and is no USB adapter; `lead_to` says what it leads to."""
+    device = tmp_path / "ttyUSB0"
+    device.touch()
+    monkeypatch.setattr(pyserial, "comports", list)
+    return device
+
+
+@pytest.fixture
+def lead_to(port, monkeypatch):
+    """Have the port lead to a device; returns the openings."""
+    return partial(lead, monkeypatch, port)
