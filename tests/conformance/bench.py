@@ -99,6 +99,10 @@ class Bench(abc.ABC):
         """Put an arm on the bench whose file says more than its preset: `lines` of TOML."""
         raise NotImplementedError
 
+    def turned_by_hand(self) -> bool:
+        """Turn the motors before anything connects, so that none counts zero, if that is quick."""
+        return False
+
     def later(self, time_s: float, call: Callable[[], object]) -> None:
         """Have something done by somebody else while a call waits."""
         raise NotImplementedError

@@ -26,6 +26,8 @@ from .fitted import fitted_config
 from .seen import Seen
 
 WAKES_S = 0.001
+BY_HAND = (7000, -4000, 2500, 1500, -1500, 900)
+"""Counts: some degrees of each joint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +138,12 @@ class MemoryBench(Bench):
         """Put the twin of an arm file on the bench."""
         self._config = self._variant.of(fitted_config(self.row, lines, self._config.name))
         self.begin_anew()
+
+    def turned_by_hand(self) -> bool:
+        """Turn the shafts of drives on a bus, of which simulated motions take the longest."""
+        if self.row.can:
+            self.twin.device.jog(BY_HAND)
+        return self.row.can
 
     def later(self, time_s: float, call: Callable[[], object]) -> None:
         """Have it done on the device's clock; the driver wakes a moment later, as in real time."""
