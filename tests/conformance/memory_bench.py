@@ -21,7 +21,7 @@ from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
-from .expected_errors import PROFILE
+from .expected_errors import PROFILE, STRIKES_S
 from .fitted import fitted_config
 from .seen import Seen
 
@@ -58,7 +58,7 @@ class MemoryBench(Bench):
     look_s: ClassVar[float] = 0.02
     noise_s: ClassVar[float] = 0.021  # one look late
     knows_geometry: ClassVar[bool] = True
-    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.3)
+    moments_s: ClassVar[tuple[float, ...]] = (0.0, STRIKES_S)
 
     def __init__(self, dialect_name: str, variant: Variant | None = None) -> None:
         super().__init__(dialect_name)
@@ -185,7 +185,7 @@ class MemoryBench(Bench):
 class ThoroughMemoryBench(MemoryBench):
     """The same with faults at more moments, for the whole table."""
 
-    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, 0.32, 0.45, 0.67)
+    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, STRIKES_S, 0.45, 0.67)
 
 
 MOTION, STOPS = ("move", "Cartesian", "gripper"), ("jog", "stop", "pause")

@@ -19,7 +19,7 @@ from kinematics import Motors
 
 from .behaviour import IN_SIMULATION, Behaviour
 from .bench import Bench
-from .expected_errors import MOVING, STANDING, Moment, expected_error
+from .expected_errors import MOVING, STANDING, STRIKES_S, Moment, expected_error
 from .faults import FAULTS, Fault
 from .going import begin_joints, joints_from, motors_at_end
 from .rows_connecting import connect_moves_nothing
@@ -97,7 +97,7 @@ def _disturbed(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
     error = _only_typed(handle.wait)
     rest = bench.rest(longest_s=ENDS_S)
     seen.append(rest.end)
-    if moment_s and reports_as_expected(bench, arm, fault, MOVING, error):
+    if moment_s == STRIKES_S and reports_as_expected(bench, arm, fault, MOVING, error):
         last_s = max(b.time_s for a, b in pairwise(seen) if a.motors != b.motors)
         on_s, most_s = last_s - start.time_s - moment_s, silent_s + NOTICED_S + bench.noise_s
         check(on_s <= most_s, f"it moved on for {on_s:.2f} s after the fault, not {most_s:.2f}")
