@@ -26,7 +26,7 @@ from armdrive.transports.can_slcan import Slcan
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import ReadEncoder
 from firmware_protocol.mks.answers import encode
-from tests.conformance.device_process import DeviceProcess
+from tests.conformance.real_time_bench import DeviceProcess
 
 BATCH = 100
 """Frames that are written at once; they fit into the link's queue."""

@@ -19,7 +19,7 @@ from kinematics import Joints, Motors
 from tests.conformance.behaviour import cartesian
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
-from tests.conformance.process_bench import PtyBench
+from tests.conformance.real_time_bench import PtyBench
 from tests.conformance.seen import Seen
 
 DENSE_S = 0.004

@@ -34,8 +34,6 @@ WAITING_KEY = re.compile(r"wait:\d")
 ALLOWED = {
     "waiting.py": "the one place that waits",
     "conformance/__main__.py": BENCH,
-    "conformance/port_bench.py": BENCH,
-    "conformance/process_bench.py": BENCH,
     "conformance/real_time_bench.py": BENCH,
     "conformance/rows_neighbours.py": BENCH,
     "conformance/running.py": "says how long a row took",

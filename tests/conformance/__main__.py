@@ -19,9 +19,7 @@ from pathlib import Path
 
 from armdrive.registry import DIALECTS
 
-from .behaviours import BEHAVIOURS
-from .benches import BENCHES, stands_on
-from .running import Result, Verdict, run_row
+from .running import BEHAVIOURS, BENCHES, Result, Verdict, run_row, stands_on
 from .table import page, text
 
 COMMAND = "python -m tests.conformance --write docs/background/conformance.md"

@@ -18,6 +18,8 @@ Rule = Callable[[Bench], str]
 
 EVERYWHERE = ("memory", "pty", "tcp", "port")
 """The transports of a row that names none; others are only for the rows that name them."""
+IN_SIMULATION = ("memory", "pty", "tcp")
+"""The transports of a row that needs a simulated device."""
 
 
 @dataclass(frozen=True, slots=True)

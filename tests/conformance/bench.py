@@ -99,6 +99,10 @@ class Bench(abc.ABC):
         """Put an arm on the bench whose file says more than its preset: `lines` of TOML."""
         raise NotImplementedError
 
+    def turned_by_hand(self) -> bool:
+        """Turn the motors before anything connects, so that none counts zero, if that is quick."""
+        return False
+
     def later(self, time_s: float, call: Callable[[], object]) -> None:
         """Have something done by somebody else while a call waits."""
         raise NotImplementedError
@@ -230,6 +234,13 @@ class Bench(abc.ABC):
             f"{why}: the motors moved by {tuple(after.motors - before.motors)} steps",
         )
         return after
+
+    @contextlib.contextmanager
+    def unmoved(self, what: str) -> Iterator[None]:
+        """Check that no motor turns within a block."""
+        before = self.look().motors
+        yield
+        check(self.look().motors == before, f"{what} moved the arm")
 
     def honest(self, arm: Arm) -> None:
         """Check that a referenced arm stands where it says that it stands."""

@@ -1,7 +1,7 @@
 """What each arm reports after a fault: the error's code, its words, and the trust that is left.
 
-On simulated time, with the arm well under way or at rest. A fault that has no row here may end in
-any way that the law of faults allows.
+On simulated time, with the arm well under way or at rest. A fault that has no row here, or strikes
+at another moment, may end in any way that the law of faults allows.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from types import MappingProxyType
 
 from armdrive.status import Trust
 
+STRIKES_S = 0.3
+"""The moment after the call for a motion at which these rows hold: the arm is well under way."""
 LOST, FAULT, SILENT, RESTARTED, OFF = "E407", "E501", "E502", "E718", "E714"
 BURSTS, DRIVES = ("teachmover", "robko01", "armdroid"), ("mks", "cia402")
 PROFILE = "CiA 402 drives in profile position"

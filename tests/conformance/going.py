@@ -88,6 +88,11 @@ def beside(pose: Pose, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) 
     )
 
 
+def jog_first(arm: Arm, angle_deg: float = 1.0) -> None:
+    """Jog the first joint by an increment."""
+    arm.jog_j(**{f"{arm.model.arm.joint_names[0]}_deg": angle_deg})
+
+
 def first_jog(arm: Arm) -> Jog:
     """Return a jog of the joints that sweep the tip furthest."""
     names = arm.model.arm.joint_names[:3]

@@ -21,11 +21,13 @@ from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
-from .expected_errors import PROFILE
+from .expected_errors import PROFILE, STRIKES_S
 from .fitted import fitted_config
 from .seen import Seen
 
 WAKES_S = 0.001
+BY_HAND = (7000, -4000, 2500, 1500, -1500, 900)
+"""Counts: some degrees of each joint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,7 @@ class MemoryBench(Bench):
     look_s: ClassVar[float] = 0.02
     noise_s: ClassVar[float] = 0.021  # one look late
     knows_geometry: ClassVar[bool] = True
-    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.3)
+    moments_s: ClassVar[tuple[float, ...]] = (0.0, STRIKES_S)
 
     def __init__(self, dialect_name: str, variant: Variant | None = None) -> None:
         super().__init__(dialect_name)
@@ -137,6 +139,12 @@ class MemoryBench(Bench):
         self._config = self._variant.of(fitted_config(self.row, lines, self._config.name))
         self.begin_anew()
 
+    def turned_by_hand(self) -> bool:
+        """Turn the shafts of drives on a bus, of which simulated motions take the longest."""
+        if self.row.can:
+            self.twin.device.jog(BY_HAND)
+        return self.row.can
+
     def later(self, time_s: float, call: Callable[[], object]) -> None:
         """Have it done on the device's clock; the driver wakes a moment later, as in real time."""
         self._keep_time()
@@ -177,7 +185,7 @@ class MemoryBench(Bench):
 class ThoroughMemoryBench(MemoryBench):
     """The same with faults at more moments, for the whole table."""
 
-    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, 0.32, 0.45, 0.67)
+    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, STRIKES_S, 0.45, 0.67)
 
 
 MOTION, STOPS = ("move", "Cartesian", "gripper"), ("jog", "stop", "pause")

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from .process_bench import ProcessBench, PtyBench
+from .real_time_bench import ProcessBench, PtyBench
 from .seen import Seen
 
 ROOT = Path(__file__).parents[2]

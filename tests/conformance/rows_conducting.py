@@ -9,10 +9,19 @@ from armdrive.motion.execute import Moved
 from armdrive.status import Trust
 from kinematics import Motors
 
-from .behaviour import Behaviour, cartesian
+from .behaviour import IN_SIMULATION, Behaviour, cartesian
 from .bench import Bench
-from .going import begin_joints, begin_sweep, beside, first_jog, motors_at_end, refused, sweep_plan
-from .laws import between
+from .going import (
+    begin_joints,
+    begin_sweep,
+    beside,
+    first_jog,
+    jog_first,
+    motors_at_end,
+    refused,
+    sweep_plan,
+)
+from .rows_faults import between
 from .rows_jogging import hold_until_under_way
 from .rows_moving import PATIENCE_S, arrived, line_allowance_mm, off_line_mm
 from .rows_stopping import settled, under_way
@@ -115,8 +124,7 @@ def a_pause_ends_a_jog(bench: Bench) -> None:
     before = bench.look()
     arm.hold(first_jog(arm), speed=0.5, for_s=STANDS_S)
     bench.sleep(STANDS_S)
-    first = arm.model.arm.joint_names[0]
-    refused(lambda: arm.jog_j(**{f"{first}_deg": 1.0}), WrongState, "a jog of a paused arm")
+    refused(lambda: jog_first(arm), WrongState, "a jog of a paused arm")
     arm.resume()
     bench.sleep(STANDS_S)
     check(bench.look().motors == before.motors, "a jog was made of a paused arm, or made up for")
@@ -164,7 +172,7 @@ ROWS = (
               needs=(cartesian,)),
     Behaviour("a stop ends a pause and its motion", "pause", a_stop_ends_a_pause),
     Behaviour("a paused motion does not go on where something changed", "pause",
-              nothing_goes_on_where_something_changed, transports=("memory", "pty", "tcp")),
+              nothing_goes_on_where_something_changed, transports=IN_SIMULATION),
     Behaviour("a pause ends a jog, and no other begins", "pause", a_pause_ends_a_jog),
     Behaviour("an override slows a motion under way", "speed",
               an_override_slows_a_motion_under_way),

@@ -8,22 +8,21 @@ from armdrive.status import State, Trust
 
 from .behaviour import Behaviour, starts_disabled
 from .bench import Bench
-from .going import joints_from, planned, refused
+from .going import jog_first, joints_from, planned, refused
 from .seen import ON_THE_STEP, check
 
 
 def connect_moves_nothing(bench: Bench) -> None:
-    before = bench.look()
-    arm = bench.connect()
-    wanted = State.DISABLED if bench.abilities.current is Switching.BOTH else State.STANDBY
-    check(arm.status.state is wanted, f"connected to {arm.status.state}, not {wanted}")
-    check(arm.status.trust is Trust.UNKNOWN, "an arm without a saved position is trusted")
-    bench.sleep(1.5)
-    check(bench.look().motors == before.motors, "connecting or idling moved the arm")
-    bench.switch_on(arm)
-    check(bench.look().motors == before.motors, "switching the motors on moved the arm")
-    bench.leave()
-    check(bench.look().motors == before.motors, "leaving moved the arm")
+    with bench.unmoved("connecting or idling"):
+        arm = bench.connect()
+        wanted = State.DISABLED if bench.abilities.current is Switching.BOTH else State.STANDBY
+        check(arm.status.state is wanted, f"connected to {arm.status.state}, not {wanted}")
+        check(arm.status.trust is Trust.UNKNOWN, "an arm without a saved position is trusted")
+        bench.sleep(1.5)
+    with bench.unmoved("switching the motors on"):
+        bench.switch_on(arm)
+    with bench.unmoved("leaving"):
+        bench.leave()
 
 
 def status_is_told(bench: Bench) -> None:
@@ -40,23 +39,20 @@ def status_is_told(bench: Bench) -> None:
 def planned_motion_is_refused_unreferenced(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
-    before = bench.look()
-    for name, call in planned(arm).items():
-        refused(call, Refused, f"{name} without a reference")
-    refused(planned(arm)["move_j"], NotReferenced, "move_j without a reference")
-    bench.sleep(0.5)
-    check(bench.look().motors == before.motors, "a refused motion moved the arm")
+    with bench.unmoved("a refused motion"):
+        for name, call in planned(arm).items():
+            refused(call, Refused, f"{name} without a reference")
+        refused(planned(arm)["move_j"], NotReferenced, "move_j without a reference")
+        bench.sleep(0.5)
 
 
 def nothing_moves_while_disabled(bench: Bench) -> None:
     arm = bench.connect()
-    before = bench.look()
-    first = arm.model.arm.joint_names[0]
-    refused(lambda: arm.jog_j(**{f"{first}_deg": 1.0}), WrongState, "a jog of a disabled arm")
-    still = [0] * len(before.motors)
-    refused(lambda: arm.move_motors(1, *still[1:]), WrongState, "motors of a disabled arm")
-    bench.sleep(0.5)
-    check(bench.look().motors == before.motors, "a disabled arm moved")
+    still = [0] * len(bench.look().motors)
+    with bench.unmoved("a refused call"):
+        refused(lambda: jog_first(arm), WrongState, "a jog of a disabled arm")
+        refused(lambda: arm.move_motors(1, *still[1:]), WrongState, "motors of a disabled arm")
+        bench.sleep(0.5)
 
 
 def home_by_operator(bench: Bench) -> None:
@@ -75,11 +71,10 @@ def home_by_operator(bench: Bench) -> None:
 def an_unconfirmed_home_references_nothing(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
-    before = bench.look()
-    refused(lambda: arm.home(operator=lambda request: False), Refused, "an unconfirmed home")
+    with bench.unmoved("a home that nobody confirmed"):
+        refused(lambda: arm.home(operator=lambda request: False), Refused, "an unconfirmed home")
     check(arm.status.trust is Trust.UNKNOWN, "an unconfirmed posture was taken")
     check(arm.status.state is State.STANDBY, f"left in {arm.status.state}")
-    check(bench.look().motors == before.motors, "a home that nobody confirmed moved the arm")
 
 
 def a_record_is_restored_but_not_trusted(bench: Bench) -> None:

@@ -6,14 +6,13 @@ from armdrive.arm import Arm
 from armdrive.errors import ArmError, BadRequest, OutOfBounds, Refused
 from armdrive.status import State
 
-from .behaviour import Behaviour, no_servo, servo, valve
+from .behaviour import IN_SIMULATION, Behaviour, no_servo, servo, valve
 from .bench import Bench
 from .going import begin_sweep, joints_from, refused
 from .rows_moving import FINGERS_MM, arrived
 from .rows_stopping import settled, under_way
 from .seen import check
 
-IN_SIMULATION = ("memory", "pty", "tcp")
 WIDTH_MM = 24.0
 FURTHER_MM = 8.0
 
@@ -53,11 +52,10 @@ def _keeps(bench: Bench, arm: Arm, wanted_mm: float) -> None:
 
 def a_servo_goes_where_it_is_told(bench: Bench) -> None:
     arm = _fitted(bench, "servo")
-    before = bench.look()
-    for opening_mm in (WIDTH_MM, FURTHER_MM):
-        arm.gripper.move(opening_mm)
-        _fingers_at(bench, arm, opening_mm)
-    check(bench.look().motors == before.motors, "a motor turned with the fingers")
+    with bench.unmoved("a servo"):
+        for opening_mm in (WIDTH_MM, FURTHER_MM):
+            arm.gripper.move(opening_mm)
+            _fingers_at(bench, arm, opening_mm)
     widest_mm = arm.model.gripper_range_mm[1]
     refused(lambda: arm.gripper.move(widest_mm + 5.0), OutOfBounds, "wider than the fingers open")
     _keeps(bench, arm, FURTHER_MM)
@@ -65,14 +63,13 @@ def a_servo_goes_where_it_is_told(bench: Bench) -> None:
 
 def an_output_opens_and_closes(bench: Bench) -> None:
     arm = _fitted(bench, "output")
-    before = bench.look()
     narrow_mm, wide_mm = arm.model.gripper_range_mm
-    arm.gripper.open()
-    _fingers_at(bench, arm, wide_mm)
-    arm.gripper.close()  # by an output that is on: a reset would switch it off
-    _fingers_at(bench, arm, narrow_mm)
-    refused(lambda: arm.gripper.move(WIDTH_MM), BadRequest, "half open by an output")
-    check(bench.look().motors == before.motors, "a motor turned with the fingers")
+    with bench.unmoved("an output"):
+        arm.gripper.open()
+        _fingers_at(bench, arm, wide_mm)
+        arm.gripper.close()  # by an output that is on: a reset would switch it off
+        _fingers_at(bench, arm, narrow_mm)
+        refused(lambda: arm.gripper.move(WIDTH_MM), BadRequest, "half open by an output")
     _keeps(bench, arm, narrow_mm)
 
 
@@ -91,10 +88,9 @@ def connecting_lets_nothing_go(bench: Bench) -> None:
 
 def a_servo_that_nothing_drives_is_refused(bench: Bench) -> None:
     bench.fit('[gripper]\nkind = "servo"')
-    before = bench.look()
-    told = refused(bench.connect, Refused, "an arm whose controller has no servo")
+    with bench.unmoved("a refused connection"):
+        told = refused(bench.connect, Refused, "an arm whose controller has no servo")
     check("gripper.kind" in str(told), f"the refusal does not name what is wrong: {told}")
-    check(bench.look().motors == before.motors, "an arm that was refused has moved")
 
 
 ROWS = (

@@ -14,13 +14,12 @@ from armdrive.errors import DeviceFault, Stopped
 from armdrive.status import State, Trust
 from kinematics import Motors
 
-from .behaviour import Behaviour, limit_switches, own_homing
+from .behaviour import IN_SIMULATION, Behaviour, limit_switches, own_homing
 from .bench import Bench
 from .going import joints_from, refused
 from .rows_moving import arrived
 from .seen import ON_THE_STEP, Seen, check
 
-IN_SIMULATION = ("memory", "pty", "tcp")
 TRAVEL, SEARCH_S, TURN = 400, 3.0, 16384
 
 

@@ -10,7 +10,7 @@ from armdrive.status import Trust
 
 from .behaviour import Behaviour, cartesian, finger_motor
 from .bench import Bench
-from .going import first_jog
+from .going import first_jog, jog_first
 from .rows_moving import arrived
 from .rows_stopping import MOVES_S, settled, within_bound
 from .seen import check
@@ -35,7 +35,7 @@ def increments_add_up(bench: Bench) -> None:
     first = arm.model.arm.joint_names[0]
     before_deg = arm.joints.deg[first]
     for _ in range(3):
-        arm.jog_j(**{f"{first}_deg": 1.0})
+        jog_first(arm)
     made_deg = bench.posture(bench.look().motors)[0].deg[first] - before_deg
     check(abs(made_deg - 3.0) <= 0.3, f"three jogs of 1 degree made {made_deg:.2f}")
     arrived(bench, arm)

@@ -10,11 +10,10 @@ import threading
 from armdrive.errors import Stopped
 
 from .behaviour import Behaviour
-from .device_process import ROOT
 from .going import begin_joints, begin_sweep, refused, sweep_plan
-from .laws import between
-from .real_time_bench import RealTimeBench
+from .real_time_bench import ROOT, RealTimeBench
 from .rows_conducting import RATE_S, SLOW, STANDS_S, slowed_enough, steps_made
+from .rows_faults import between
 from .rows_moving import arrived
 from .rows_stopping import settled, under_way, within_bound
 from .seen import check

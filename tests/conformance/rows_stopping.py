@@ -11,7 +11,7 @@ from armdrive.status import Current, State, Status, Trust
 
 from .behaviour import Behaviour, cartesian, switches_current
 from .bench import Bench
-from .going import begin_sweep, beside, joints_from, planned, refused
+from .going import begin_sweep, beside, jog_first, joints_from, planned, refused
 from .rows_moving import arrived
 from .seen import ON_THE_STEP, Rest, check
 
@@ -86,9 +86,8 @@ def an_emergency_stop_latches(bench: Bench) -> None:
     arm.estop()
     within_bound(bench, status, bench.rest(seen), "emergency stop")
     check(arm.status.state is State.ERROR_STOP, f"in {arm.status.state}")
-    first = arm.model.arm.joint_names[0]
     calls = planned(arm) | {
-        "jog_j": lambda: arm.jog_j(**{f"{first}_deg": 1.0}),
+        "jog_j": lambda: jog_first(arm),
         "enable": arm.enable,
         "home": lambda: arm.home(operator=lambda request: True),
     }
@@ -131,8 +130,7 @@ def disabling_lets_go_and_says_so(bench: Bench) -> None:
     check(status.current is Current.OFF, f"disabled, and the current is {status.current}")
     check(status.state is State.DISABLED, f"disabled, and in {status.state}")
     check(status.trust is Trust.SUSPECT, f"an arm that can sag is {status.trust}")
-    first = arm.model.arm.joint_names[0]
-    refused(lambda: arm.jog_j(**{f"{first}_deg": 1.0}), WrongState, "a jog of a disabled arm")
+    refused(lambda: jog_first(arm), WrongState, "a jog of a disabled arm")
     bench.stands(0.5, "disabled")
     arm.enable()
     check(arm.status.state is State.STANDBY, f"enabled, and in {arm.status.state}")

@@ -1,14 +1,34 @@
-"""Run one row of the table on one bench, and say what came of it."""
+"""Run one row of the table of behaviours on one bench, and say what came of it.
+
+The tables are here: all behaviours, in the order in which the page shows them, and the benches.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from types import MappingProxyType
 
+from armdrive.registry import DIALECTS
+
+from . import (
+    rows_conducting,
+    rows_connecting,
+    rows_faults,
+    rows_gripping,
+    rows_homing,
+    rows_jogging,
+    rows_moving,
+    rows_neighbours,
+    rows_reconnecting,
+    rows_stopping,
+)
 from .behaviour import Behaviour
 from .bench import Bench
+from .memory_bench import ThoroughMemoryBench
+from .real_time_bench import PtyBench, TcpBench, UdpBench
 
 
 class Verdict(Enum):
@@ -46,3 +66,27 @@ def run_row(
         verdict, words = Verdict.BROKEN, f"{type(error).__name__}: {error}"
     took_s = time.monotonic() - began_s
     return Result(behaviour.name, dialect, transport, verdict, words, took_s)
+
+
+BEHAVIOURS: tuple[Behaviour, ...] = (
+    *rows_connecting.ROWS,
+    *rows_reconnecting.ROWS,
+    *rows_homing.ROWS,
+    *rows_moving.ROWS,
+    *rows_gripping.ROWS,
+    *rows_jogging.ROWS,
+    *rows_stopping.ROWS,
+    *rows_conducting.ROWS,
+    *rows_neighbours.ROWS,
+    *rows_faults.ROWS,
+)
+
+
+BENCHES: Mapping[str, type[Bench]] = MappingProxyType(
+    {bench.transport: bench for bench in (ThoroughMemoryBench, PtyBench, TcpBench, UdpBench)}
+)
+
+
+def stands_on(dialect: str, transport: str) -> bool:
+    """Tell whether the controller of a dialect can be reached over a transport."""
+    return BENCHES[transport].on_bus or not DIALECTS[dialect].can

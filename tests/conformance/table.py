@@ -32,6 +32,10 @@ before. Two things no driver can prevent are excused and listed in [testing](tes
 without check bytes that changes or repeats a command, and steppers that slip without a switch. In
 simulated time a fault strikes at seven moments of a motion, in real time at one.
 
+`tests/conformance/expected_errors.py` lists what each arm reports after a fault: the error's code,
+its words and the trust that is left. The everyday tests hold other boards, firmware and ways to
+drive to the same rows (`VARIANTS` in `tests/conformance/memory_bench.py`).
+
 A single word holds for every transport; otherwise there is one for each, in this order:
 """
 

@@ -16,14 +16,13 @@ from armdrive.errors import DeviceFault
 from armdrive.registry import DIALECTS
 
 from .behaviour import Behaviour
-from .behaviours import BEHAVIOURS
 from .bench import Bench
 from .expected_errors import EXPECTED_ERRORS, MOVING, STANDING
 from .faults import FAULTS
-from .laws import survives_in_motion, survives_while_idle
 from .memory_bench import VARIANTS, MemoryBench, ThoroughMemoryBench, Variant
-from .port_bench import PortBench
-from .process_bench import PtyBench
+from .real_time_bench import PortBench, PtyBench
+from .rows_faults import survives_in_motion, survives_while_idle
+from .running import BEHAVIOURS
 from .seen import Broken
 
 SIMULATED = list(DIALECTS)

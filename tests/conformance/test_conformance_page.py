@@ -9,9 +9,7 @@ from pages import page_path
 from armdrive.registry import DIALECTS
 
 from .behaviour import EVERYWHERE
-from .behaviours import BEHAVIOURS
-from .benches import BENCHES
-from .running import Result, Verdict
+from .running import BEHAVIOURS, BENCHES, Result, Verdict
 from .table import page, text
 
 PAGE = page_path("conformance")

@@ -15,8 +15,7 @@ from armdrive.sim.faults.request import parse_words
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Motors
-from tests.conformance.port_bench import port_lock
-from tests.conformance.real_time_bench import RealTimeBench
+from tests.conformance.real_time_bench import RealTimeBench, port_lock
 from tests.conformance.seen import Seen
 
 from .avrdev import AvrProcess, check_image, compile_avrdev

@@ -21,7 +21,7 @@ from kinematics import KinematicsError, LinePart
 from tests.conformance.bench import Bench
 from tests.conformance.faults import FAULTS, Fault
 from tests.conformance.going import begin_sweep, beside, joints_from
-from tests.conformance.laws import brought_back, cause, works
+from tests.conformance.rows_faults import brought_back, cause, works
 from tests.conformance.seen import ON_THE_STEP, Broken
 
 FAULTY = 0.75

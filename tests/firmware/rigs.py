@@ -16,9 +16,7 @@ from armdrive.sim.device import Value
 from armdrive.sim.simulated_arm import SimulatedArm
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
-from tests.conformance.port_bench import PortBench
-from tests.conformance.process_bench import PtyBench
-from tests.conformance.real_time_bench import RealTimeBench
+from tests.conformance.real_time_bench import PortBench, PtyBench, RealTimeBench
 
 from .avr_bench import ControlledBench, ImageRunner, Pace
 from .boards import Board

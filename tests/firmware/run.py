@@ -24,8 +24,7 @@ from typing import Any, TypeVar
 
 from armdrive.errors import ArmError
 from armdrive.registry import DIALECTS
-from tests.conformance.behaviours import BEHAVIOURS
-from tests.conformance.running import Verdict, run_row
+from tests.conformance.running import BEHAVIOURS, Verdict, run_row
 
 from . import report
 from .avrdev import NoSimulator

@@ -14,9 +14,8 @@ from filelock import Timeout
 from armdrive.errors import BadRequest
 from armdrive.sim.faults.request import parse_words
 from tests.conformance.behaviour import on_bus
-from tests.conformance.device_process import DeviceProcess
 from tests.conformance.faults import FAULTS
-from tests.conformance.port_bench import port_lock
+from tests.conformance.real_time_bench import DeviceProcess, port_lock
 from tests.conformance.running import Verdict
 
 from . import avrdev, report

@@ -509,7 +509,7 @@ MUTANTS = (
         new=("        if state in ():\n            return Alert"),
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_controller.py",
-            "test_a_drive_that_fails_in_motion_stops_the_others_and_is_named",
+            "test_a_drive_in_fault_stops_the_others_which_hold",
         ),
     ),
     Mutant(

@@ -355,8 +355,8 @@ MUTANTS = (
         old="            if drive.missed > POLLS_LOST and not drive.reported:",
         new="            if False:",
         tests=tests_of(
-            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
-            "test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[a drive falls mute, standing-cia402]",
         ),
     ),
     Mutant(

@@ -11,7 +11,6 @@ from cia402_rig import Rig, steps
 from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.errors import Refused
 from armdrive.tasks import (
-    ClearFault,
     DeviceSettings,
     Done,
     Halted,
@@ -283,20 +282,6 @@ def test_a_burst_is_stopped_by_a_quick_stop_and_does_not_go_on():
 
 
 # -- a drive that is held -------------------------------------------------------------------------
-
-
-def test_a_drive_that_does_not_turn_faults_and_the_arm_can_be_used_again():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
-    rig.run(0.3)
-    rig.device.board.errors().ail(0, 0x8611)
-    reply = rig.finish()
-    assert isinstance(reply, RequestRejected)
-    assert "following error" in reply.reason
-    rig.device.board.errors().mend(0, 0x8611)
-    assert rig.do(ClearFault()) == Done()
-    rig.ready()
-    assert rig.along(*LINE) == Done()
 
 
 # -- homing and settings --------------------------------------------------------------------------

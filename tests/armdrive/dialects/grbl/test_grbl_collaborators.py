@@ -8,7 +8,7 @@ from grbl_arm import PIECES, config
 from armdrive.dialects.controller import ScriptRunner, StopPart
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.exchange import SPOILER, GrblExchange
-from armdrive.dialects.grbl.planner import InFlightLines, Limits, MotionBounds, SegmentBuffer
+from armdrive.dialects.grbl.planner import Limits, MotionBounds, SegmentBuffer
 from armdrive.dialects.grbl.settings import BoardAxes
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
@@ -198,68 +198,7 @@ def test_the_line_after_a_silence_is_said_behind_one_that_has_to_be_refused():
     assert not parts.board.polls.stray
 
 
-def test_a_board_is_mute_when_it_has_answered_no_poll_for_so_long():
-    parts = Parts(mute_s=1.0, poll_s=0.05)
-    assert not parts.run(parts.exchange.look(0.9), lambda _: [])
-    assert not parts.exchange.mute
-    assert not parts.run(parts.exchange.look(0.1), lambda _: [])
-    assert parts.exchange.mute
-    assert parts.run(parts.exchange.look(0.5), standing)
-    assert not parts.exchange.mute
-
-
-def test_a_reset_that_is_lost_is_pressed_again_on_a_board_that_moves():
-    parts = Parts()
-    run = IDLE.replace("Idle", "Run")
-
-    def plays(piece):
-        if piece != b"\x18":
-            return [run]
-        return [] if parts.sent.count(piece) == 1 else ["ALARM:3", BANNER]
-
-    parts.hear_line(run)
-    assert parts.run(parts.exchange.soft_reset(), plays)
-    assert parts.sent.count(b"\x18") == 2
-    assert parts.board.aborted
-
-
 # Stops, and the outputs that a reset switches off.
-
-
-def test_a_hold_waits_until_the_board_stands_and_brings_its_outputs_back():
-    parts = Parts(gripper="servo")
-    parts.run(parts.outputs.set(1), standing)
-    parts.run(parts.outputs.set_gripper(0.5), standing)
-    parts.sent.clear()
-    parts.hear_line(IDLE.replace("Idle", "Run"))
-    looks = []
-
-    def plays(piece):
-        if piece == b"?":
-            looks.append(piece)
-            return [IDLE.replace("Idle", "Hold:1" if len(looks) < 5 else "Hold:0")]
-        return standing(piece)
-
-    assert parts.run(parts.stops.hold(), plays)
-    assert parts.sent[0] == b"!"
-    assert len(looks) == 5
-    assert parts.sent[-3:] == [b"\x18", b"M3S500\n", b"M8\n"]
-
-
-def test_a_hold_of_a_mute_board_resets_nothing():
-    parts = Parts()
-    parts.hear_line(IDLE.replace("Idle", "Run"))
-    assert not parts.run(parts.stops.hold(), lambda _: [])
-    assert b"\x18" not in parts.sent
-
-
-@pytest.mark.parametrize(("state", "kept"), [("Idle", True), ("Run", False)])
-def test_a_board_that_is_killed_keeps_its_position_only_where_it_stood(state, kept):
-    parts = Parts()
-    parts.hear_line(IDLE.replace("Idle", state))
-    lines = InFlightLines(HERE, LIMITS, 2.0, SegmentBuffer(9))
-    killed = [BANNER] if kept else ["ALARM:3", BANNER]
-    assert parts.run(parts.stops.kill(lines), lambda piece: killed * (piece == b"\x18")) is kept
 
 
 @pytest.mark.parametrize(("closes", "said"), [(True, b"M8\n"), (False, b"M9\n")])

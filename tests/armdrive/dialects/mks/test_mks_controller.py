@@ -8,7 +8,6 @@ from mks_bench import MksBench, homing_at, stands
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.errors import Refused
 from armdrive.tasks import (
-    AlertKind,
     ClearFault,
     DeviceSettings,
     Done,
@@ -20,7 +19,6 @@ from armdrive.tasks import (
     Registers,
     RequestRejected,
     SwitchOn,
-    Timeout,
 )
 from firmware_protocol.mks import (
     Calibrate,
@@ -76,29 +74,6 @@ def test_the_oldest_drive_decides():
     bench.nodes[2] = MksBench((1, 0, 4)).node(3)
     bench.do(ReadPosition())
     assert bench.controller.abilities.queued_segments == 0
-
-
-def test_a_missing_drive_is_named_with_its_motor():
-    bench = MksBench()
-    bench.node(3).mute = True
-    words = denied(bench.do(ReadPosition()))
-    assert "drive 3 (elbow)" in words
-    assert "power" in words
-
-
-def test_a_silent_bus_is_silence():
-    bench = MksBench()
-    for node in bench.nodes:
-        node.mute = True
-    assert isinstance(bench.do(ReadPosition()), Timeout)
-
-
-def test_two_drives_with_one_id_are_found():
-    bench = MksBench()
-    bench.nodes.append(MksBench(starts=(7000,) * 6).node(2))
-    words = denied(bench.do(ReadPosition()))
-    assert "id 2" in words
-    assert "one at a time" in words
 
 
 def test_frames_that_are_lost_now_and_then_are_asked_for_again():
@@ -186,15 +161,6 @@ def test_switching_off_lets_every_motor_go():
     assert not any(node.sim.enabled for node in bench.nodes)
     frames = [decode_request(frame) for _, frame in bench.sent]
     assert Enable(on=False) in frames
-
-
-def test_a_drive_that_was_reset_at_rest_is_noticed():
-    bench = MksBench(starts=STARTS).ready()
-    bench.node(3).reset(bench.now_s)
-    assert isinstance(bench.do(ReadPosition()), Registers)
-    (alert,) = bench.alerts()
-    assert alert.kind is AlertKind.RESTARTED
-    assert "drive 3 (elbow)" in alert.text
 
 
 def test_an_encoder_that_trembles_is_no_motion():

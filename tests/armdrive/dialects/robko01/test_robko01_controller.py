@@ -33,7 +33,6 @@ from armdrive.tasks import (
     Registers,
     RequestRejected,
     SetGripper,
-    Timeout,
 )
 from firmware_protocol.robko01 import Op
 from kinematics import Motors, Pose
@@ -168,15 +167,6 @@ class TestRequests:
         assert reply == RequestRejected("it is still moving", moved=False)
         assert script.device.board.drive.rack.mask(script.now_s) == 2
 
-    def test_a_stop_ends_a_move_part_of_the_way_by_a_ramp(self):
-        script = enabled()
-        long = MoveBy(Motors((200, 100, 0, 0, 0, 0)), 125.0)
-        reply = script.ask(long, stop_after_s=0.8)
-        assert str(reply) == "halted"
-        assert reply.kept
-        assert not script.device.moving
-        assert 0 < script.device.registers[0] < 100
-
     def test_motors_that_do_not_come_to_rest_are_told(self):
         script = enabled()
 
@@ -192,20 +182,6 @@ class TestRequests:
         reply = script.ask(MOVE)
         assert reply == RequestRejected("its motors are disabled: call `enable()`", moved=False)
         assert script.events == []
-
-    def test_motors_that_are_off_although_they_were_on_are_an_alert(self):
-        script = enabled()
-        script.device.board.reset()
-        assert isinstance(script.ask(MOVE), RequestRejected)
-        assert [event.kind for event in script.events] == [AlertKind.SWITCHED_OFF]
-
-    def test_a_board_that_is_reset_in_motion_is_an_alert(self):
-        script = enabled()
-        script.ask(MOVE)
-        script.device.at(script.now_s + 0.3, script.device.board.reset)
-        assert isinstance(script.ask(MOVE), RequestRejected)
-        alerts = [event.kind for event in script.events if isinstance(event, Alert)]
-        assert alerts == [AlertKind.RESTARTED]
 
     @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS])
     def test_positions_are_no_older_than_a_silence_in_the_same_look(self, op):
@@ -223,13 +199,6 @@ class TestRequests:
         assert not script.ask(ReadPosition()).positions.largest
         alerts = [event.kind for event in script.events if isinstance(event, Alert)]
         assert alerts == [AlertKind.RESTARTED]
-
-    def test_silence_is_told_in_its_time(self):
-        script = enabled()
-        script.device.power_off()
-        began_s = script.now_s
-        assert isinstance(script.ask(ReadPosition()), Timeout)
-        assert 0.25 < script.now_s - began_s < 2.0
 
     @pytest.mark.parametrize("request_", [SetGripper(0.5), HomeDevice()])
     def test_what_it_cannot_do_is_refused_in_a_sentence(self, request_):
