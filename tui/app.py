@@ -34,8 +34,8 @@ from tui.dialogs import HelpScreen, StillPalette
 from tui.keys.keyboard import Keyboard
 from tui.keys.presses import Confirmation, StaleInput, SuspensionDetector, UrgentKeys
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
-from tui.look import COLOURLESS, HIGH_CONTRAST, look_after, look_named
 from tui.safety import StopButton
+from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
 from tui.terminal import ending_driver, is_served, lasting_driver
 
 STYLES = Path(__file__).with_name("desk.tcss")
@@ -346,7 +346,7 @@ class Looks:
         """The name of the look that the app has."""
 
     def put_on(self, name: str) -> None:
-        """Have the app look so; without colours there is one look only."""
+        """Give the app this look; without colours there is only one."""
         look = COLOURLESS if self._app.no_color else look_named(name)
         if HIGH_CONTRAST.name not in self._app.available_themes:
             self._app.register_theme(HIGH_CONTRAST)

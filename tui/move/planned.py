@@ -207,7 +207,6 @@ class PlannedMove:
             status.joints,
             status.gripper_mm,
             goal=shown.end if shown else None,
-            goal_opening_mm=status.gripper_mm,
             planned=shown.path if shown else (),
         )
 
