@@ -17,8 +17,8 @@ from armdrive.config.write import MEANINGS
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import COUPLED
+from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from armdrive.text.toml_amend import Change, amended
-from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 
 MODELS = "models"
 """The folder of model files, in the folder of arm files."""

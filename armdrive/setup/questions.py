@@ -36,8 +36,7 @@ from armdrive.registry import DIALECTS
 from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio, read_links
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.storage.files import file_name
-from armdrive.text.toml import rule_of
-from armdrive.text.toml_document import TomlEntry
+from armdrive.text.toml import TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
 
 Fill = Callable[[Draft, str], str | None]

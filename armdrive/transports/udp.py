@@ -6,7 +6,7 @@ import socket
 
 from armdrive.errors import LinkLost
 from armdrive.transports.link import Bell, Link
-from armdrive.transports.open_errors import no_connection
+from armdrive.transports.ports import no_connection
 
 LONGEST_BYTES = 65507  # most data in one datagram over IPv4
 MOST_DATAGRAMS = 64  # a limit per read, so that a flood cannot block the engine

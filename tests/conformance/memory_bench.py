@@ -195,10 +195,7 @@ VARIANTS = (
     Variant("an Armdroid whose numbers are not checked", "armdroid", {"check_numbers": False},
             SLOW, STOPS),
     Variant("a slow TeachMover", "teachmover", board=SLOW, differs=STOPS),
-    Variant("MKS drives in bursts", "mks", {"segment_s": 0.0}, differs=("Cartesian", "fault")),
-    Variant("MKS drives one after another", "mks", {"segment_s": 0.0, "firmware": "1.0.4"},
-            {"firmware": "1.0.4"}, ("Cartesian",)),
-    Variant(PROFILE, "cia402", {"strategy": "profile"},
-            differs=("Cartesian", "fault")),
+    Variant("MKS drives in bursts", "mks", {"segment_s": 0.0}, differs=("fault",)),
+    Variant(PROFILE, "cia402", {"strategy": "profile"}, differs=("fault",)),
 )  # fmt: skip
 """Arms that the suite is held against besides the one of each dialect's preset."""

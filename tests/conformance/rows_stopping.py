@@ -15,8 +15,6 @@ from .going import begin_sweep, beside, joints_from, planned, refused
 from .rows_moving import arrived
 from .seen import ON_THE_STEP, Rest, check
 
-MOMENTS_S = (0.03, 0.2, 0.55)
-"""How long a motion has been seen before it is stopped."""
 PATIENCE_S = 60.0
 MOVES_S = 10.0
 
@@ -47,7 +45,7 @@ def settled(bench: Bench, arm: Arm) -> None:
 
 def _stopped(bench: Bench, begin: Callable[[Arm], object]) -> None:
     arm = bench.ready()
-    for after_s in MOMENTS_S:
+    for after_s in bench.stops_after_s:
         begin(arm)
         under_way(bench)
         bench.sleep(after_s)

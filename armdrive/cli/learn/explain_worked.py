@@ -55,11 +55,6 @@ from kinematics.textbook.accuracy import (
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
 from kinematics.textbook.notation import notation
 from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject
-from kinematics.textbook.symbolic_systems import (
-    SymbolicExample,
-    symbolic_example,
-    symbolic_sections,
-)
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.named import NamedBranch
@@ -71,7 +66,10 @@ from kinematics.textbook.thirteen_steps import (
 )
 from kinematics.textbook.worked_example import (
     ExampleSection,
+    SymbolicExample,
     sections,
+    symbolic_example,
+    symbolic_sections,
     violation_text,
     work,
 )

@@ -24,7 +24,16 @@ from armdrive.connect.target import find
 from armdrive.errors import ArmError, ArmInUse
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import by_code
-from armdrive.status import Current, State, Trust, coded, status_view, trust_words
+from armdrive.status import (
+    LABEL,
+    State,
+    StatusRow,
+    Trust,
+    coded,
+    program_line,
+    status_rows,
+    status_view,
+)
 from armdrive.storage.lock_client import holder_words, watch_holder
 
 
@@ -83,17 +92,8 @@ INKS: Mapping[str, Ink] = MappingProxyType(
 )
 """The colours of the words for a state and for how far a position is trusted."""
 
-MOTORS: Mapping[str, str] = MappingProxyType(
-    {
-        Current.HELD.value: "on: they hold the arm",
-        Current.OFF.value: "off",
-        Current.UNKNOWN.value: "on or off: the controller does not say",
-    }
-)
-"""The motor current in words."""
-
-LABEL = 10
-"""The width of the first column of the page."""
+MESSAGE_INKS: Mapping[str, Ink] = MappingProxyType({"notice": Ink.CAUTION, "error": Ink.BAD})
+"""The colours of the messages of a status."""
 
 
 def inked(word: str, width: int = 0) -> Inked:
@@ -102,35 +102,16 @@ def inked(word: str, width: int = 0) -> Inked:
 
 
 def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
-    """Yield the page of a status: state, position, tip, joints, gripper, and what to do next."""
+    """Yield the page of a status: which arm it is, its status, and what to do next."""
     kind = "SIMULATED" if view["simulated"] else "REAL"
     yield f"{view['arm']} ({view['title']}), {kind}, {view['link']}"
     yield ""
-    yield _row("state", inked(view["state"]), _conduct(view))
-    yield _row("motors", MOTORS[view["current"]])
-    if program := program_line(view):
-        yield _row("program", program + _progress(view))
-    reason = trust_words(view["trust"], view["trust_reason"], view["trust_code"])
-    yield _row("position", inked(view["trust"]), f": {reason}")
-    if view["pose"] is not None:
-        yield _row("tip", ", ".join(_coordinates(view["pose"])))
-    yield from _joint_rows(view["joints"] or {})
-    if view["gripper_mm"] is not None:
-        grip = ", gripping" if view["gripping"] else ""
-        yield _row("gripper", f"{view['gripper_mm']:.1f} mm open{grip}")
-    if view["inputs"] is not None:
-        yield _row("inputs", _inputs(view["inputs"]))
-    yield _row("stop", _stopping(view))
-    if (torque := view["torque"]) is not None:
-        yield _row("disable", f"the arm {torque['disable']}")
-        yield _row("estop", f"the arm {torque['estop']}")
-    if view["underruns"]:
-        yield _row("underruns", f"{view['underruns']}: the arm stood still in mid-motion")
-    for word, ink in (("notice", Ink.CAUTION), ("error", Ink.BAD)):
-        if view[word]:
-            yield _row(word, Inked(coded(view[word], view[f"{word}_code"]), ink))
+    for label, word, rest in status_rows(view):
+        ink = MESSAGE_INKS.get(label) or INKS.get(word)
+        yield (f"{label:<{LABEL}}", word if ink is None else Inked(word, ink), rest)
     yield ""
-    yield _row("next", with_arm(presented(next_step(view), COMMAND_LINE), options))
+    next_words = with_arm(presented(next_step(view), COMMAND_LINE), options)
+    yield str(StatusRow("next", next_words))
 
 
 def next_step(view: View) -> str:
@@ -150,63 +131,6 @@ def next_step(view: View) -> str:
     if state is State.DISABLED:
         return "`armdrive enable` switches the motors on."
     return "`armdrive move`, `armdrive jog` or `armdrive run PROGRAM`."
-
-
-def _row(label: str, *parts: str | Inked) -> Line:
-    return (f"{label:<{LABEL}}", *parts)
-
-
-def _conduct(view: View) -> str:
-    override = view["speed_override"]
-    return ", PAUSED" * bool(view["paused"]) + (
-        f", slowed to {override:.0%}" if override < 1.0 else ""
-    )
-
-
-def _joint_rows(joints: Mapping[str, float]) -> Iterator[Line]:
-    """Yield a row for each joint, the angles below each other."""
-    names = [key.removesuffix("_deg").replace("_", " ") for key in joints]
-    width = max(map(len, names), default=0)
-    for at, (name, angle) in enumerate(zip(names, joints.values(), strict=True)):
-        yield _row("" if at else "joints", f"{name:<{width}}{angle + 0.0:>8.1f}°")
-
-
-def _coordinates(pose: Mapping[str, float]) -> Iterator[str]:
-    for key, value in pose.items():
-        name, unit = key.rsplit("_", 1)
-        yield f"{name} {round(value, 1) + 0.0:.1f}{' mm' if unit == 'mm' else '°'}"
-
-
-def _inputs(bits: int) -> str:
-    on = [str(number + 1) for number in range(bits.bit_length()) if bits >> number & 1]
-    return f"on: {', '.join(on)}" if on else "all off"
-
-
-def _stopping(view: View) -> str:
-    words = f"takes at most {view['stop_time_s']:.2f} s and {view['stop_distance_mm']:.0f} mm"
-    if view["silent_time_s"] > view["stop_time_s"]:
-        words += (
-            f"; without this program, {view['silent_time_s']:.2f} s and "
-            f"{view['silent_distance_mm']:.0f} mm"
-        )
-    return words
-
-
-def program_line(view: View) -> str:
-    """Return which line of which program an arm runs; nothing if it runs none."""
-    program = view.get("program")
-    if not isinstance(program, dict) or not program:
-        return ""
-    return f"{program.get('file')}, line {program.get('line')}: {program.get('text')}"
-
-
-def _progress(view: View) -> str:
-    """Return how far a program has come, where that is known."""
-    program = view.get("program") or {}
-    percent, left_s = program.get("percent"), program.get("left_s")
-    if not isinstance(percent, int | float) or not isinstance(left_s, int | float):
-        return ""
-    return f" ({percent:.0f} %, {left_s:.0f} s left)"
 
 
 # `armdrive watch`: a line for each change.
@@ -241,9 +165,9 @@ class Watched:
     def _news(self, view: View) -> Iterator[Line]:
         if program := program_line(view):
             yield f"{'':<10}{program}"
-        for word, ink in (("notice", Ink.CAUTION), ("error", Ink.BAD)):
-            if view[word]:
-                yield (f"{'':<10}", Inked(coded(view[word], view[f"{word}_code"]), ink))
+        for label, ink in MESSAGE_INKS.items():
+            if view[label]:
+                yield (f"{'':<10}", Inked(coded(view[label], view[f"{label}_code"]), ink))
 
     def _place(self, view: View) -> tuple[str | Inked, ...]:
         pose = view["pose"] or {}

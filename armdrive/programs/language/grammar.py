@@ -1,8 +1,8 @@
-"""The grammar of programs, the parser made from it, and the sentences about mistakes.
+"""The parser of programs, and the sentences about mistakes.
 
-One grammar describes a whole program. The parser is fed line by line, so one mistake hides no
-other: a line that does not fit is left out, and the parser goes on where it was before that line. A
-prompt feeds the same parser with the lines as they are typed.
+One grammar, program.lark, describes a whole program. The parser is fed line by line, so one mistake
+hides no other: a line that does not fit is left out, and the parser goes on where it was before
+that line. A prompt feeds the same parser with the lines as they are typed.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from itertools import chain
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias, cast
 
@@ -55,104 +56,6 @@ from armdrive.programs.problems import (
     program_error,
 )
 from kinematics.errors import suggestion
-
-GRAMMAR = r"""
-program: lines
-lines: -> empty
-     | lines line -> joined
-     | lines definition -> joined
-body: -> empty
-    | body line -> joined
-
-line: label? simple? note
-    | label
-    | label? block -> block_line
-definition: label? define note body end
-note: COMMENT? BREAK
-end: "end"i note
-
-label: (NAME | NUMBER) ":" | NUMBER
-
-?simple: do | assign | point | call | goto | if_goto
-?block: if_ | loop
-
-do: WORD arguments? link*
-link: LINK arguments
-assign: NAME "=" expr
-point: "point"i NAME "=" expr
-call: NAME ("(" arguments? ")")?
-goto: "goto"i target
-target: NAME | NUMBER
-if_goto: IF expr "then"i "goto"i? target
-
-if_: branches else_? end
-branches: IF expr "then"i? note body -> branch
-        | branches ELSEIF expr "then"i? note body -> other_branch
-else_: ELSE note body -> branch
-loop: (while_ | repeat) note body end
-while_: WHILE expr
-repeat: REPEAT expr? ("as"i NAME)?
-define: "define"i NAME ("(" names? ")")?
-names: NAME ("," NAME)*
-
-values: arguments COMMENT?
-
-arguments: expr ("," expr)*
-
-?expr: expr OR both -> binary
-     | both
-?both: both AND negated -> binary
-     | negated
-?negated: NOT negated -> unary
-        | comparison
-?comparison: sum COMPARE sum -> binary
-           | sum
-?sum: sum (PLUS | MINUS) product -> binary
-    | product
-?product: product (TIMES | OVER) signed -> binary
-        | signed
-?signed: MINUS signed -> unary
-       | part
-?part: part "." NAME -> field
-     | atom
-?atom: NUMBER -> number
-     | PERCENT -> percent
-     | TEXT -> text
-     | TRUTH -> truth
-     | NAME -> name
-     | NAME "(" arguments? ")" -> use
-     | JOINTS "(" joint ("," joint)* ")" -> joints
-     | "(" expr ")" -> inner
-joint: NAME sum
-
-%declare BREAK
-IF: "if"i
-ELSE: "else"i
-ELSEIF.3: /else[ \t]*if(?![a-z0-9_])/i
-WHILE: "while"i
-REPEAT: "repeat"i
-WORD.3: /(@words@)(?![a-z0-9_])/i
-LINK.3: /(@links@)(?![a-z0-9_])/i
-TRUTH.3: /(true|false|on|off)(?![a-z0-9_])/i
-JOINTS.3: /joints(?![a-z0-9_])/i
-COMPARE.3: /==|!=|<>|<=|>=|<|>|=|(is\s+not|is|eq|ne|lt|le|gt|ge)(?![a-z0-9_])/i
-OR.3: /or(?![a-z0-9_])/i
-AND.3: /and(?![a-z0-9_])/i
-NOT.3: /not(?![a-z0-9_])/i
-NAME: /(?!(@shapes@)(?![a-z0-9_]))[a-z_][a-z0-9_]*/i
-PERCENT.3: /(([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?)[ \t]*%/i
-NUMBER.2: /([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?/i
-TEXT: /"([^"]|"")*"/
-PLUS: "+"
-MINUS: "-"
-TIMES: "*"
-OVER: "/"
-COMMENT: /#.*/s
-
-%ignore /[ \t]+/
-"""
-"""In lark's notation; the words come from the vocabulary."""
-
 
 # Sentences about a line that cannot be read.
 
@@ -495,7 +398,7 @@ class _SharedParser:
     def __init__(self) -> None:
         self.maker = _TreeMaker()
         self.lock = threading.Lock()
-        grammar = GRAMMAR
+        grammar = Path(__file__).with_name("program.lark").read_text("utf-8")
         for name, words in (
             ("words", SPELLINGS),
             ("links", LINKS),

@@ -37,8 +37,8 @@ def test_the_docs_and_the_status_say_what_holds_each_arm(row):
     assert all(each.startswith((HELD, SAGS)) for each in sentences)
     with Arm.connect(f"sim:{row.name}") as arm:
         shown = str(arm.status)
-    assert f"after disable the arm {row.torque.disable}" in shown
-    assert f"after estop the arm {row.torque.estop}" in shown
+    assert f"disable   the arm {row.torque.disable}" in shown
+    assert f"estop     the arm {row.torque.estop}" in shown
 
 
 @pytest.mark.parametrize(

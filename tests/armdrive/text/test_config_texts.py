@@ -13,7 +13,7 @@ from armdrive.config.write import complete, shortest
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.draft import flattened, ratio
-from armdrive.text.toml_document import TomlEntry, TomlSection, document
+from armdrive.text.toml import TomlEntry, TomlSection, document
 
 
 @pytest.mark.parametrize(

@@ -82,7 +82,7 @@ def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
 def test_a_forbidden_port_is_listed_with_its_remedy(call, adapter, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    monkeypatch.setattr("armdrive.transports.open_errors.owning_group", lambda port: "dialout")
+    monkeypatch.setattr("armdrive.transports.ports.owning_group", lambda port: "dialout")
     (seen,) = call("ports", "--json", code=0).json["ports"]
     assert not seen["allowed"]
     assert "sudo usermod -aG dialout $USER" in seen["mend"]

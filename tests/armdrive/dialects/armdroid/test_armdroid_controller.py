@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from armdroid_bench import CONFIG, configured, honest, ready_arm
+from armdroid_bench import CONFIG
+from faults import arm_config, driven, honest
 
 from armdrive import Arm, ArmFileError, DeviceFault, NoAnswer, Refused
 from armdrive.connect.parts import connect_simulated
@@ -14,6 +15,7 @@ from armdrive.registry import dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.registry.simulate import simulate
 from armdrive.status import State, Trust
+from armdrive.storage.record import FileRecorder
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -48,7 +50,7 @@ class Talked:
     """A controller whose board is played by the test, a line at a time."""
 
     def __init__(self, **settings):
-        config = configured(**settings)
+        config = arm_config("armdroid", device=settings)
         self.controller = ArmdroidController(dialect("armdroid").abilities, config.device, 9600)
         self.now_s = 0.0
 
@@ -303,7 +305,7 @@ class TestNumbers:
 )  # fmt: skip
 @pytest.mark.parametrize("fault", ["drop", "corrupt", "duplicate"])
 def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(fault, side, byte):
-    arm = ready_arm()
+    arm = driven(CONFIG)
     start = arm.twin.world.motors
     arm.twin.faults.add(fault, f"#{byte}", side=side)
     try:
@@ -321,7 +323,7 @@ def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(
 
 
 def test_a_board_that_says_that_its_motors_are_off_is_believed():
-    arm = ready_arm()
+    arm = driven(CONFIG)
     arm.twin.link.line.send(b"0t", arm.pace.now_s())  # as a garbled line may read
     arm.sleep(0.5)
     assert not arm.twin.world.energised
@@ -329,7 +331,7 @@ def test_a_board_that_says_that_its_motors_are_off_is_believed():
 
 
 def test_a_welcome_between_two_bursts_ends_a_motion():
-    arm = ready_arm()
+    arm = driven(CONFIG)
     arm.move_j(base_deg=20, wait=False)
     arm.sleep(0.6)
     arm.twin.board.shared.outgoing += b"Welcome, Armdroid!\r\n"
@@ -367,10 +369,58 @@ def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
 
 
 def test_registers_may_wrap_without_a_step_being_lost():
-    arm = ready_arm()
+    arm = driven(CONFIG)
     arm.twin.board.count_from((32760, -32760, 32760, -32768, 32767, 5))
     arm.sleep(2.0)
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
     arm.move_j(base_deg=4, shoulder_deg=44)
     assert arm.status.trust is Trust.REFERENCED
     assert honest(arm)
+
+
+# An arm that lets its motors go as it is switched on: a number was lost before the letter.
+
+TURNED = (40, 30, -20, 5, 9, 12)
+
+
+@pytest.fixture
+def left(tmp_path):
+    """A twin on which a program has ended well, and the record that it left."""
+    twin = simulate(CONFIG)
+    recorder = FileRecorder(tmp_path / "record.json")
+    twin.device.jog(TURNED)
+    with Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder)) as arm:
+        arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
+    twin.link.reopen()
+    return twin, recorder
+
+
+def test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_believed(left):
+    twin, recorder = left
+    before = twin.world.motors
+    twin.link.line.send(b"t", twin.device.now_s)  # the 1 before it was lost with a program
+    arm = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True))
+    assert twin.world.motors != before
+    assert arm.status.trust is Trust.SUSPECT
+    assert "motors are off" in arm.status.trust_reason
+    assert arm.status.state is State.DISABLED
+    assert arm.status.error == ""
+    arm.close()
+    twin.link.reopen()
+    again = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder))
+    assert again.status.trust is Trust.SUSPECT
+
+
+def test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed(left):
+    twin, recorder = left
+    arm = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True))
+    assert arm.status.trust is Trust.RESTORED
+    before = twin.world.motors
+    twin.faults.add("drop", "#1", side="host")
+    with pytest.raises(DeviceFault, match="motors are off"):
+        arm.enable()
+    assert twin.world.motors != before
+    assert arm.status.trust is Trust.SUSPECT
+    arm.reset()
+    arm.enable()
+    assert arm.status.state is State.STANDBY

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from grbl_arm import OPENING_MM, OVER, config, found, ready, standing_as_said
+from faults import OVER_THE_TABLE
+from grbl_arm import config, found, ready, standing_as_said
 
 from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
@@ -57,7 +58,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm = found(factory=True)
     musts = [each for each in arm.core.differences if each.must]
     assert {each.mend for each in musts} >= {"$1=255", "$10=3", "$100=1", "$105=1"}
-    arm.declare_posture(OVER, opening_mm=OPENING_MM)
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
     from armdrive.motion.device import mend_settings

@@ -3,8 +3,8 @@
 import math
 
 import pytest
+from faults import OVER_THE_TABLE
 from grbl_arm import (
-    OVER,
     begin_jog,
     begin_line,
     begin_planned,
@@ -47,9 +47,11 @@ def test_a_motion_is_never_faster_than_asked_and_not_much_slower(speed, turn_deg
 def test_joints_that_share_motors_are_no_slower_together_than_alone():
     arm = ready()
     began_s = arm.status.time_s
-    arm.move_j(shoulder_deg=OVER.deg["shoulder"] + 20, elbow_deg=OVER.deg["elbow"] + 20)
+    arm.move_j(
+        shoulder_deg=OVER_THE_TABLE.deg["shoulder"] + 20, elbow_deg=OVER_THE_TABLE.deg["elbow"] + 20
+    )
     together_s = arm.status.time_s - began_s
-    speeds = dict(zip(OVER.names, arm.config.model.joint_speeds_rad_s, strict=True))
+    speeds = dict(zip(OVER_THE_TABLE.names, arm.config.model.joint_speeds_rad_s, strict=True))
     alone_s = max(math.radians(20) / speeds[name] for name in ("shoulder", "elbow"))
     motion = arm.config.motion
     assert together_s <= alone_s + motion.ramp_s + motion.jerk_s + 0.3

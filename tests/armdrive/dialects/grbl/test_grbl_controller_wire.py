@@ -4,8 +4,8 @@ import re
 from dataclasses import replace
 
 import pytest
-from faults import Rule, becoming, lost, without_byte
-from grbl_arm import OVER, Disturbed, config, found, ready, stands
+from faults import OVER_THE_TABLE, Rule, becoming, honest, lost, without_byte
+from grbl_arm import Disturbed, config, found, ready, stands
 
 from armdrive import Arm, Jog, Pose
 from armdrive.connect.parts import connect_simulated
@@ -23,11 +23,6 @@ CHANGES = {
     "end gone": without_byte(-1),
     "a digit changed": becoming(lambda piece: re.sub(rb"\d", b"7", piece, count=1)),
 }
-
-
-def honest(arm):
-    status = arm.status
-    return status.trust is not Trust.REFERENCED or arm.twin.world.motors == status.acknowledged
 
 
 def survive(arm):
@@ -204,7 +199,7 @@ def test_a_queue_that_runs_empty_in_mid_motion_is_counted_and_shown():
 def test_a_motion_that_waits_between_single_steps_is_no_underrun():
     arm = ready()
     before = arm.status.underruns
-    arm.move_j(base_deg=OVER.deg["base"] + 0.3, speed=0.01)
+    arm.move_j(base_deg=OVER_THE_TABLE.deg["base"] + 0.3, speed=0.01)
     assert arm.status.underruns == before
 
 
