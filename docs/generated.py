@@ -33,7 +33,7 @@ from armdrive.trace.entries import EntryKind
 from tui.gamepad import map as pad_map
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
 from tui.keys.table import SCREENS
-from tui.look import LOOKS
+from tui.settings import LOOKS
 
 DOCS = Path(__file__).parent
 MARK = re.compile(r"<!-- ([a-z ]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)

@@ -275,7 +275,7 @@ def take(name: str) -> str:
 
 
 def main(names: Sequence[str]) -> None:
-    """Take these pictures anew, or all if none is named."""
+    """Take these pictures again, or all if none is named."""
     FOLDER.mkdir(exist_ok=True)
     for name in names or tuple(PICTURES):
         (FOLDER / f"{name}.svg").write_text(take(name), encoding="utf-8")

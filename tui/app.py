@@ -34,13 +34,14 @@ from tui.dialogs import HelpScreen, StillPalette
 from tui.keys.keyboard import Keyboard
 from tui.keys.presses import Confirmation, StaleInput, SuspensionDetector, UrgentKeys
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
-from tui.look import COLOURLESS, HIGH_CONTRAST, look_after, look_named
 from tui.safety import StopButton
+from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
 from tui.terminal import ending_driver, is_served, lasting_driver
 
 STYLES = Path(__file__).with_name("desk.tcss")
 
 Answer = TypeVar("Answer")
+Found = TypeVar("Found")
 
 SUSPENDED_S = 1.0
 """An app that did nothing for this long was suspended: it polls more often."""
@@ -281,6 +282,28 @@ class Calls:
         """Do work that takes a moment, without keeping the stop key waiting."""
         self._app.run_worker(work, thread=True, exit_on_error=False)
 
+    def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> None:
+        """Work something out in a thread; keep it, or None after an error, and show what follows.
+
+        `keep` is called in the app's own thread, and returns whether it is still of interest.
+        """
+
+        def working() -> None:
+            found, message = None, ""
+            try:
+                found = work()
+            except (ArmError, KinematicsError) as error:
+                message = str(error)
+            finally:
+                self._app.call_from_thread(kept, found, message)
+
+        def kept(found: Found | None, message: str) -> None:
+            if keep(found) and message:
+                self._app.message = message
+            self._app.show()
+
+        self.in_thread(working)
+
     def make(self, call: Outcome, done: str = "") -> None:
         """Make a call in a thread, then show `done`, the text that the call returns, or its error.
 
@@ -346,7 +369,7 @@ class Looks:
         """The name of the look that the app has."""
 
     def put_on(self, name: str) -> None:
-        """Have the app look so; without colours there is one look only."""
+        """Give the app this look; without colours there is only one."""
         look = COLOURLESS if self._app.no_color else look_named(name)
         if HIGH_CONTRAST.name not in self._app.available_themes:
             self._app.register_theme(HIGH_CONTRAST)

@@ -21,7 +21,7 @@ from kinematics.presets import ArmModel
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import KEYS_WIDTH, Keyboard, bindings, label
 from tui.keys.table import DeskKey, JogPair
-from tui.look import LOOKS
+from tui.settings import LOOKS
 from tui.widgets import PlainText
 
 LEAST_WIDTH = 60

@@ -1,4 +1,4 @@
-"""What the operator has set on the jog and move screens, and what is remembered until next time."""
+"""What the operator has set: how keys move the arm, how the desk looks; and what is remembered."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
+
+from textual.theme import Theme
 
 from armdrive.errors import BadRequest
 from armdrive.motion.frames import BASE
@@ -108,6 +110,62 @@ class MoveSettings:
 def neighbour(values: tuple[float, ...], value: float, by: int) -> float:
     """Return the value `by` places further in a table, at most its last or first."""
     return values[min(max(values.index(value) + by, 0), len(values) - 1)]
+
+
+# How an app looks: its themes. The layout is in desk.tcss. No theme is needed to understand the
+# desk: whatever has a colour has a word or a mark as well.
+
+HIGH_CONTRAST = Theme(
+    name="high-contrast",
+    primary="#00ffff",
+    secondary="#ffffff",
+    accent="#ffff00",
+    warning="#ffff00",
+    error="#c00000",
+    success="#00ff00",
+    foreground="#ffffff",
+    background="#000000",
+    surface="#000000",
+    panel="#000000",
+    boost="#000000",
+    dark=True,
+    luminosity_spread=0.0,
+    text_alpha=1.0,
+)
+"""White on black, and black or white on whatever is filled: 7 to 1 at least."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeskTheme:
+    """A theme by the name people choose it by, and what it is for. `theme` is the framework's."""
+
+    name: str
+    theme: str
+    summary: str
+
+
+LOOKS = (
+    DeskTheme("dark", "textual-dark", "Light on dark."),
+    DeskTheme("light", "textual-light", "Dark on light, for a bright room or a projector."),
+    DeskTheme("high-contrast", HIGH_CONTRAST.name, "White on black, few and strong colours."),
+    DeskTheme(
+        "terminal", "ansi-dark", "The sixteen colours that your terminal has, on its own ground."
+    ),
+)
+
+COLOURLESS = LOOKS[3]
+"""With NO_COLOR set: the only one that sends no colours at all."""
+
+
+def look_named(name: str) -> DeskTheme:
+    """Return a look, the first one where there is none of that name."""
+    return next((look for look in LOOKS if look.name == name), LOOKS[0])
+
+
+def look_after(name: str) -> DeskTheme:
+    """Return the next look, after the last one the first."""
+    names = [look.name for look in LOOKS]
+    return LOOKS[(names.index(look_named(name).name) + 1) % len(LOOKS)]
 
 
 # What the desk remembers until the next time, for each arm by itself: what was set on a simulated

@@ -58,8 +58,8 @@ def plainly(error: UnicodeError) -> tuple[str, int]:
 class LastingFile:
     """A terminal to write to, that takes whatever it is given once it is gone.
 
-    The framework writes in a thread, which ends with the first error; who writes then waits for it
-    for ever as soon as its queue is full: a desk whose terminal was closed did not always end.
+    The framework writes in a thread, which ends with the first error. Once its queue is full, the
+    app would wait for that thread forever, and a desk whose terminal was closed would not end.
     """
 
     def __init__(self, file: IO[str]) -> None:
@@ -119,7 +119,7 @@ class ReleaseParser(XTermParser):
 
 
 def lasting_driver(driver: type[Driver]) -> type[Driver]:
-    """Return such a driver that outlives its terminal, and goes on after a suspension."""
+    """Return a driver that outlives its terminal, and goes on after a suspension."""
     if suspends(driver):
         sys.modules[driver.__module__].XTermParser = ReleaseParser  # type: ignore[attr-defined]
 
@@ -152,8 +152,8 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
         def _soon(self, call: Callable[[], None]) -> None:
             """Do it outside of the signal's handler.
 
-            The framework does it within: where that has interrupted its own writing, it waits for
-            a lock that it holds itself, for ever.
+            The framework does it in the handler: if that interrupts its own writing, it waits
+            forever for a lock that it holds itself.
             """
             if not self._loop.is_closed():
                 self._loop.call_soon_threadsafe(call)
@@ -206,16 +206,16 @@ def set_mode(terminal: int, mode: Any) -> None:
 
 # The driver for browsers, made to end when the other end has gone. It reads and writes two pipes to
 # the program that serves the page. When that has died, the framework's driver stops reading and
-# leaves the app running, which would hold its arm for ever.
+# leaves the app running, which would hold its arm forever.
 
 
 def is_served(driver: type[Driver]) -> bool:
-    """Tell whether a driver is the one for browsers."""
+    """Return whether a driver is the one for browsers."""
     return hasattr(driver, "write_meta")
 
 
 def ending_driver(driver: type[Driver]) -> type[Driver]:
-    """Return such a driver that ends its app with its reader."""
+    """Return a driver that ends its app when its reader ends."""
 
     class Ending(driver):  # type: ignore[misc, valid-type]
         def __init__(self, *words: Any, **more: Any) -> None:

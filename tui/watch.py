@@ -80,25 +80,20 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
 
 
 def lines(view: View) -> str:
-    """Describe the arm; what a small terminal must not cut off comes first."""
+    """Say what the safety panel does not; what a small terminal must not cut off comes first."""
     if not view:
         return "nothing is known of it yet"
     joints, pose = view.get("joints"), view.get("pose")
-    state = f"state {view.get('state', '?')}{', PAUSED' if view.get('paused') else ''}"
-    time_s = number_text(view.get("stop_time_s"), 2)
-    way = f"{number_text(view.get('stop_distance_mm'))} mm, {time_s} s"
     texts = (
-        f"{state}  speed {percent(view)} %",
+        f"speed {percent(view)} %",
         program_words(view),
         *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
-        f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
         "",
         *_named(joints, "_deg", "\N{DEGREE SIGN}"),
         "" if joints else "the joints are not known",
         *_named(pose, "", ""),
         "" if pose is None else f"gripper {number_text(view.get('gripper_mm'))} mm",
         f"motor current {view.get('current', '?')}",
-        f"stop: {way} at most",
     )
     return "\n".join(text for text in texts if text is not None)
 

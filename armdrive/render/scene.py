@@ -341,56 +341,55 @@ class _Sheet:
         self._layers, self._over = layers, edition
 
 
-class _Easel:
-    """The sheets and the projection of one camera on one size of canvas."""
+class Studio:
+    """Draws one arm repeatedly, in braille or plain ASCII.
 
-    def __init__(self, camera: Camera, dome: Dome, work: Raster) -> None:
-        self.work = work
-        self.name = camera.name + (f", zoom {camera.zoom:+d}" if camera.zoom else "")
+    Sheets are kept as long as the camera and the size of the canvas stay the same.
+    """
+
+    def __init__(self, dome: Dome, *, braille: bool) -> None:
+        self.dome = dome
+        self.braille = braille
+        self._key: tuple[Camera, int, int] | None = None
         self._sheets: list[_Sheet] = []
-        self._seen = projection(camera, dome, work.right + 1, work.bottom + 1, work.dot_aspect)
+        self._work = raster(0, 0, braille=braille)
+        self._seen = Projection((0.0,) * 4, (0.0,) * 4)
+        self._legend = lru_cache(maxsize=8)(partial(_legend, braille=braille))
 
-    def show(self, space: SceneSpace) -> None:
+    def draw(self, space: SceneSpace, camera: Camera, width: int, height: int) -> Painted:
+        """Return a picture of `width` by `height` cells, with the legend in the last row."""
+        worded = height >= _LEAST_HEIGHT
+        if self._key != (camera, width, height):
+            self._key = (camera, width, height)
+            self._sheets = []
+            self._work = work = raster(width, height - worded, braille=self.braille)
+            across, down = work.right + 1, work.bottom + 1
+            self._seen = projection(camera, self.dome, across, down, work.dot_aspect)
+        self._draw_sheets(space.sheets)
+        work = self._work
+        if space.notice:
+            column = max((work.width - len(space.notice)) // 2, 0)
+            work.text(column, work.height // 2, space.notice, Ink.WORD)
+        name = camera.name + (f", zoom {camera.zoom:+d}" if camera.zoom else "")
+        work.text(0, 0, name, Ink.WORD)
+        painted = work.painted()
+        return painted.above(self._legend(space.inks, space.reach, width)) if worded else painted
+
+    def _draw_sheets(self, sheets: tuple[tuple[Layer, ...], ...]) -> None:
         """Draw the sheets on top of each other; all but the last are kept for the next time."""
-        work = self.work
+        work = self._work
         under: _Sheet | None = None
-        for index, layers in enumerate(space.sheets[:-1]):
+        for index, layers in enumerate(sheets[:-1]):
             if index == len(self._sheets):
-                self._sheets.append(_Sheet(work.width, work.height, braille=work.braille))
+                self._sheets.append(_Sheet(work.width, work.height, braille=self.braille))
             self._sheets[index].show(layers, self._seen, under)
             under = self._sheets[index]
         if under is None:
             work.clear()
         else:
             work.taken_from(under.raster)
-        for layer in space.sheets[-1]:
+        for layer in sheets[-1]:
             work.draw(layer, self._seen)
-        if space.notice:
-            column = max((work.width - len(space.notice)) // 2, 0)
-            work.text(column, work.height // 2, space.notice, Ink.WORD)
-        work.text(0, 0, self.name, Ink.WORD)
-
-
-class Studio:
-    """Draws one arm repeatedly, in braille or plain ASCII."""
-
-    def __init__(self, dome: Dome, *, braille: bool) -> None:
-        self.dome = dome
-        self.braille = braille
-        self._key: tuple[Camera, int, int] | None = None
-        self._easel: _Easel | None = None
-        self._legend = lru_cache(maxsize=8)(partial(_legend, braille=braille))
-
-    def draw(self, space: SceneSpace, camera: Camera, width: int, height: int) -> Painted:
-        """Return a picture of `width` by `height` cells, with the legend in the last row."""
-        worded = height >= _LEAST_HEIGHT
-        key = (camera, width, height)
-        if self._easel is None or key != self._key:
-            work = raster(width, height - worded, braille=self.braille)
-            self._key, self._easel = key, _Easel(camera, self.dome, work)
-        self._easel.show(space)
-        painted = self._easel.work.painted()
-        return painted.above(self._legend(space.inks, space.reach, width)) if worded else painted
 
 
 def _legend(inks: frozenset[Ink], reach: str, width: int, *, braille: bool) -> Painted:
@@ -421,14 +420,13 @@ _NO_LAYER = Layer()
 class Moment:
     """The arm's posture and goal at one moment.
 
-    `joints` are None while the posture is unknown. `goal` is drawn as a ghost, with its fingers
-    `goal_opening_mm` apart, and `planned` as the path there: points of the tip in mm.
+    `joints` are None while the posture is unknown. `goal` is drawn as a ghost, with the fingers as
+    they are now, and `planned` as the path there: points of the tip in mm.
     """
 
     joints: Joints | None = None
     opening_mm: float | None = None
     goal: Joints | None = None
-    goal_opening_mm: float | None = None
     planned: tuple[Point, ...] = ()
 
 
@@ -446,7 +444,6 @@ class ArmDrawing:
         self._outlines: OrderedDict[Key, Outline] = OrderedDict()
         self._outline: Outline | None = None
         self._wanted: Key | None = None
-        self._azimuth_deg = 0
         self._reach = _NO_LAYER
         self._reach_of: tuple[Outline | None, int] = (None, 0)
 
@@ -487,14 +484,14 @@ class ArmDrawing:
 
     def _want(self, moment: Moment) -> None:
         """Update the planned path and the ghost at its end, if they changed."""
-        wanted = (moment.goal, moment.goal_opening_mm, moment.planned)
+        wanted = (moment.goal, moment.opening_mm, moment.planned)
         if wanted == self._wanted_ahead:
             return
         self._wanted_ahead = wanted
         way = (Stroke(Ink.PLANNED, moment.planned),) if len(moment.planned) > 1 else ()
         layers = [Layer(way)]
         if moment.goal is not None:
-            layers.append(ghost(self.stance(moment.goal, moment.goal_opening_mm)))
+            layers.append(ghost(self.stance(moment.goal, moment.opening_mm)))
         self._ahead = tuple(layers)
 
     def _turn_reach(self, joints: Joints) -> None:

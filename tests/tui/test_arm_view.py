@@ -45,7 +45,7 @@ class Viewer(App):
         super().__init__()
         self.clock = Clock()
         self.view = SpaceView(GUARDED, braille=braille, clock=self.clock, id="space")
-        self.moment = moment or Moment(posture(), 38.0, goal=GOAL, goal_opening_mm=30.0)
+        self.moment = moment or Moment(posture(), 38.0, goal=GOAL)
         self.painted = []
         self.begun = False
 
@@ -126,7 +126,7 @@ async def test_a_small_motion_repaints_a_small_part_of_the_screen():
             app.view.show(app.moment)
             await pilot.pause()
         assert app.painted == [], "nothing has changed"
-        app.view.show(Moment(posture(20.3), 38.0, goal=GOAL, goal_opening_mm=30.0))
+        app.view.show(Moment(posture(20.3), 38.0, goal=GOAL))
         await pilot.pause()
         assert app.painted
         assert 0 < sum(len(text) for text in app.painted) < 4000

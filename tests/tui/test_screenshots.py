@@ -2,6 +2,7 @@
 
 import re
 import sys
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -44,9 +45,15 @@ def words(svg):
     return re.sub(r"\s+", " ", "\n".join(lines).replace("\xa0", " "))
 
 
+@cache
+def taken(name):
+    """Take a picture, once for all tests."""
+    return screenshots.take(name)
+
+
 @pytest.mark.parametrize("name", sorted(screenshots.PICTURES))
 def test_every_picture_can_be_taken_and_shows_its_screen(name):
-    svg = screenshots.take(name)
+    svg = taken(name)
     assert SHOWN[name] in words(svg)
     assert "url(http" not in svg, "it would be fetched from elsewhere"
     assert len(svg.encode()) < MOST_BYTES
@@ -58,7 +65,7 @@ def test_every_picture_that_is_kept_shows_its_screen(name):
 
 
 def test_a_picture_that_is_taken_again_is_the_same():
-    assert screenshots.take("jog") == screenshots.take("jog")
+    assert screenshots.take("jog") == taken("jog")
 
 
 def test_the_docs_show_every_picture_and_no_other():

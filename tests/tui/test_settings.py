@@ -11,15 +11,17 @@ from desk_session import Session
 from armdrive.moves import Jog, Space
 from tui.dialogs import safety
 from tui.keys.keyboard import DEFAULT_KEYS
-from tui.look import LOOKS, look_after, look_named
 from tui.settings import (
     INCREMENTS,
+    LOOKS,
     MOST_ARMS,
     SPEEDS,
     ArmMemory,
     DeskMemory,
     JogSettings,
     MoveSettings,
+    look_after,
+    look_named,
     move_settings,
     recall,
     remember,

@@ -50,6 +50,10 @@ class Session:
         await self.app.workers.wait_for_complete()
         await self.pilot.pause()
 
+    @property
+    def everything(self):
+        return "\n".join(self.text(name) for name in ("state", "trust", "stopping", "watched"))
+
     def text(self, name):
         if name == "title":
             return self.app.screen.query_one(SafetyPanel).arm
@@ -61,15 +65,8 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         assert "WATCHING sim" in session.text("title")
         await session.hear(status_view(FakeArm().status))
         assert session.text("title").startswith("SIMULATED, WATCHED: sim (TeachMover)")
-        shown = session.text("watched")
-        for word in (
-            "state standby",
-            "shoulder",
-            "60.0°",
-            "referenced",
-            "38.0 mm",
-            "14.0 mm, 0.21 s",
-        ):
+        shown = session.everything
+        for word in ("READY", "shoulder", "60.0°", "referenced", "38.0 mm", "14 mm, 0.21 s"):
             assert word in shown
         assert session.text("footer").startswith("space STOP")
         await session.hear(
@@ -105,7 +102,7 @@ async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_of
         await session.hear({**view, "program": {"file": "stack.arm", "line": 12}})
         first = session.text("watched").splitlines()[:4]
         assert first == [
-            "state standby  speed 100 %",
+            "speed 100 %",
             "program stack.arm",
             "line 12: ",
             "! it is warm",
@@ -128,7 +125,7 @@ async def test_what_is_heard_before_the_screen_is_laid_out_is_shown_afterwards()
         async with app.run_test(size=(100, 30)) as pilot:
             await pilot.pause()
             await pilot.pause()
-            assert "state standby" in app.screen.query_one("#watched", PlainText).shown
+            assert "speed 100 %" in app.screen.query_one("#watched", PlainText).shown
     finally:
         app._holder.said.put(END)
 
@@ -206,7 +203,7 @@ async def test_an_arm_that_is_really_held_is_watched_and_stopped():
         assert isinstance(arm, Arm)
         async with Session(HeldArm(config.name)) as session:
             await session.seen(lambda: session.app.view)
-            assert "state standby" in session.text("watched")
+            assert "READY" in session.text("state")
             before = arm.stops
             await session.press("space")
             assert arm.stops == before + 1

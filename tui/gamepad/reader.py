@@ -156,7 +156,7 @@ class EvdevPad:
         return min(max(share, -1.0), 1.0)
 
     def events(self) -> Iterator[PadEvent | None]:
-        """Yield what it tells; raises `OSError` when it was unplugged, and `Uncounted`."""
+        """Yield its events, None now and then. Raises `Uncounted`, and `OSError` at its end."""
         while True:
             if not select.select([self._device.fd], [], [], WAKE_S)[0]:
                 yield None
@@ -180,7 +180,7 @@ class EvdevPad:
 
 
 def is_gamepad(device: Any) -> bool:
-    """Tell whether a device has two axes of a stick and a button of a gamepad."""
+    """Return whether a device has two axes of a stick and a button of a gamepad."""
     able = device.capabilities(absinfo=False)
     sticks = {STICKS["left-x"], STICKS["left-y"]} <= set(able.get(EV_ABS, []))
     return sticks and bool(set(BUTTONS.values()) & set(able.get(EV_KEY, [])))

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol
 
 from armdrive import Arm
 from armdrive.errors import ArmError
 from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, HeldKey, Increment
 from armdrive.moves import Jog
+from tui.app import HoldAlarm
 from tui.keys.presses import StaleInput
 from tui.settings import JogSettings
 
@@ -34,13 +34,6 @@ STEER_S = 0.03
 
 Aim = Callable[[], "Jog | None"]
 """Where what is held would move the arm now; None while it rests."""
-
-
-class Rings(Protocol):
-    """Something that calls `tick` once after a delay; a new delay replaces the last."""
-
-    def after(self, delay_s: float) -> None:
-        """Ring once after this delay; infinite means never."""
 
 
 class DeskJogging:
@@ -70,7 +63,8 @@ class DeskJogging:
         self._renewed_s = -math.inf
         self._stale = StaleInput()
         self._kept_s = 0.0
-        self.alarm: Rings | None = None
+        self.alarm: HoldAlarm | None = None
+        """Calls `tick` when something that is held has to be renewed or to end."""
 
     @property
     def armed(self) -> bool:

@@ -490,9 +490,6 @@ def jog_pairs(joints: Sequence[str], *, has_yaw: bool = False) -> tuple[JogPair,
 JOG_PAIRS = jog_pairs(JOINT_NAMES)
 """The pairs of an arm of the Mini-mover's build."""
 
-ALL_JOG_KEYS = tuple(key for pair in (*LETTERS, *ARROWS) for key in pair[:2])
-"""Every key that jogs on some arm."""
-
 _WAYS = ("plus", "minus")
 
 AXIS_KEYS = tuple(

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import BadRequest
 from armdrive.motion.frames import TOOL
 from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
 from armdrive.moves import Motion
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
-from kinematics.errors import KinematicsError
 from kinematics.guards.path import Clearance
 from kinematics.spaces import Joints
 from tui.desk import Desk
@@ -207,7 +206,6 @@ class PlannedMove:
             status.joints,
             status.gripper_mm,
             goal=shown.end if shown else None,
-            goal_opening_mm=status.gripper_mm,
             planned=shown.path if shown else (),
         )
 
@@ -240,23 +238,12 @@ class PlannedMove:
             self._seen, self.preview = asked, None
             return
         self._working = True
-        self._desk.calls.in_thread(partial(self._work_out, asked, asked[0]))
+        work = partial(self._desk.arm.preview, asked[0])
+        self._desk.calls.work_out(work, partial(self._keep, asked))
 
-    def _work_out(self, asked: Seen, ask: Motion) -> None:
-        message = ""
-        preview: Preview | None = None
-        try:
-            preview = self._desk.arm.preview(ask)
-        except (ArmError, KinematicsError) as error:
-            message = str(error)
-        finally:
-            self._desk.call_from_thread(self._keep, asked, preview, message)
-
-    def _keep(self, asked: Seen, preview: Preview | None, message: str) -> None:
+    def _keep(self, asked: Seen, preview: Preview | None) -> bool:
         self._working, self._seen, self.preview = False, asked, preview
-        if message:
-            self._desk.message = message
-        self._desk.show()
+        return True
 
     # -- going --------------------------------------------------------------------------------
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.programs.teaching.steps import parse_step
@@ -16,10 +17,22 @@ LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456
 """What a name is typed with; a space is never one of them."""
 
 
-_KINDS = {
-    "gripper": "opening: type open, close, grasp, here, point, or mm",
-    "wait": "time: type seconds",
-}
+_NO_NAME = "a letter first, then letters, digits, - _"
+
+PURPOSES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "teach": ("name of this place", _NO_NAME),
+        "rename": ("new name", _NO_NAME),
+        "append": ("sequence to put it at the end of", _NO_NAME),
+        "to": ("point to go to", "no name of a point"),
+        "gripper": (
+            "fingers: open, close, grasp, here, point, or mm",
+            "no opening: type open, close, grasp, here, point, or mm",
+        ),
+        "wait": ("seconds to wait", "no time: type seconds"),
+    }
+)
+"""What is typed for: how it is asked for, and what is wrong with other text."""
 
 STEPS = ("to", "gripper", "wait")
 """What a step begins with: the rest of it is typed, a name or a number."""
@@ -29,7 +42,7 @@ HERE = "here"
 
 
 class PointNaming:
-    """A name under way, and what it is for: `teach`, `rename`, `append`, or one of `STEPS`."""
+    """A name that is being typed, and what it is for: one of `PURPOSES`."""
 
     def __init__(
         self,
@@ -67,7 +80,7 @@ class PointNaming:
         return True
 
     def step(self, opening_mm: float | None, speed: float = 1.0) -> Step:
-        """Return the step that was typed, with fingers that are so far open now.
+        """Return the step that was typed; `opening_mm` is how far the fingers are open now.
 
         Raises `BadRequest`.
         """
@@ -89,7 +102,7 @@ class PointNaming:
             if self.purpose == "wait" or (
                 self.purpose == "gripper" and self.text not in GRIPPER_WORDS
             ):
-                return f"{self.text!r} is no {_KINDS[self.purpose]}"
+                return f"{self.text!r} is {PURPOSES[self.purpose][1]}"
         return ""
 
 

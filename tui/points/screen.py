@@ -21,7 +21,7 @@ from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import words
 from tui.move.planned import MOVES, PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
-from tui.points.list import PointList, PointNaming, PointSelection
+from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
 from tui.points.run import SequenceRun
 from tui.program.lines import CURRENT_STYLE, DONE_STYLE
 from tui.widgets import ChoiceList, Span, panels
@@ -29,21 +29,6 @@ from tui.widgets import ChoiceList, Span, panels
 NAME_WIDTH = 16
 STEPS_SHOWN = 9
 """Steps of a sequence that are shown about the next one."""
-
-_PURPOSES = {
-    "teach": "name of this place",
-    "rename": "new name",
-    "append": "sequence to put it at the end of",
-    "to": "point to go to",
-    "gripper": "fingers: open, close, grasp, here, point, or mm",
-    "wait": "seconds to wait",
-}
-_WRONG = {
-    "to": "no name of a point",
-    "gripper": "none of these",
-    "wait": "no time",
-}
-_WRONG_NAME = "a letter first, then letters, digits, - _"
 
 
 def list_rows(listed: PointList, arm: ArmGeometry) -> list[str]:
@@ -121,10 +106,10 @@ def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
 def naming_text(naming: PointNaming, keys: Keyboard) -> str:
     """Show the name as it is typed."""
     enter, stop = keys.label("points-go"), keys.label("stop")
-    reason = _WRONG.get(naming.purpose, _WRONG_NAME)
+    asked, reason = PURPOSES[naming.purpose]
     wrong = "" if naming.good or not naming.text else f"  ({reason})"
     hint = "  (or type another)" if naming.line.offered else wrong
-    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"
+    return f"{asked}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"
 
 
 OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")

@@ -98,16 +98,11 @@ class ProgramFiles:
         self.checked = None
         if path is not None:
             self._reading = True
-            self._desk.calls.in_thread(partial(self._read, path))
+            work = partial(check_file, path, self._desk.arm.config)
+            self._desk.calls.work_out(work, self._keep)
 
-    def _read(self, path: Path) -> None:
-        try:
-            checked = check_file(path, self._desk.arm.config)
-        finally:
-            self._reading = False
-        self._desk.call_from_thread(self._keep, checked)
-
-    def _keep(self, checked: CheckedProgram) -> None:
-        if checked.path == self.chosen:
+    def _keep(self, checked: CheckedProgram | None) -> bool:
+        self._reading = False
+        if checked is not None and checked.path == self.chosen:
             self.checked = checked
-        self._desk.show()
+        return True

@@ -77,18 +77,14 @@ class ProgramRehearsal:
         """Rehearse a program from where the arm stands."""
         self.forget()
         self._working, seen = True, _seen(program, self._desk.link.status)
-        self._desk.calls.in_thread(partial(self._rehearse, program, seen, self._number))
+        number = self._number
+        self._desk.calls.work_out(
+            partial(self._rehearse, program, number), partial(self._keep, number, seen)
+        )
 
-    def _rehearse(self, program: Program, seen: object, number: int) -> None:
-        found, message = None, ""
+    def _rehearse(self, program: Program, number: int) -> Rehearsal:
         patience = Patience(CHECK_S, partial(self._note, number), partial(self._now_s, number))
-        try:
-            plan = plan_of(program, self._desk)
-            found = rehearse(SeenArm.of(self._desk.arm), plan, patience)
-        except ArmError as error:
-            message = str(error)
-        finally:
-            self._desk.call_from_thread(self._keep, number, seen, found, message)
+        return rehearse(SeenArm.of(self._desk.arm), plan_of(program, self._desk), patience)
 
     def _now_s(self, number: int) -> float:
         """Return the time; a rehearsal that does not count any more has run out of it."""
@@ -98,14 +94,12 @@ class ProgramRehearsal:
         if number == self._number:
             self.far = far
 
-    def _keep(self, number: int, seen: object, found: Rehearsal | None, message: str) -> None:
+    def _keep(self, number: int, seen: object, found: Rehearsal | None) -> bool:
         if number != self._number:
-            return
+            return False
         self._working, self.far = False, None
         self._found, self._of = found, seen
-        if message:
-            self._desk.message = message
-        self._desk.show()
+        return True
 
 
 def _seen(program: Program, status: Status) -> object:

@@ -96,8 +96,7 @@ class MotorsStage(SetupStage):
     def moment(self) -> Moment:
         """Draw the posture, and the motor's turn as a ghost."""
         opening_mm = self.desk.link.status.gripper_mm
-        after = self.check.after
-        return Moment(self.check.posture, opening_mm, goal=after, goal_opening_mm=opening_mm)
+        return Moment(self.check.posture, opening_mm, goal=self.check.after)
 
     def rows(self) -> int:
         """Return how many motors there are to choose from."""

@@ -72,7 +72,9 @@ class TheoryPanel(Horizontal):
         self._writing = False
         self._near: tuple[tuple[float, ...], tuple[NamedSingularity, ...]] = ((), ())
         self._searching = False
-        self._rests = HoldAlarm(cast("KeyApp", self.app), self.look_now)
+        app = cast("KeyApp", self.app)
+        self._calls = app.calls
+        self._rests = HoldAlarm(app, self.look_now)
 
     def compose(self) -> ComposeResult:
         """Lay the arm and its numbers out on the left, the pages on the right."""
@@ -188,16 +190,14 @@ class TheoryPanel(Horizontal):
         """Return the formulas of the arm, the same for every posture, as soon as they are there."""
         if self._symbols is None and not self._writing:
             self._writing = True
-            self._aside(partial(self._write_symbols, of))
+            work = partial(symbol_sections, of, COLUMN_WIDTH - 1)
+            self._calls.work_out(work, self._keep_symbols)
         return self._symbols or (WORKING,)
 
-    def _write_symbols(self, of: Study) -> None:
-        found = symbol_sections(of, COLUMN_WIDTH - 1)
-        self.app.call_from_thread(self._keep_symbols, found)
-
-    def _keep_symbols(self, found: tuple[ExampleSection, ...]) -> None:
-        self._symbols = found
+    def _keep_symbols(self, found: tuple[ExampleSection, ...] | None) -> bool:
+        self._symbols, self._writing = found, False
         self._again()
+        return True
 
     def _found(self, of: Study) -> tuple[NamedSingularity, ...] | None:
         """Return the singularity that was found near this posture of a link table, if it was."""
@@ -217,21 +217,15 @@ class TheoryPanel(Horizontal):
         if of is None or self._searching or not self.is_attached:
             return
         self._searching = True
-        self._aside(partial(self._search, of))
+        work = partial(searched, of.subject, of.values)
+        self._calls.work_out(work, partial(self._keep_found, of))
 
-    def _search(self, of: Study) -> None:
-        try:
-            found = searched(of.subject, of.values)
-        finally:
-            self._searching = False
-        self.app.call_from_thread(self._keep_found, of, found)
-
-    def _keep_found(self, of: Study, found: tuple[NamedSingularity, ...]) -> None:
-        self._near = (of.values, found)
+    def _keep_found(self, of: Study, found: tuple[NamedSingularity, ...] | None) -> bool:
+        self._searching = False
+        if found is not None:
+            self._near = (of.values, found)
         self._again()
-
-    def _aside(self, work: Callable[[], None]) -> None:
-        self.run_worker(work, thread=True, exit_on_error=False, group="theory")
+        return True
 
 
 class AxesWalk:

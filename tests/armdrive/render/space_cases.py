@@ -60,7 +60,7 @@ def driven(model):
 def picture(view, *, braille, width=100, height=34):
     """The rows of a picture with everything in it."""
     scene = driven(guarded())
-    moment = Moment(HERE, 38.0, goal=GOAL, goal_opening_mm=30.0, planned=PLANNED)
+    moment = Moment(HERE, 38.0, goal=GOAL, planned=PLANNED)
     studio = Studio(scene.dome, braille=braille)
     return studio.draw(scene.space(moment), VIEWS[view], width, height).rows()
 

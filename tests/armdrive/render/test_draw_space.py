@@ -157,7 +157,7 @@ def test_the_arm_its_ghost_its_way_and_its_axes_are_all_there(model):
     bent = tuple(0.6 * one.low_rad + 0.4 * one.high_rad for one in model.arm.limits)
     goal = Joints(tuple(angle + 0.3 for angle in bent), model.arm.joint_names)
     here = Joints(bent, model.arm.joint_names)
-    moment = Moment(here, 30.0, goal=goal, goal_opening_mm=10.0, planned=PLANNED)
+    moment = Moment(here, 30.0, goal=goal, planned=PLANNED)
     scene.space(moment)
     scene.keep(scene.missing, scene.work_out(scene.missing))
     studio = Studio(scene.dome, braille=True)

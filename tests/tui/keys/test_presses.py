@@ -1,25 +1,11 @@
 """Presses that count: a pause before one, two of one key, and no other key between them."""
 
+from functools import partial
+
+import pytest
+
 from tui.app import action_call
 from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, SinglePress
-
-
-class Hand:
-    """Presses keys on a clock of its own."""
-
-    def __init__(self):
-        self.now_s = 50.0
-        self.done = []
-        self.confirmation = Confirmation(lambda: self.now_s)
-
-    def press(self, effect, after_s=0.0):
-        self.now_s += after_s
-        self.confirmation.press(effect, lambda: self.done.append(effect))
-
-    def wait(self, time_s):
-        self.now_s += time_s
-        if act := self.confirmation.due():
-            act()
 
 
 def test_a_key_that_is_held_counts_once():
@@ -28,39 +14,43 @@ def test_a_key_that_is_held_counts_once():
     assert [presses.counts() for _ in range(6)] == [True, False, False, False, True, True]
 
 
-def test_two_presses_of_one_key_are_done_once():
-    hand = Hand()
-    hand.press("deletes up")
-    hand.wait(QUIET_S + 0.1)
-    assert hand.done == []
-    assert hand.confirmation.effect == "deletes up"
-    hand.press("deletes up")
-    hand.wait(QUIET_S + 0.1)
-    hand.wait(QUIET_S + 0.1)
-    assert hand.done == ["deletes up"]
-    assert hand.confirmation.effect == ""
+PAUSE_S = QUIET_S + 0.1
+PRESSES = {
+    # presses of keys by what they would do, a wait with a look after it, or "+" and a wait without
+    "one press": (["deletes", PAUSE_S], [], "deletes"),
+    "two presses": (["deletes", PAUSE_S, "deletes", PAUSE_S, PAUSE_S], ["deletes"], ""),
+    "a held key": (["deletes", "+0.03", "deletes", "+0.03", "deletes", 1.0], [], ""),
+    "another key": (["deletes", "+0.2", "moves", 1.0], [], "moves"),
+    "another key twice": (["deletes", 1.0, "moves", 1.0, "moves", PAUSE_S], ["moves"], ""),
+    "long ago": (["deletes", ASKED_FOR_S + 0.1], [], ""),
+    "after that": (["deletes", ASKED_FOR_S + 0.1, "deletes", PAUSE_S], [], "deletes"),
+    "far apart": (["moves", "+60", "moves"], [], "moves"),
+    "far apart, then again": (["moves", "+60", "moves", "+1", "moves", 0.0], [], ""),
+    "and a pause": (["moves", "+60", "moves", "+1", "moves", 0.5, 0.5], ["moves"], ""),
+    # held while a preview is worked out, its later repeats would be two presses by themselves
+    "refused": (["refused", "+0.05", "moves", "+0.05", "moves", PAUSE_S], [], ""),
+    "refused, then": (["refused", "+0.05", "moves", PAUSE_S, "moves", "moves", PAUSE_S],
+                      ["moves"], ""),
+}  # fmt: skip
 
 
-def test_another_key_starts_over():
-    hand = Hand()
-    hand.press("deletes up")
-    hand.press("moves up", after_s=0.2)
-    hand.wait(1.0)
-    assert hand.done == []
-    assert hand.confirmation.effect == "moves up"
-    hand.press("moves up")
-    hand.wait(QUIET_S + 0.1)
-    assert hand.done == ["moves up"]
-
-
-def test_a_first_press_is_forgotten_after_a_while():
-    hand = Hand()
-    hand.press("deletes up")
-    hand.wait(ASKED_FOR_S + 0.1)
-    assert hand.confirmation.effect == ""
-    hand.press("deletes up")
-    hand.wait(QUIET_S + 0.1)
-    assert hand.done == []
+@pytest.mark.parametrize(("steps", "done", "effect"), PRESSES.values(), ids=PRESSES)
+def test_two_presses_of_one_key_are_done_once(steps, done, effect):
+    now, found = [50.0], []
+    confirmation = Confirmation(lambda: now[0])
+    for step in steps:
+        if step == "refused":
+            confirmation.refuse()
+        elif isinstance(step, float):
+            now[0] += step
+            if act := confirmation.due():
+                act()
+        elif step.startswith("+"):
+            now[0] += float(step)
+        else:
+            confirmation.press(step, partial(found.append, step))
+    assert found == done
+    assert confirmation.effect == effect
 
 
 class Part:
@@ -81,30 +71,3 @@ def test_an_action_is_a_method_of_a_node_or_of_one_of_its_parts():
     assert action_call("steps.mark(-1)", node)() == "marked -1"
     for nothing in ("mark(1)", "steps.leave", "stages.mark(1)", "steps.action_leave"):
         assert action_call(nothing, node) is None
-
-
-def test_the_repeats_of_a_key_that_was_refused_confirm_nothing():
-    """Held while a preview is worked out, its later repeats would be two presses by themselves."""
-    hand = Hand()
-    hand.confirmation.refuse()
-    for _ in range(2):
-        hand.press("moves", after_s=0.05)
-    hand.wait(QUIET_S + 0.1)
-    assert hand.done == []
-    hand.press("moves")
-    hand.press("moves")
-    hand.wait(QUIET_S + 0.1)
-    assert hand.done == ["moves"]
-
-
-def test_two_presses_far_apart_are_two_first_ones():
-    hand = Hand()
-    hand.press("moves")
-    hand.press("moves", after_s=60.0)
-    assert hand.confirmation.effect == "moves"
-    hand.press("moves", after_s=1.0)
-    hand.wait(0.0)
-    assert hand.done == []
-    hand.wait(0.5)
-    hand.wait(0.5)
-    assert hand.done == ["moves"]

@@ -146,7 +146,7 @@ async def test_joints_are_typed_in_the_other_mode_and_their_nearest_too():
 
 async def test_lines_frames_and_speeds():
     async with MoveSession() as session:
-        await session.keys("l F down down '-30 greater_than_sign")
+        await session.keys("l '5 F down down '-30 greater_than_sign")  # F empties the fields
         session.shows("a change along a line", goal="straight line")
         session.shows("a change along a line", goal="frame tool (a change)")
         await session.twice("enter")

@@ -137,9 +137,13 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
         assert "> wave.arm" in session.text("programs")
         assert "    2  draw 0, 20, 0" in session.text("program")
         assert "checked: no mistakes" in session.text("run")
+
+
+async def test_a_click_chooses_a_program(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, wave=WAVE, waits=WAITS) as session:
         await session.pilot.click("#programs", offset=(4, 2))
         await settled(session.pilot)
-        session.shows("a click", programs="> waits.arm")
+        session.shows("a click", programs="> wave.arm")
 
 
 async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
