@@ -59,7 +59,8 @@ from armdrive.runtime.clock import SimulatedClock
 from armdrive.status import Current, State, Status, Trust
 from armdrive.storage.points import Point, Step, StepList
 from armdrive.text.json_forms import move_from_json, move_to_json
-from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
+from kinematics.errors import KinematicsError, NoArc
+from kinematics.geometry import PathBroken, Unreachable
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PosePart
 from kinematics.spaces import Joints, Motors, Pose
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
@@ -271,44 +271,10 @@ class Status:
         return f"{self.arm} ({self.title}), {kind}, {self.link}"
 
     def __str__(self) -> str:
-        position = f"position {self.trust.value} {self.trust_age}: {self.trust_reason}"
-        lines = [self.which, f"state {self._state_words}, {position}"]
-        if self.joints is not None and self.pose is not None:
-            lines += [f"joints {self.joints}", f"tip {self.pose}"]
-        if self.gripper_mm is not None:
-            grip = ", gripping" if self.gripping else ""
-            lines.append(f"gripper {self.gripper_mm:.1f} mm{grip}")
-        if self.acknowledged is not None:
-            lines.append(f"motors {', '.join(map(str, self.acknowledged))}")
-        lines.append(
-            f"motor current {self.current.value}; a stop takes at most {self.stop_time_s:.2f} s "
-            f"and {self.stop_distance_mm:.0f} mm"
-        )
-        if self.silent_time_s > self.stop_time_s:
-            lines[-1] += (
-                f"; if this program dies, {self.silent_time_s:.2f} s and "
-                f"{self.silent_distance_mm:.0f} mm"
-            )
+        lines = [self.which, *map(str, status_rows(status_view(self)))]
         if self.scheduling_jitter.count:
             lines.append(f"scheduling: {self.scheduling_jitter}")
-        if self.underruns:
-            lines.append(f"underruns: {self.underruns}, the queue ran empty in mid-motion")
-        if self.torque is not None:
-            lines.append(f"after disable the arm {self.torque.disable}")
-            lines.append(f"after estop the arm {self.torque.estop}")
-        lines += [f"{word}: {text}" for word, text in self._messages() if text]
         return "\n".join(lines)
-
-    @property
-    def _state_words(self) -> str:
-        slowed = f", slowed to {self.speed_override:.0%}" if self.speed_override < 1.0 else ""
-        return self.state.value + ", PAUSED" * self.paused + slowed
-
-    def _messages(self) -> tuple[tuple[str, str], ...]:
-        return (
-            ("notice", coded(self.notice, self.notice_code)),
-            ("error", coded(self.error, self.error_code)),
-        )
 
 
 def coded(words: str, code: str) -> str:
@@ -461,3 +427,111 @@ STATUS_FIELDS: Mapping[str, _Row] = MappingProxyType(
 def status_view(status: Status) -> dict[str, Any]:
     """Return a status as plain data."""
     return {key: value(status) for key, (value, _) in STATUS_FIELDS.items()}
+
+
+# A status in words. It is made from the plain data, so that an arm looks the same whether this
+# program is connected to it or another program tells about it.
+
+LABEL = 10
+"""The width of the first column."""
+
+
+class StatusRow(NamedTuple):
+    """A line of a status: its label, a word that a terminal shows in colour, and the rest."""
+
+    label: str
+    word: str
+    rest: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.label:<{LABEL}}{self.word}{self.rest}"
+
+
+_MOTORS: Mapping[str, str] = MappingProxyType(
+    {
+        Current.HELD.value: "on: they hold the arm",
+        Current.OFF.value: "off",
+        Current.UNKNOWN.value: "on or off: the controller does not say",
+    }
+)
+"""The motor current in words."""
+
+
+def status_rows(view: Mapping[str, Any]) -> Iterator[StatusRow]:
+    """Yield a status line by line: state, position, tip, joints, gripper, stop, and errors."""
+    yield StatusRow("state", view["state"], _conduct(view))
+    yield StatusRow("motors", _MOTORS[view["current"]])
+    if program := program_line(view):
+        yield StatusRow("program", program, _progress(view))
+    reason = trust_words(view["trust"], view["trust_reason"], view["trust_code"])
+    yield StatusRow("position", view["trust"], f": {reason}")
+    if view["pose"] is not None:
+        yield StatusRow("tip", ", ".join(_coordinates(view["pose"])))
+    yield from _joint_rows(view["joints"] or {})
+    if view["gripper_mm"] is not None:
+        grip = ", gripping" if view["gripping"] else ""
+        yield StatusRow("gripper", f"{view['gripper_mm']:.1f} mm open{grip}")
+    if view["inputs"] is not None:
+        yield StatusRow("inputs", _inputs(view["inputs"]))
+    yield StatusRow("stop", _stopping(view))
+    if (torque := view["torque"]) is not None:
+        yield StatusRow("disable", f"the arm {torque['disable']}")
+        yield StatusRow("estop", f"the arm {torque['estop']}")
+    if view["underruns"]:
+        yield StatusRow("underruns", f"{view['underruns']}: the arm stood still in mid-motion")
+    for label in ("notice", "error"):
+        if view[label]:
+            yield StatusRow(label, coded(view[label], view[f"{label}_code"]))
+
+
+def _conduct(view: Mapping[str, Any]) -> str:
+    override = view["speed_override"]
+    return ", PAUSED" * bool(view["paused"]) + (
+        f", slowed to {override:.0%}" if override < 1.0 else ""
+    )
+
+
+def _joint_rows(joints: Mapping[str, float]) -> Iterator[StatusRow]:
+    """Yield a row for each joint, the angles below each other."""
+    names = [key.removesuffix("_deg").replace("_", " ") for key in joints]
+    width = max(map(len, names), default=0)
+    for at, (name, angle) in enumerate(zip(names, joints.values(), strict=True)):
+        yield StatusRow("" if at else "joints", f"{name:<{width}}{angle + 0.0:>8.1f}°")
+
+
+def _coordinates(pose: Mapping[str, float]) -> Iterator[str]:
+    for key, value in pose.items():
+        name, unit = key.rsplit("_", 1)
+        yield f"{name} {round(value, 1) + 0.0:.1f}{' mm' if unit == 'mm' else '°'}"
+
+
+def _inputs(bits: int) -> str:
+    on = [str(number + 1) for number in range(bits.bit_length()) if bits >> number & 1]
+    return f"on: {', '.join(on)}" if on else "all off"
+
+
+def _stopping(view: Mapping[str, Any]) -> str:
+    words = f"takes at most {view['stop_time_s']:.2f} s and {view['stop_distance_mm']:.0f} mm"
+    if view["silent_time_s"] > view["stop_time_s"]:
+        words += (
+            f"; without this program, {view['silent_time_s']:.2f} s and "
+            f"{view['silent_distance_mm']:.0f} mm"
+        )
+    return words
+
+
+def program_line(view: Mapping[str, Any]) -> str:
+    """Return which line of which program an arm runs; nothing if it runs none."""
+    program = view.get("program")
+    if not isinstance(program, dict) or not program:
+        return ""
+    return f"{program.get('file')}, line {program.get('line')}: {program.get('text')}"
+
+
+def _progress(view: Mapping[str, Any]) -> str:
+    """Return how far a program has come, where that is known."""
+    program = view.get("program") or {}
+    percent, left_s = program.get("percent"), program.get("left_s")
+    if not isinstance(percent, int | float) or not isinstance(left_s, int | float):
+        return ""
+    return f" ({percent:.0f} %, {left_s:.0f} s left)"

@@ -8,17 +8,18 @@ from statistics import median
 
 from measuring import Row, Section, interleaved, p99, ratio
 
-from armdrive.dialects.cia402.wire import Cia402Bus, NodeMessage
-from armdrive.dialects.cia402.wire import SdoAnswered as Transferred
 from firmware_protocol.canopen import (
     POSITION,
     Command,
     Controlword,
+    DriveReport,
     OperationMode,
     Service,
     Uploaded,
     cob_id,
 )
+from firmware_protocol.canopen import Host as CanopenHost
+from firmware_protocol.canopen import SdoAnswered as Transferred
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Answered, Host, MoveAbsoluteAxis, ReadEncoder
 from firmware_protocol.mks.answers import encode
@@ -121,7 +122,7 @@ def sdo() -> Exchange:
 
 def canopen(rounds: int = ROUNDS) -> Section:
     """Measure a target written, a position read, a transfer, and a round of six drives."""
-    bus, exchange = Cia402Bus(DRIVES), sdo()
+    bus, exchange = CanopenHost(DRIVES), sdo()
     heard, answered = pack(told(NODE)), pack(exchange.answered)
     all_told = b"".join(pack(told(node)) for node in DRIVES)
 
@@ -130,7 +131,7 @@ def canopen(rounds: int = ROUNDS) -> Section:
 
     def read() -> None:
         bus.receive_data(heard)
-        assert isinstance(bus.next_event(), NodeMessage)
+        assert isinstance(bus.next_event(), DriveReport)
 
     def read_by_hand() -> int:
         assert len(data_told) == _PDO.size

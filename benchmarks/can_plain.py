@@ -9,7 +9,6 @@ from types import MappingProxyType
 from can_strategies import Strategy
 from feel_benches import DenseMemoryBench
 
-from armdrive.dialects.cia402.wire import Cia402Bus
 from firmware_protocol.canopen import (
     PROFILE_ACCELERATION,
     PROFILE_DECELERATION,
@@ -20,6 +19,7 @@ from firmware_protocol.canopen import (
     DataType,
     OperationMode,
 )
+from firmware_protocol.canopen import Host as CanopenHost
 from firmware_protocol.mks import COUNTS_S_PER_RPM, Host, MoveAbsoluteAxis
 from kinematics import Motors
 
@@ -56,7 +56,7 @@ def send_cia402(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
     """Send CiA 402 drives by profile position, all with the same speed and ramp."""
     arm, device = bench.arm, bench.twin.device
     assert arm is not None
-    bus = Cia402Bus(range(1, 7))
+    bus = CanopenHost(range(1, 7))
     hz = arm.speeds.motor_hz
     profile = {
         PROFILE_SPEED: max(round(hz * speed), 1),

@@ -12,9 +12,8 @@ from types import MappingProxyType
 from tapping import tapped
 
 from armdrive.arm import Arm
-from armdrive.dialects.cia402.wire import RECEIVED, TRANSMITTED
 from armdrive.transports.can_health import frame_bits
-from firmware_protocol.canopen import Service, service_of
+from firmware_protocol.canopen import COMMAND_PDO, REPORT_PDO, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Code
 
@@ -93,7 +92,7 @@ class SyncRounds(Rounds):
         """Note a target, or that all of them are due."""
         service, node = service_of(frame.can_id) or (None, 0)
         if service is Service.RPDO1:
-            self._given[node] = int(RECEIVED.unpack(frame.data)[2])
+            self._given[node] = int(COMMAND_PDO.unpack(frame.data)[2])
             self._steered = True
         elif service is Service.SYNC:
             if self._steered and self._last_s is not None:
@@ -107,7 +106,7 @@ class SyncRounds(Rounds):
         """Note how far a drive is from where it was to be."""
         service, node = service_of(frame.can_id) or (None, 0)
         if service is Service.TPDO1 and node in self._last:
-            position = int(TRANSMITTED.unpack(frame.data)[2])
+            position = int(REPORT_PDO.unpack(frame.data)[2])
             self.behind.append(abs(position - self._last.pop(node)))
 
     def periods_s(self) -> list[float]:

@@ -64,7 +64,7 @@ def solving(poses: int = 500, rounds: int = 60) -> Section:
         "FK, value types (fk)": lambda: [arm.fk(each) for each in joints],
         "floor, backwards (8 calls of math)": lambda: [inverse_floor(each) for each in goals],
         "IK, four branches (closed_form.inverse)": lambda: [
-            closed_form.inverse(each, lengths, 0.0, START) for each in goals
+            closed_form.inverse(each, lengths, START) for each in goals
         ],
         "IK, nearest within limits (solve_angles)": lambda: [
             arm.solve_angles(each, START) for each in goals

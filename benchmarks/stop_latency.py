@@ -26,12 +26,11 @@ from tapping import tap
 from armdrive.abilities import Abort
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
-from armdrive.dialects.cia402.wire import RECEIVED
 from armdrive.errors import ArmError
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
 from armdrive.tasks import MoveAlong, MoveBy
-from firmware_protocol.canopen import Command, Service, service_of
+from firmware_protocol.canopen import COMMAND_PDO, Command, Service, service_of
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import EmergencyStop, decode_request
@@ -91,7 +90,7 @@ def _quick_stops(frame: Frame) -> bool:
     service, _ = service_of(frame.can_id) or (None, 0)
     if service is not Service.RPDO1:
         return False
-    word = int(RECEIVED.unpack(frame.data)[0])
+    word = int(COMMAND_PDO.unpack(frame.data)[0])
     return word & Command.QUICK_STOP.mask == Command.QUICK_STOP.wanted
 
 

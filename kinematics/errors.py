@@ -1,10 +1,10 @@
-"""What the mathematics refuses, and why: every error names the quantity and what to do.
+"""What the kinematics refuse, and why: every error names the quantity and what to do.
 
-KinematicsError            root of the room
+KinematicsError            base class
 +-- BadNumber              not a finite number where one belongs
 +-- JointLimit             a joint angle outside its range
-+-- Unreachable            a pose no posture can reach
-+-- PathBroken             a line, an arc or a route leaves the reach, or its posture, on its way
++-- Unreachable            a pose no posture can reach (in `geometry`)
++-- PathBroken             a path leaves the reach, or its posture, on its way (in `geometry`)
 +-- NoArc                  three points that lie in a line, or are fewer than three
 +-- SingularTransmission   motors that cannot tell the joints apart
 +-- UnknownPreset          no preset arm has that key
@@ -26,11 +26,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
 
 
 class KinematicsError(ValueError):
-    """Root of everything this room refuses."""
+    """Base class of the kinematics' errors."""
 
 
 class BadNumber(KinematicsError):
@@ -51,137 +50,6 @@ class JointLimit(KinematicsError):
         self.bound_rad = bound_rad
         self.excess_rad = abs(value_rad - bound_rad)
         super().__init__(limit_sentence(joint, value_rad, bound_rad))
-
-
-class Coordinates(Protocol):
-    """The coordinates of the pose that an error is about: `spaces.Pose` has them.
-
-    Spaces raise errors too, so errors know a pose by these alone.
-    """
-
-    @property
-    def x_mm(self) -> float:
-        """Position along x."""
-
-    @property
-    def y_mm(self) -> float:
-        """Position along y."""
-
-    @property
-    def z_mm(self) -> float:
-        """Height above the table."""
-
-    @property
-    def pitch_rad(self) -> float:
-        """Elevation of the hand."""
-
-    @property
-    def roll_rad(self) -> float:
-        """Turn of the hand about its own axis."""
-
-    @property
-    def yaw_rad(self) -> float | None:
-        """Direction of the hand; None where the arm has none."""
-
-
-class Constraint(Enum):
-    """What keeps a pose out of reach."""
-
-    TOO_FAR = "too far"
-    TOO_NEAR = "too near"
-    JOINT_LIMIT = "joint limit"
-    NO_POSTURE = "no posture found"
-
-
-class Unreachable(KinematicsError):
-    """A pose that no posture within the limits reaches.
-
-    `value`, `bound` and `excess` are in `unit` ("mm" for the distance of the wrist from the
-    shoulder axis, or for how far the nearest posture that a search found stays away; "rad" for a
-    joint's angle); `joint` is None unless a joint limit is the reason.
-    `nearest` is a pose that can be reached: the nearest one of this pitch and roll, or, where
-    none holds them, of the nearest pitch or roll that can be held.
-    """
-
-    def __init__(
-        self,
-        reason: str,
-        *,
-        constraint: Constraint,
-        joint: str | None,
-        value: float,
-        bound: float,
-        unit: str,
-        goal: Coordinates,
-        nearest: Coordinates,
-    ) -> None:
-        self.reason = reason
-        self.constraint = constraint
-        self.joint = joint
-        self.value = value
-        self.bound = bound
-        self.excess = abs(value - bound)
-        self.unit = unit
-        self.goal = goal
-        self.nearest = nearest
-        held = " with this pitch" if nearest.pitch_rad == goal.pitch_rad else ""
-        super().__init__(
-            f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
-        )
-
-    def instead(self, nearest: Coordinates, goal: Coordinates | None = None) -> Unreachable:
-        """Return the same refusal with another nearest pose, and perhaps of another goal."""
-        return Unreachable(
-            self.reason,
-            constraint=self.constraint,
-            joint=self.joint,
-            value=self.value,
-            bound=self.bound,
-            unit=self.unit,
-            goal=self.goal if goal is None else goal,
-            nearest=nearest,
-        )
-
-
-class PathBroken(KinematicsError):
-    """A line, an arc, a blend or a part of a route that cannot be followed in one posture.
-
-    `shape` says which of them it is ("straight line", "arc", "blend", "joint motion"), `fraction`
-    (0 to 1) how far along its way it breaks, and `point` is the pose that it asks for there.
-    `part` is the number, from 1, of the part of a route; a blend has that of the part before it.
-    """
-
-    def __init__(
-        self,
-        fraction: float,
-        point: Coordinates,
-        reason: str,
-        *,
-        shape: str = "straight line",
-        part: int | None = None,
-    ) -> None:
-        self.fraction = fraction
-        self.point = point
-        self.reason = reason
-        self.shape = shape
-        self.part = part
-        where = f" of part {part} of the route" if part is not None else ""
-        super().__init__(
-            f"the {shape}{where} breaks at {fraction:.0%} of its length, at {point}: {reason}; "
-            f"{_WAYS_ROUND[shape]}"
-        )
-
-    def of_part(self, number: int) -> PathBroken:
-        """Return the same refusal with the number of the part of a route that it is about."""
-        return PathBroken(self.fraction, self.point, self.reason, shape=self.shape, part=number)
-
-
-_WAYS_ROUND = {
-    "straight line": "use a joint motion, or a line that keeps clear of this point",
-    "arc": "use a joint motion, or an arc that keeps clear of this point",
-    "blend": "use a smaller blend radius, or none",
-    "joint motion": "choose another goal for it",
-}
 
 
 class NoArc(KinematicsError):
@@ -216,35 +84,39 @@ class SingularTransmission(KinematicsError):
 
 
 class UnknownPreset(KinematicsError):
-    """No preset arm has this key; `nearest` is the likeliest meant one, or None."""
+    """No preset arm has this name; `nearest` is the likeliest meant one, or None."""
 
-    def __init__(self, key: str, keys: Iterable[str], nearest: str | None) -> None:
-        self.key = key
-        self.nearest = nearest
-        super().__init__(_none_named("preset arm", key, keys, nearest))
+    def __init__(self, name: str, names: Iterable[str]) -> None:
+        self.name, self.nearest = name, _likeliest(name, names)
+        super().__init__(_none_named("preset arm", name, names, self.nearest))
 
 
 class UnknownSystem(KinematicsError):
     """No system of the textbook has this name; `nearest` is the likeliest meant one, or None."""
 
-    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
-        self.name = name
-        self.nearest = nearest
-        super().__init__(_none_named("system", name, names, nearest))
+    def __init__(self, name: str, names: Iterable[str]) -> None:
+        self.name, self.nearest = name, _likeliest(name, names)
+        super().__init__(_none_named("system", name, names, self.nearest))
 
 
 class UnknownFrame(KinematicsError):
     """No frame of a graph has this name; `nearest` is the likeliest meant one, or None."""
 
-    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
-        self.name = name
-        self.nearest = nearest
-        super().__init__(_none_named("frame", name, names, nearest))
+    def __init__(self, name: str, names: Iterable[str]) -> None:
+        self.name, self.nearest = name, _likeliest(name, names)
+        super().__init__(_none_named("frame", name, names, self.nearest))
 
 
 def _none_named(kind: str, name: str, names: Iterable[str], nearest: str | None) -> str:
     hint = f"; did you mean {nearest!r}?" if nearest else ""
     return f"no {kind} is named {name!r}{hint} (there are {', '.join(names)})"
+
+
+def _likeliest(name: object, names: Iterable[str]) -> str | None:
+    """Return the name that another spelling, upper case or lower, is most like."""
+    word = str(name)
+    found = (nearest_word(each, names, likeness=0.4) for each in (word, word.lower()))
+    return next((near for near in found if near), None)
 
 
 class ZeroVector(KinematicsError):

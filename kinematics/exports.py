@@ -46,7 +46,6 @@ from kinematics.chains.tables import rows_of as rows_of
 from kinematics.chains.tables import table_text as table_text
 from kinematics.chains.urdf import urdf_of_chain as urdf_of_chain
 from kinematics.errors import BadNumber as BadNumber
-from kinematics.errors import Constraint as Constraint
 from kinematics.errors import FlatBasis as FlatBasis
 from kinematics.errors import FramesDisagree as FramesDisagree
 from kinematics.errors import FramesNotConnected as FramesNotConnected
@@ -57,14 +56,12 @@ from kinematics.errors import NoNearestRotation as NoNearestRotation
 from kinematics.errors import NotARotation as NotARotation
 from kinematics.errors import NotAUnitQuaternion as NotAUnitQuaternion
 from kinematics.errors import OutOfReach as OutOfReach
-from kinematics.errors import PathBroken as PathBroken
 from kinematics.errors import RotationFlaw as RotationFlaw
 from kinematics.errors import RotationProperty as RotationProperty
 from kinematics.errors import SingularTransmission as SingularTransmission
 from kinematics.errors import UnknownFrame as UnknownFrame
 from kinematics.errors import UnknownPreset as UnknownPreset
 from kinematics.errors import UnknownSystem as UnknownSystem
-from kinematics.errors import Unreachable as Unreachable
 from kinematics.errors import ZeroVector as ZeroVector
 from kinematics.five_axis.arm import Base as Base
 from kinematics.five_axis.arm import Branch as Branch
@@ -73,9 +70,6 @@ from kinematics.five_axis.arm import FiveAxisArm as FiveAxisArm
 from kinematics.five_axis.closed_form import FrameSolution as FrameSolution
 from kinematics.five_axis.nearest import Nearest as Nearest
 from kinematics.five_axis.nearest import nearest as nearest
-from kinematics.five_axis.rates import FiveAxisSingularity as FiveAxisSingularity
-from kinematics.five_axis.rates import Nearness as Nearness
-from kinematics.five_axis.rates import five_axis_singularities as five_axis_singularities
 from kinematics.five_axis.rates import task_jacobian as task_jacobian
 from kinematics.five_axis.workspace import Section as Section
 from kinematics.five_axis.workspace import section as section
@@ -103,7 +97,6 @@ from kinematics.frames.rotations import rotate as rotate
 from kinematics.frames.rotations import transpose as transpose
 from kinematics.frames.transforms import Handedness as Handedness
 from kinematics.frames.transforms import Transform as Transform
-from kinematics.frames.transforms import basis_along as basis_along
 from kinematics.frames.transforms import change_of_basis as change_of_basis
 from kinematics.frames.transforms import check_rotation as check_rotation
 from kinematics.frames.transforms import check_transform as check_transform
@@ -125,6 +118,9 @@ from kinematics.frames.vectors import dot as dot
 from kinematics.frames.vectors import norm as norm
 from kinematics.frames.vectors import unit as unit
 from kinematics.geometry import ArmGeometry as ArmGeometry
+from kinematics.geometry import Constraint as Constraint
+from kinematics.geometry import PathBroken as PathBroken
+from kinematics.geometry import Unreachable as Unreachable
 from kinematics.guards.escape import nearest_allowed as nearest_allowed
 from kinematics.guards.guards import Guards as Guards
 from kinematics.guards.guards import GuardViolation as GuardViolation
@@ -133,7 +129,6 @@ from kinematics.limits import JointRange as JointRange
 from kinematics.limits import LimitViolation as LimitViolation
 from kinematics.paths.chords import JointPath as JointPath
 from kinematics.paths.chords import arc_path as arc_path
-from kinematics.paths.chords import circle_path as circle_path
 from kinematics.paths.chords import line_path as line_path
 from kinematics.paths.parts import ArcPart as ArcPart
 from kinematics.paths.parts import JointPart as JointPart
@@ -161,6 +156,5 @@ from kinematics.spaces import JOINT_NAMES as JOINT_NAMES
 from kinematics.spaces import Joints as Joints
 from kinematics.spaces import Motors as Motors
 from kinematics.spaces import Pose as Pose
-from kinematics.spaces import RollFrame as RollFrame
 from kinematics.transmission import MotorSpec as MotorSpec
 from kinematics.transmission import Transmission as Transmission

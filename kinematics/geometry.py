@@ -1,4 +1,4 @@
-"""The interface of every arm that can be driven, whatever its build.
+"""The interface of every arm that can be driven, whatever its build, and what such an arm refuses.
 
 Units: mm and rad. Paths, guards, the driver and the simulator know an arm only by this interface.
 """
@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, fields
+from enum import Enum
 from typing import Protocol
 
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import KinematicsError, finite, limit_sentence
 from kinematics.frames.rotations import Matrix3
 from kinematics.limits import JointRange, LimitViolation
 from kinematics.spaces import Joints, Pose
@@ -197,3 +198,115 @@ class Tool:
 
     def __bool__(self) -> bool:
         return any((self.along_mm, self.up_mm, self.side_mm))
+
+
+# What an arm refuses: poses out of reach, and paths that it cannot follow.
+
+
+class Constraint(Enum):
+    """What keeps a pose out of reach."""
+
+    TOO_FAR = "too far"
+    TOO_NEAR = "too near"
+    JOINT_LIMIT = "joint limit"
+    NO_POSTURE = "no posture found"
+
+
+class Unreachable(KinematicsError):
+    """A pose that no posture within the limits reaches.
+
+    `value`, `bound` and `excess` are in `unit` ("mm" for the distance of the wrist from the
+    shoulder axis, or for how far the nearest posture that a search found stays away; "rad" for a
+    joint's angle); `joint` is None unless a joint limit is the reason.
+    `nearest` is a pose that can be reached: the nearest one of this pitch and roll, or, where
+    none holds them, of the nearest pitch or roll that can be held.
+    """
+
+    def __init__(
+        self,
+        reason: str,
+        constraint: Constraint,
+        value: float,
+        bound: float,
+        unit: str,
+        *,
+        goal: Pose,
+        nearest: Pose,
+        joint: str | None = None,
+    ) -> None:
+        self.reason = reason
+        self.constraint = constraint
+        self.joint = joint
+        self.value = value
+        self.bound = bound
+        self.excess = abs(value - bound)
+        self.unit = unit
+        self.goal = goal
+        self.nearest = nearest
+        held = " with this pitch" if nearest.pitch_rad == goal.pitch_rad else ""
+        super().__init__(
+            f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
+        )
+
+    @classmethod
+    def by_limit(
+        cls, joint: str, value: float, bound: float, goal: Pose, nearest: Pose
+    ) -> Unreachable:
+        """Return the refusal of a goal that needs a joint beyond its limit, in rad."""
+        reason = limit_sentence(joint, value, bound)
+        constraint = Constraint.JOINT_LIMIT
+        return cls(reason, constraint, value, bound, "rad", goal=goal, nearest=nearest, joint=joint)
+
+    def instead(self, nearest: Pose, goal: Pose | None = None) -> Unreachable:
+        """Return the same refusal with another nearest pose, and perhaps of another goal."""
+        return Unreachable(
+            self.reason,
+            self.constraint,
+            self.value,
+            self.bound,
+            self.unit,
+            goal=goal or self.goal,
+            nearest=nearest,
+            joint=self.joint,
+        )
+
+
+class PathBroken(KinematicsError):
+    """A line, an arc, a blend or a part of a route that cannot be followed in one posture.
+
+    `shape` says which of them it is ("straight line", "arc", "blend", "joint motion"), `fraction`
+    (0 to 1) how far along its way it breaks, and `point` is the pose that it asks for there.
+    `part` is the number, from 1, of the part of a route; a blend has that of the part before it.
+    """
+
+    def __init__(
+        self,
+        fraction: float,
+        point: Pose,
+        reason: str,
+        *,
+        shape: str = "straight line",
+        part: int | None = None,
+    ) -> None:
+        self.fraction = fraction
+        self.point = point
+        self.reason = reason
+        self.shape = shape
+        self.part = part
+        where = f" of part {part} of the route" if part is not None else ""
+        super().__init__(
+            f"the {shape}{where} breaks at {fraction:.0%} of its length, at {point}: {reason}; "
+            f"{_WAYS_ROUND[shape]}"
+        )
+
+    def of_part(self, number: int) -> PathBroken:
+        """Return the same refusal with the number of the part of a route that it is about."""
+        return PathBroken(self.fraction, self.point, self.reason, shape=self.shape, part=number)
+
+
+_WAYS_ROUND = {
+    "straight line": "use a joint motion, or a line that keeps clear of this point",
+    "arc": "use a joint motion, or an arc that keeps clear of this point",
+    "blend": "use a smaller blend radius, or none",
+    "joint motion": "choose another goal for it",
+}

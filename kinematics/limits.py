@@ -1,4 +1,4 @@
-"""Ranges of joint angles, and which turn of an angle lies within a range.
+"""Ranges of joint angles, the turns of an angle within a range, and postures spread over ranges.
 
 All angles in rad.
 """
@@ -6,8 +6,9 @@ All angles in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from kinematics.errors import JointLimit, KinematicsError, finite
 
@@ -160,3 +161,48 @@ def fitted(angle: float, low: float, high: float, seed: float) -> float:
     """Return what `turn_into` does, or infinity if no turn of the angle is within the range."""
     turned = turn_into(angle, low, high, seed)
     return turned if low <= turned <= high else math.inf
+
+
+# Postures spread evenly over the ranges of joints, to see what an arm reaches.
+
+Span = tuple[float, float]
+
+MOST_CORNERS = 256
+"""Corners of the joint limits that are sampled: all of them, of up to eight joints."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """`count` postures spread over the spans of joints, the same at every call, and the corners.
+
+    The posture of number n takes of each span the fraction of 0.5 + n * step (M. Roberts, "The
+    unreasonable effectiveness of quasirandom sequences", 2018): the steps are powers of a
+    generalised golden ratio, so that no posture is near another. `corners` are postures with
+    every joint at one of its ends.
+    """
+
+    spans: tuple[Span, ...]
+    steps: tuple[float, ...]
+    corners: tuple[tuple[float, ...], ...]
+    count: int
+
+    def postures(self) -> Iterator[tuple[float, ...]]:
+        """Yield the corners, then the postures by their numbers."""
+        yield from self.corners
+        for number in range(1, self.count + 1):
+            yield tuple(
+                low + (high - low) * ((0.5 + number * step) % 1.0)
+                for (low, high), step in zip(self.spans, self.steps, strict=True)
+            )
+
+
+def spread_over(spans: Sequence[Span], count: int) -> Spread:
+    """Return how `count` postures are spread. Raises `KinematicsError` for a count below 1."""
+    if count < 1:
+        raise KinematicsError(f"at least one posture must be sampled, not {count}")
+    ratio = 2.0
+    for _ in range(64):  # towards the root of ratio^(joints + 1) = ratio + 1
+        ratio = (1.0 + ratio) ** (1.0 / (len(spans) + 1))
+    steps = tuple(ratio**-number for number in range(1, len(spans) + 1))
+    corners = tuple(product(*spans)) if 2 ** len(spans) <= MOST_CORNERS else ()
+    return Spread(tuple(spans), steps, corners, count)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from kinematics.errors import UnknownPreset, nearest_word
+from kinematics.errors import UnknownPreset
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.geometry import ArmGeometry
 from kinematics.guards.guards import Guards
@@ -245,6 +245,5 @@ def preset(key: str) -> ArmPreset:
     """Return the preset of this key. Raises `UnknownPreset` with the nearest name."""
     found = PRESETS.get(key) if isinstance(key, str) else None
     if found is None:
-        near = nearest_word(str(key).lower(), PRESETS, likeness=0.4)
-        raise UnknownPreset(key, PRESETS, near)
+        raise UnknownPreset(key, PRESETS)
     return found

@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, overload
 
 from kinematics.errors import (
     BadNumber,
-    Coordinates,
     KinematicsError,
     finite,
     hand_angle,
@@ -88,13 +86,6 @@ class Pose:
             None if yaw_deg is None else math.radians(finite("yaw_deg", yaw_deg)),
         )
 
-    @classmethod
-    def at(cls, place: Coordinates) -> Pose:
-        """Make the pose of some coordinates, such as those that an error names."""
-        return cls(
-            place.x_mm, place.y_mm, place.z_mm, place.pitch_rad, place.roll_rad, place.yaw_rad
-        )
-
     @property
     def pitch_deg(self) -> float:
         """Pitch in degrees, for people."""
@@ -128,13 +119,6 @@ _LENGTHS = ("x_mm", "y_mm", "z_mm")
 _ANGLES = ("pitch_rad", "roll_rad")
 _COORDINATES = (*_LENGTHS, *_ANGLES)
 """The coordinates of every pose; some arms add a yaw."""
-
-
-class RollFrame(Enum):
-    """What a pose's roll is measured against: wrist roll = roll + value * base angle."""
-
-    HAND = 0
-    TABLE = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,7 +64,7 @@ def special_files(folder):
     }
 
 
-DEEP = 50_000
+DEEP = 20_000
 CONTENTS = {
     "nothing": b"",
     "zeros": bytes(100),
@@ -88,8 +88,8 @@ CONTENTS = {
     "blocks": b"repeat 2\n" * 5000 + b"end\n" * 5000,
     "an endless name": b"a" * 250_000,
     "lines": b"\n" * 250_000,
-    "keys": b"".join(b"k%d = 1\n" % n for n in range(20_000)),
-    "links": b"[[links]]\na_mm=1\n" * 15_000,
+    "keys": b"".join(b"k%d = 1\n" % n for n in range(5_000)),
+    "links": b"[[links]]\na_mm=1\n" * 4_000,
     "an odd model": b'model = "\\u0000"',
     "quotes": b"'" * 100_000,
 }

@@ -1,4 +1,10 @@
-"""The base of every app: stop keys first, stale input dropped, dialogs, looks, actions of parts."""
+"""The base of every app of the desk: what a key does, and what the person is told about it.
+
+The stop keys come first and stale input is dropped. Everything else that a key, a click or a
+gamepad's button asks for goes through `Calls.acting`, so one rule holds for all of them: the last
+message goes, a first press that another key has made no longer counts, and a refusal becomes the
+new message.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +28,11 @@ from textual.message import Message
 from textual.screen import ModalScreen
 from textual.timer import Timer
 
+from armdrive.errors import ArmError
+from kinematics.errors import KinematicsError
 from tui.dialogs import HelpScreen, StillPalette
 from tui.keys.keyboard import Keyboard
-from tui.keys.presses import StaleInput, SuspensionDetector, UrgentKeys
+from tui.keys.presses import Confirmation, StaleInput, SuspensionDetector, UrgentKeys
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.look import COLOURLESS, HIGH_CONTRAST, look_after, look_named
 from tui.safety import StopButton
@@ -38,17 +46,71 @@ SUSPENDED_S = 1.0
 """An app that did nothing for this long was suspended: it polls more often."""
 
 
-@runtime_checkable
-class TypingScreen(Protocol):
-    """A screen that is typed into.
+LONGEST_TEXT = 40
+"""Characters that are typed into a line, unless it says otherwise."""
 
-    The app calls it for a key that no widget took, as for the keys of the table. So a burst of
-    typed keys is taken in the order in which they were typed.
+
+def is_printable(character: str) -> bool:
+    """Return whether a character can be typed; the space bar never gets here, as it stops."""
+    return character.isprintable()
+
+
+class TypedText:
+    """A line of text that a person types on a screen or in a dialog.
+
+    No widget has the focus meanwhile: the app hands over each key that no row of the table takes
+    first. So a stop key is never a letter, and a burst of keys is taken in the order in which they
+    were typed.
     """
 
-    def take_typed(self, event: events.Key) -> bool:
-        """Take a typed key; return False to leave it to the table of keys."""
-        ...
+    def __init__(
+        self,
+        text: str = "",
+        *,
+        takes: Callable[[str], bool] = is_printable,
+        longest: int = LONGEST_TEXT,
+        offered: bool = False,
+        changed: Callable[[str], None] | None = None,
+    ) -> None:
+        """`takes` says which characters are typed; `changed` is called with each new text."""
+        self.text = text
+        self.offered = offered
+        """Whether the text is only a proposal, which the first key replaces as a whole."""
+        self._takes = takes
+        self._longest = longest
+        self._changed = changed
+
+    def takes(self, character: str | None) -> bool:
+        """Return whether a character of a key is typed here."""
+        return bool(character) and self._takes(str(character))
+
+    def type(self, character: str) -> None:
+        """Type a character; a line that is full stays as it is."""
+        typed = ("" if self.offered else self.text) + character
+        self.set(typed[: self._longest])
+
+    def erase(self) -> None:
+        """Take the last character away."""
+        self.set("" if self.offered else self.text[:-1])
+
+    def clear(self) -> None:
+        """Take all characters away."""
+        self.set("")
+
+    def set(self, text: str) -> None:
+        """Have another text; it is meant as it stands."""
+        self.text, self.offered = text, False
+        if self._changed is not None:
+            self._changed(text)
+
+
+@runtime_checkable
+class TypingScreen(Protocol):
+    """A screen or dialog that a person can type into."""
+
+    @property
+    def typing(self) -> TypedText | None:
+        """The line that is typed into now, if there is one."""
 
 
 class InputFilter:
@@ -58,19 +120,14 @@ class InputFilter:
     the program was suspended.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, app: KeyApp) -> None:
         self.urgent: Mapping[str, Callable[[], object]] = {}
         """What keys do in the thread that reads them, before the app takes them."""
         self.suspended_s = math.inf
         """An app that did nothing for this long was suspended."""
         self.starved_s = math.inf
         """An app that did nothing for this long has kept its keys waiting."""
-        self.on_resumed: Callable[[float], object] = _ignore
-        """Called after a suspension, with its length; what was typed since is dropped."""
-        self.on_starved: Callable[[float], object] = _ignore
-        """Called when the program was kept from its work: keys may be late."""
-        self.on_dropped: Callable[[float], object] = _ignore
-        """Called when a key came too late to count, with the length of the last suspension."""
+        self._app = app
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._key: events.Key | None = None
@@ -98,9 +155,9 @@ class InputFilter:
         if reported or absent_s > self.suspended_s:
             self._stale.begin(now_s)
             self._absent_s = absent_s
-            self.on_resumed(absent_s)
+            self._app.resumed(absent_s)
         elif absent_s > self.starved_s:
-            self.on_starved(absent_s)
+            self._app.starved(absent_s)
 
     @contextlib.contextmanager
     def acting_on(self, key: events.Key) -> Iterator[None]:
@@ -126,7 +183,7 @@ class InputFilter:
             return True
         stale = self._stale.is_stale(came_s)
         if stale and key.key not in self.urgent:
-            self.on_dropped(self._absent_s)
+            self._app.key_dropped(self._absent_s)
         return stale
 
     def drops_mouse(self, event: events.MouseEvent) -> bool:
@@ -135,24 +192,30 @@ class InputFilter:
         return self._stale.is_stale(event.time, of_keyboard=False)
 
 
-def _ignore(time_s: float) -> None:
-    """Ignore a suspension."""
-
-
 # The keys of the table act through the framework's actions. It looks for them on the app and on
 # widgets alone; ours may also be methods of the parts that an app or a screen is made of.
 
 NODES = ("app", "screen", "focused")
 """The framework's own names for places of actions."""
 
+NO_PART = object()
+"""Stands for a part that a node does not have at all."""
+
+
+def _do_nothing() -> None:
+    """Do nothing: the part that a key is for is not there now."""
+
 
 def action_call(action: str | ActionParseResult, node: object) -> Callable[[], object] | None:
     """Return the call for an action of a node, None if there is none.
 
-    `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts.
+    `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts. A part
+    may be None at times, as the line that is typed into: a key for it then does nothing.
     """
     part, name, words = actions.parse(action) if isinstance(action, str) else action
-    holder = getattr(node, part, None) if part else node
+    holder = getattr(node, part, NO_PART) if part else node
+    if holder is None:
+        return _do_nothing
     found = getattr(holder, name if part else f"action_{name}", None)
     return partial(found, *words) if callable(found) else None
 
@@ -176,6 +239,69 @@ class OneScreen:
 
     def show_place(self, place: str) -> None:
         """Stay: there is nowhere else to go."""
+
+
+Outcome = Callable[[], object]
+"""A call that takes a moment. Text that it returns is the message about it."""
+
+
+class Calls:
+    """Does what keys ask for, and reports how it went."""
+
+    def __init__(self, app: KeyApp) -> None:
+        self._app = app
+
+    @contextlib.contextmanager
+    def reporting_refusals(self) -> Iterator[None]:
+        """Have the next picture say why what is asked for here is refused."""
+        try:
+            yield
+        except (ArmError, KinematicsError, OSError) as error:
+            self._app.message = str(error)
+
+    @contextlib.contextmanager
+    def acting(self, *, repeats: bool = False) -> Iterator[None]:
+        """Do what a key or a click asks for; show what came of it, or why it is refused.
+
+        The last message was about another key, and so was a first press that waits for its second
+        one. Only keys that repeat while they are held leave the message alone: they would wipe out
+        why the arm no longer follows them.
+        """
+        confirmation = self._app.confirmation
+        presses = confirmation.taken
+        if not repeats:
+            self._app.message = ""
+        with self.reporting_refusals():
+            yield
+        if confirmation.taken == presses:
+            confirmation.forget()
+        self._app.show()
+
+    def in_thread(self, work: Callable[[], object]) -> None:
+        """Do work that takes a moment, without keeping the stop key waiting."""
+        self._app.run_worker(work, thread=True, exit_on_error=False)
+
+    def make(self, call: Outcome, done: str = "") -> None:
+        """Make a call in a thread, then show `done`, the text that the call returns, or its error.
+
+        With neither, the status shows enough.
+        """
+
+        def work() -> None:
+            if message := self._outcome(call, done):
+                self._app.call_from_thread(self._app.say, message)
+
+        self.in_thread(work)
+
+    def _outcome(self, call: Outcome, done: str) -> str:
+        """Make a call; return the message about it, if there is one."""
+        try:
+            found = call()
+        except (ArmError, KinematicsError) as error:
+            return str(error)
+        except Exception as flaw:  # the desk and its stop key must live on
+            return f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
+        return done or (found if isinstance(found, str) else "")
 
 
 class Dialogs:
@@ -252,15 +378,21 @@ class KeyApp(App[int], inherit_bindings=False):
     """The rows that the bindings of the app and its screens were made from."""
     screens: AppScreens = OneScreen()
 
-    def __init__(self, keys: Keyboard, *, look: str = "") -> None:
-        self.input = InputFilter()
+    def __init__(
+        self, keys: Keyboard, *, look: str = "", clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.input = InputFilter(self)
+        self.clock = clock
         self.keys = keys
         self.stop_keys: Collection[str] = keys.of(STOP)
         """No widget may keep these for itself."""
         self.looks = Looks(self, look)
         self.dialogs = Dialogs(self)
+        self.calls = Calls(self)
+        self.confirmation = Confirmation(clock)
+        """What a second press of the last key would do."""
         self.message = ""
-        """The last message."""
+        """The last message: about the last key, or about what has happened since."""
         # its other way to do without colours sends them all, as shades of grey
         super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
         if not self.no_color or os.environ.get("NO_COLOR"):
@@ -281,8 +413,20 @@ class KeyApp(App[int], inherit_bindings=False):
     def show(self) -> None:
         """Show what has changed."""
 
-    def disarm(self, reason: str) -> None:
+    def disarm(self, reason: str) -> None:  # noqa: ARG002 - for apps whose keys move something
         """Let no key of the current screen move anything."""
+        self.confirmation.forget()
+
+    def resumed(self, time_s: float) -> None:
+        """Note a suspension of this length. What was typed meanwhile is dropped."""
+        self.disarm(f"this program was suspended for {time_s:.1f} s")
+
+    def starved(self, time_s: float) -> None:
+        """Note that keys may have waited for the app for this long."""
+
+    def key_dropped(self, time_s: float) -> None:
+        """Say why a key had no effect: a key that is dropped without a word seems broken."""
+        self.say(f"a key was dropped: this program was suspended for {time_s:.1f} s; press again")
 
     def run_or_raise(self) -> None:
         """Run until the user leaves. Raises the error that ended the app, if one did."""
@@ -324,12 +468,13 @@ class KeyApp(App[int], inherit_bindings=False):
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
         """Perform an action of a node, or of one of its parts."""
-        part, *_ = actions.parse(action) if isinstance(action, str) else action
+        part, name, _ = actions.parse(action) if isinstance(action, str) else action
         node = self if default_namespace is None else default_namespace
-        call = action_call(action, node) if part and part not in NODES else None
-        if call is None:  # the framework's, or a row that names nothing: it raises then
-            return await super().run_action(action, default_namespace, namespaces)
-        call()
+        with self.calls.acting(repeats=name == "jog"):
+            call = action_call(action, node) if part and part not in NODES else None
+            if call is None:  # the framework's, or a row that names nothing: it raises then
+                return await super().run_action(action, default_namespace, namespaces)
+            call()
         return True
 
     async def on_event(self, event: events.Event) -> None:
@@ -363,10 +508,19 @@ class KeyApp(App[int], inherit_bindings=False):
                 if stops:
                     self.action_stop_arm()
                 return
-        elif isinstance(self.screen, TypingScreen) and self.screen.take_typed(event):
+        elif self._takes_typed(event.character):
             event.stop().prevent_default()
             return
         await super().on_event(event)
+
+    def _takes_typed(self, character: str | None) -> bool:
+        """Type a character into the line that is typed into, if there is one; return whether."""
+        line = self.screen.typing if isinstance(self.screen, TypingScreen) else None
+        if line is None or character is None or not line.takes(character):
+            return False
+        with self.calls.acting():
+            line.type(character)
+        return True
 
 
 BUSY_S = 0.02

@@ -11,16 +11,13 @@ import contextlib
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
 
 from textual import events, on
-from textual.actions import ActionParseResult
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.containers import Container, Vertical
-from textual.dom import DOMNode
 from textual.screen import Screen
 
 from armdrive import Arm
@@ -29,15 +26,14 @@ from armdrive.moves import ParkMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
 from kinematics.spaces import Joints
-from tui.app import SUSPENDED_S, KeyApp, action_call
+from tui.app import SUSPENDED_S, KeyApp, Outcome, action_call
 from tui.arm_view import SpaceView, move_cameras
-from tui.calls import DeskCalls, Done
 from tui.dialogs import FirstScreen, PostureScreen, commands
-from tui.gamepad.jogging import PadDesk
+from tui.gamepad.jogging import Gamepad
 from tui.gamepad.reader import EvdevPad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of
+from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
     after_reset,
@@ -141,13 +137,17 @@ class ArmControl:
     def reset(self) -> None:
         """Leave the error state."""
         self._desk.link.require()
-        self._desk.calls.make(self._arm.reset, partial(after_reset, keys=self._desk.keys))
+        self._desk.calls.make(self._reset)
+
+    def _reset(self) -> str:
+        self._arm.reset()
+        return after_reset(self._arm.status, self._desk.keys)
 
     def reconnect(self) -> None:
         """Look for a lost link once, now. Moves nothing."""
         if self._desk.link.lost:
             self._desk.say("looking for the link ...")
-        self._desk.calls.make(self._arm.reconnect, None)
+        self._desk.calls.make(self._arm.reconnect)
 
     def reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
@@ -210,8 +210,8 @@ class ArmControl:
         self,
         question: str,
         posture: Moment,
-        agreed: Callable[[], object],
-        done: Done = "confirmed: the position is referenced",
+        agreed: Outcome,
+        done: str = "confirmed: the position is referenced",
         *,
         asked: str = "Does the arm stand exactly so?",
     ) -> None:
@@ -320,6 +320,7 @@ class DeskScreen(Screen[None]):
 
     def on_screen_suspend(self) -> None:
         """Let no key move the arm behind a dialog or another screen."""
+        self.desk.confirmation.forget()
         self.disarm("another screen is shown")
 
     def show(self, status: Status) -> None:
@@ -393,21 +394,12 @@ class DeskScreens:
         """The hand on the jog keys, where the current screen has those."""
         return self.current.hand if self._desk.screen_stack else None
 
-    @property
-    def pad_hand(self) -> DeskJogging | None:
-        """The hand that a gamepad moves: none while the link is lost."""
-        return None if self._desk.link.lost else self.hand
-
-    def go_to(self, place: str) -> None:
+    def show(self, place: str) -> None:
         """Go to a screen by its id. What the one before held ends first."""
         self._desk.disarm("another screen is shown")
         self._desk.dialogs.close_all()
+        self._desk.message = ""  # it was about the screen before
         self._desk.switch_mode(place)
-
-    def show(self, place: str) -> None:
-        """Go to a screen by its id. The last message was about the one before."""
-        self._desk.message = ""
-        self.go_to(place)
 
     def show_place(self, place: str) -> None:
         """Go to the screen on which a row of the table of keys counts."""
@@ -415,36 +407,13 @@ class DeskScreens:
             self.show(place)
 
     def do_row(self, name: str) -> None:
-        """Do what a row of the table of keys does, if no dialog lies over the current screen."""
-        call = action_call(self._desk.keys.row(name).action, self.current)
-        if call is not None and len(self._desk.screen_stack) == 1:
-            with self._desk.calls.acting():
-                call()
-
-
-class StallGuard:
-    """Keeps keys from moving the arm that were typed while the desk did not run."""
-
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
-        desk.input.suspended_s, desk.input.starved_s = SUSPENDED_S, STARVED_S
-        desk.input.on_resumed, desk.input.on_starved = self.resumed, self.starved
-        desk.input.on_dropped = self.dropped
-
-    def resumed(self, time_s: float) -> None:
-        """Disarm after a suspension of this length: keys typed meanwhile move nothing."""
-        self._desk.disarm(f"this program was suspended for {time_s:.1f} s")
-
-    def starved(self, time_s: float) -> None:
-        """Note that keys may have waited for the desk for this long; those move nothing."""
-        if (hand := self._desk.screens.hand) is not None:
-            hand.doubt(time_s)
-
-    def dropped(self, time_s: float) -> None:
-        """Say why a key had no effect: a key that is dropped without a word seems broken."""
-        self._desk.say(
-            f"a key was dropped: this program was suspended for {time_s:.1f} s; press again"
-        )
+        """Do what a row of the table of keys does on the current screen, or say why not."""
+        row = self._desk.keys.row(name)
+        with self._desk.calls.acting():
+            call = action_call(row.action, self.current)
+            if call is None or len(self._desk.screen_stack) > 1:
+                raise BadRequest(f"{row.description} is for the {titled(row.place)} screen alone")
+            call()
 
 
 class Desk(KeyApp):
@@ -474,13 +443,12 @@ class Desk(KeyApp):
         the file that the program screen begins with.
         """
         left = DeskMemory(instructed=True) if memory is None else recall(memory)
-        super().__init__(keys, look=left.look)
+        super().__init__(keys, look=left.look, clock=clock)
         for place, screen in screens.items():
             self.add_mode(place, screen)
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self.braille = braille
-        self.clock = clock
         self._handle_signals = handle_signals
         self._memory = memory
         self._left = left
@@ -508,17 +476,30 @@ class Desk(KeyApp):
         self.opens: Path | None = None
         """The arm file that the next desk is to be opened on."""
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
-        self.stalls = StallGuard(self)
+        self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
-        self.calls = DeskCalls(self, arm)
         self.control = ArmControl(self)
-        self.pad = None if find_pad is None else PadDesk(self, find_pad)
+        self.pad = None
+        if find_pad is not None:
+            self.pad = Gamepad(
+                self,
+                find_pad,
+                hand=lambda: self.screens.hand,
+                do_row=self.screens.do_row,
+                require_link=self.link.require,
+            )
 
     def disarm(self, reason: str) -> None:
         """Let go of what the current screen holds, and let no key of it move the arm."""
+        super().disarm(reason)
         if self.screen_stack:  # else the screens are already being taken down
             self.screens.current.disarm(reason)
+
+    def starved(self, time_s: float) -> None:
+        """Note that keys may have waited for the desk for this long; those move nothing."""
+        if self.screens.hand is not None:
+            self.screens.hand.doubt(time_s)
 
     # -- what is shown ------------------------------------------------------------------------
 
@@ -531,7 +512,7 @@ class Desk(KeyApp):
         if self.pad is not None:
             self.pad.start()
         if self._first in self._modes:
-            self.screens.go_to(self._first)
+            self.switch_mode(self._first)
         if not self._left.instructed:
             self.push_screen(FirstScreen(self.keys, self.link.status), self._instructed)
 
@@ -539,10 +520,13 @@ class Desk(KeyApp):
         self._left = replace(self._left, instructed=bool(understood))
 
     def poll(self) -> None:
-        """Take the latest status and show what changed."""
+        """Take the latest status, show what changed, then do what was confirmed by two presses."""
         self.input.alive()
         self.link.take(self.arm.status)
         self.show()
+        if (act := self.confirmation.due()) is not None:
+            with self.calls.acting():
+                act()
 
     def show(self) -> None:
         """Show the latest status on the current screen."""
@@ -567,19 +551,6 @@ class Desk(KeyApp):
         return commands(
             (*self.keys.at(self.screens.place), *known), self.action_do_row, self.looks.put_on
         )
-
-    # -- what keys ask for --------------------------------------------------------------------
-
-    async def run_action(
-        self,
-        action: str | ActionParseResult,
-        default_namespace: DOMNode | None = None,
-        namespaces: Mapping[str, DOMNode] | None = None,
-    ) -> bool:
-        """Perform an action; show what came of it, or say why it is refused."""
-        with self.calls.acting():
-            return await super().run_action(action, default_namespace, namespaces)
-        return True
 
     # -- stopping and ending ------------------------------------------------------------------
 

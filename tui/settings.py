@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -97,9 +97,9 @@ class JogSettings:
         return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),), frame)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class MoveSettings:
-    """How goals are given and gone to: what is kept from one form, or one desk, to the next."""
+    """How goals are given and gone to: what is kept from one desk to the next."""
 
     cartesian: bool = True
     speed: float = 0.5
@@ -185,17 +185,14 @@ def remember(path: Path, what: DeskMemory) -> None:
 
 def restored(settings: JogSettings, left: ArmMemory) -> JogSettings:
     """Return the settings as they were left, as far as they exist for this arm."""
-    if left.mode in [space.value for space in Space]:
-        settings = replace(settings, space=Space(left.mode))
-    if left.frame in settings.frames:
-        settings = replace(settings, frame=left.frame)
-    if left.step_deg in INCREMENTS:
-        settings = replace(settings, step_deg=left.step_deg)
-    if left.step_mm in INCREMENTS:
-        settings = replace(settings, step_mm=left.step_mm)
-    if left.speed in SPEEDS:
-        settings = replace(settings, speed=left.speed)
-    return settings
+    kept: dict[str, tuple[object, Collection[object]]] = {
+        "frame": (left.frame, settings.frames),
+        "step_deg": (left.step_deg, INCREMENTS),
+        "step_mm": (left.step_mm, INCREMENTS),
+        "speed": (left.speed, SPEEDS),
+    }
+    known: dict[str, Any] = {name: value for name, (value, all_) in kept.items() if value in all_}
+    return replace(settings, space=_space(left.mode) or settings.space, **known)
 
 
 def move_settings(left: ArmMemory, move: MoveSettings) -> MoveSettings:
@@ -203,23 +200,24 @@ def move_settings(left: ArmMemory, move: MoveSettings) -> MoveSettings:
 
     `move` is used on an arm that is new.
     """
-    if left.move_mode in [space.value for space in Space]:
-        move = replace(move, cartesian=left.move_mode == Space.CARTESIAN.value)
-    if left.move_speed in SPEEDS:
-        move = replace(move, speed=left.move_speed)
-    return move
+    space = _space(left.move_mode)
+    cartesian = move.cartesian if space is None else space is Space.CARTESIAN
+    speed = left.move_speed if left.move_speed in SPEEDS else move.speed
+    return MoveSettings(cartesian, speed)
+
+
+def _space(name: str) -> Space | None:
+    return next((space for space in Space if space.value == name), None)
 
 
 def remembered(settings: JogSettings, move: MoveSettings, screen: str) -> ArmMemory:
     """Return what is to be remembered of an arm's desk."""
+    jog = {name: getattr(settings, name) for name in ("frame", "step_deg", "step_mm", "speed")}
     move_space = Space.CARTESIAN if move.cartesian else Space.JOINT
     return ArmMemory(
-        screen=screen,
-        mode=settings.space.value,
-        frame=settings.frame,
-        step_deg=settings.step_deg,
-        step_mm=settings.step_mm,
-        speed=settings.speed,
+        screen,
+        settings.space.value,
+        **jog,
         move_mode=move_space.value,
         move_speed=move.speed,
     )

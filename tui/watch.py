@@ -52,7 +52,7 @@ from tui.widgets import KeyLine, PlainText, panels
 
 # The words about such an arm, made from the plain data of its status.
 
-TEMPOS = (10, 25, 50, 75, 100)
+PERCENTS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
 
 
@@ -131,12 +131,11 @@ def percent(view: View) -> int:
     return round(share * 100) if isinstance(share, int | float) else 100
 
 
-def tempo(now: int, steps: int) -> int:
-    """Return the next tempo below or above; the ends hold."""
-    others = [each for each in TEMPOS if (each - now) * steps > 0]
-    if not others:
-        return min(TEMPOS) if steps < 0 else max(TEMPOS)
-    return max(others) if steps < 0 else min(others)
+def next_percent(now: int, by: int) -> int:
+    """Return the next speed below or above, in percent; the ends hold."""
+    if by < 0:
+        return max((each for each in PERCENTS if each < now), default=PERCENTS[0])
+    return min((each for each in PERCENTS if each > now), default=PERCENTS[-1])
 
 
 def _named(values: object, ending: str, unit: str) -> list[str]:
@@ -314,9 +313,9 @@ class Watching(KeyApp):
         """Ask for a pause, or its end."""
         self._ask(request, f"asked to {request}")
 
-    def action_tempo(self, steps: int) -> None:
+    def action_change_speed(self, by: int) -> None:
         """Ask for a lower or higher speed."""
-        wanted = tempo(percent(self.view), steps)
+        wanted = next_percent(percent(self.view), by)
         self._ask("slow", f"asked to go at {wanted} % of the speed", percent=wanted)
 
     def action_leave(self) -> None:
@@ -324,16 +323,14 @@ class Watching(KeyApp):
         self.exit(0)
 
     def _ask(self, request: str, done: str, **words: object) -> None:
-        work = partial(self._asked, request, done, words)
-        self.run_worker(work, thread=True, exit_on_error=False)
+        self.calls.make(partial(self._asked, request, done, words))
 
-    def _asked(self, request: str, done: str, words: Mapping[str, object]) -> None:
+    def _asked(self, request: str, done: str, words: Mapping[str, object]) -> str:
         try:
             answer = self._holder.ask(request, **words)
-            message = str(answer["error"]) if "error" in answer else done
         except ArmError as error:
-            message = f"{request.upper()} WAS NOT RECEIVED: {error}. Use the arm's own switch"
-        self.call_from_thread(self.say, message)
+            return f"{request.upper()} WAS NOT RECEIVED: {error}. Use the arm's own switch"
+        return str(answer.get("error", done))
 
 
 def run_watch(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from textual import events
@@ -55,12 +55,16 @@ def _printable_span(part: str | Span) -> Span:
 
 
 class ChoiceList(OptionList, can_focus=False):
-    """A titled list. It is never focused, so no key acts on it by itself; a click chooses a row."""
+    """A titled list. It is never focused, so no key acts on it by itself.
 
-    def __init__(self, chosen: Callable[[int], object], *, id: str) -> None:  # noqa: A002
-        """`chosen` is called with the row that was clicked."""
+    A click on a row does what the keys do that go to it from the chosen row.
+    """
+
+    def __init__(self, action: str, *, id: str) -> None:  # noqa: A002
+        """`action` is that of the keys: it takes by how many rows to go on."""
         super().__init__(id=id, classes="panel", compact=True, markup=False)
-        self._clicked = chosen
+        self._action = action
+        self._chosen = 0
         self._rows: tuple[str, ...] = ()
 
     @property
@@ -72,6 +76,7 @@ class ChoiceList(OptionList, can_focus=False):
 
     def show_rows(self, rows: Sequence[str], chosen: int | None) -> None:
         """Show these rows, one of them chosen; repaint only what has changed."""
+        self._chosen = chosen or 0
         texts = tuple(printable(row) for row in rows)
         if texts != self._rows:
             self._rows = texts
@@ -83,10 +88,11 @@ class ChoiceList(OptionList, can_focus=False):
                     self.replace_option_prompt_at_index(at, Content(f"{mark} {texts[at]}"))
             self.highlighted = chosen
 
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+    async def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Choose the row that was clicked."""
         event.stop()
-        self._clicked(event.option_index)
+        by = event.option_index - self._chosen
+        await self.app.run_action(f"{self._action}({by})", self.screen)
 
 
 class ScreenTabs(Tabs, can_focus=False):

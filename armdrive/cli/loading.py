@@ -36,8 +36,6 @@ def _import(name: str) -> None:
             import armdrive.cli.drive.move
         case "drive.points":
             import armdrive.cli.drive.points
-        case "drive.points_driving":
-            import armdrive.cli.drive.points_driving
         case "program.arguments":
             import armdrive.cli.program.arguments
         case "program.demo":

@@ -15,23 +15,10 @@ from armdrive.text import numbers
 from kinematics.errors import nearest_word
 
 Declare = Callable[[argparse.ArgumentParser], None]
-"""Declares the options of a command."""
+"""Declares the options of a command or an action.
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Arguments:
-    """The options of a command, and the text that ends its help: notes and examples.
-
-    By default the text is the docstring of `declare`, without its first line.
-    """
-
-    declare: Declare
-    epilog: str = ""
-
-    @property
-    def help_end(self) -> str:
-        """The text that ends the help of the command: notes and examples."""
-        return self.epilog or inspect.cleandoc(self.declare.__doc__ or "").partition("\n\n")[2]
+Its docstring, without the first line, ends the help: notes and examples.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,14 +31,13 @@ class Action:
     summary: str
     function: str
     declare: Declare
-    epilog: str = ""
 
 
 def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) -> None:
     """Add the actions of a command; the caller has to name one of them."""
     listed = parser.add_subparsers(dest="action", required=True, metavar="ACTION", prog=parser.prog)
     for name, row in actions.items():
-        words = help_of(row.summary, Arguments(row.declare, row.epilog))
+        words = help_of(row.summary, row.declare)
         action = listed.add_parser(name, help=row.summary, **words)
         row.declare(action)
         action.set_defaults(function=row.function)
@@ -112,12 +98,12 @@ _REQUIRED = "the following arguments are required: "
 """Complaints of argparse that are put into other words here, with the words that are known."""
 
 
-def help_of(summary: str, arguments: Arguments) -> Any:
+def help_of(summary: str, declare: Declare) -> Any:
     """Return the arguments of a parser that make the help of a command or an action."""
     return {
         "description": summary[0].upper() + summary[1:] + ".",
         "formatter_class": HelpFormatter,
-        "epilog": arguments.help_end,
+        "epilog": inspect.cleandoc(declare.__doc__ or "").partition("\n\n")[2],
     }
 
 
@@ -137,6 +123,27 @@ JSON_OPTION = "--json"
 def add_json_option(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
     parser.add_argument(JSON_OPTION, action="store_true", help="print JSON")
+
+
+ARM_OPTIONS = ("arm", "sim", "port", "dialect", "baud")
+"""The options that name an arm and how to reach it."""
+
+
+def typed_again(options: argparse.Namespace, *names: str) -> list[str]:
+    """Return the words that give a command these options once more, as far as they were given."""
+    words = []
+    for name in names:
+        value, option = getattr(options, name, None), f"--{name.replace('_', '-')}"
+        if value is None or value is False:
+            continue
+        text = f"{value:g}" if isinstance(value, float) else str(value)
+        if value is True:
+            words.append(option)
+        elif text.startswith("-"):  # argparse would take it for an option
+            words.append(f"{option}={text}")
+        else:
+            words += [option, text]
+    return words
 
 
 def number(text: str) -> float:

@@ -11,6 +11,7 @@ silences, and prints results early with `show`.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import queue
@@ -18,12 +19,12 @@ import re
 import shlex
 import sys
 import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from types import TracebackType
-from typing import Any, Self, TextIO
+from typing import Any, TextIO
 
+from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.errors import BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
@@ -225,38 +226,37 @@ def agreed(question: str) -> bool:
     return answer is not None and answer.lower() in ("yes", "y")
 
 
-# Progress that the engine's thread reports.
+# Printing in a thread.
 
 
-class TerminalReporter:
-    """Prints lines in a thread of its own, because a blocked terminal must not block the engine."""
+@contextlib.contextmanager
+def background_thread(
+    name: str, work: Callable[[], None], end: Callable[[], object]
+) -> Iterator[None]:
+    """Run `work` in a thread during a `with` block; `end` tells it that the block is over."""
+    thread = threading.Thread(target=work, name=name, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        end()
+        thread.join()
 
-    def __init__(self, *, silent: bool) -> None:
-        self._silent = silent
-        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._print, name="reporter", daemon=True)
 
-    def tell(self, line: str) -> None:
-        """Hand a line over without waiting."""
-        self._lines.put(line)
+@contextlib.contextmanager
+def reporter(options: argparse.Namespace) -> Iterator[Callable[[str], None]]:
+    """Yield a function that has a line about progress printed, and does not wait for that.
 
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
+    The engine's thread calls it, which a blocked terminal must not block.
+    """
+    lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._lines.put(None)
-        self._thread.join()
+    def work() -> None:
+        while (line := lines.get()) is not None:
+            tell(options, line)
 
-    def _print(self) -> None:
-        while (line := self._lines.get()) is not None:
-            if not self._silent:
-                say(line)
+    with background_thread("reporter", work, lambda: lines.put(None)):
+        yield lines.put
 
 
 # Remedies name a command. If this command named its arm, the next one has to name it as well.
@@ -272,7 +272,7 @@ _COMMAND = rf"`armdrive ((?:{'|'.join(_ARM_COMMANDS)})(?: --[a-z-]+)*)`"
 
 def with_arm(sentence: str, options: argparse.Namespace) -> str:
     """Return a sentence whose commands name the arm as the options of this command do."""
-    words = _arm_words(options)
+    words = shlex.join(typed_again(options, *ARM_OPTIONS))
     if not words:
         return sentence
     if getattr(options, "arm", None):
@@ -286,12 +286,3 @@ def _insert(command: str, words: str) -> str:
         return command
     name, _, rest = command.partition(" ")
     return " ".join(filter(None, (name, words, rest)))
-
-
-def _arm_words(options: argparse.Namespace) -> str:
-    given = [
-        (f"--{name}", str(value))
-        for name in ("arm", "sim", "port", "dialect")
-        if (value := getattr(options, name, None))
-    ]
-    return shlex.join(word for pair in given for word in pair)

@@ -68,7 +68,7 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
 
 def agree(words: str, why: str, default: str = "no") -> bool:
     """Ask a question whose answer is yes or no."""
-    return bool(ask_value(Question("", words, why, yes_or_no, default)))
+    return bool(ask_value(Question(words, why, yes_or_no, default)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from typing import NoReturn
 
 from armdrive.cli.commands import COMMANDS, INSTEAD
 from armdrive.cli.loading import load
-from armdrive.cli.options import JSON_OPTION, Arguments, CommandParser, help_of
+from armdrive.cli.options import JSON_OPTION, CommandParser, Declare, help_of
 from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present, with_arm
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
@@ -81,9 +81,9 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
 def command_parser(name: str, summary: str, function: str) -> CommandParser:
     """Return the parser of a command."""
     group = function.partition(".")[0]
-    arguments: Arguments = load(f"{group}.arguments:ARGUMENTS")[name]
-    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, arguments))
-    arguments.declare(parser)
+    declare: Declare = load(f"{group}.arguments:ARGUMENTS")[name]
+    parser = CommandParser(prog=f"armdrive {name}", **help_of(summary, declare))
+    declare(parser)
     return parser
 
 

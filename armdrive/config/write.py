@@ -22,8 +22,14 @@ from armdrive.config.sections import (
     HomingKeys,
     backlash_keys,
 )
-from armdrive.text.toml import require_table, rule_of
-from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
+from armdrive.text.toml import (
+    FORMAT_ENTRY,
+    TomlEntry,
+    TomlSection,
+    document,
+    require_table,
+    rule_of,
+)
 from kinematics.presets import ArmPreset
 from kinematics.spaces import Pose
 from kinematics.transmission import Transmission

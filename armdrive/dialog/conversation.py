@@ -1,15 +1,15 @@
-"""The acts of a dialog with a person about a device: questions, lines to tell, and findings.
+"""A dialog with a person about a device: questions, lines to tell, and findings.
 
-A dialog is a generator (`Talk`): it yields an act, and is sent its result. Nothing here touches a
-wire, a terminal or a clock, so a test can give any answer.
+Nothing here touches a wire, a terminal or a clock. The person may be a user at a terminal, a
+simulated one, or a test.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Protocol, TypeAlias
 
 from armdrive.errors import BadRequest
 from armdrive.text import numbers as typed
@@ -22,14 +22,17 @@ Reader = Callable[[str], Any]
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One question. `default` is the answer that an empty line gives."""
+    """One question; `default` is the answer that an empty line gives.
 
-    key: str
+    An interview knows its questions by their keys.
+    """
+
     words: str
     why: str
     read: Reader
-    default: str | None
+    default: str | None = None
     choices: tuple[tuple[str, str], ...] = ()
+    key: str = ""
 
 
 YES, NO = ("yes", "y", "true"), ("no", "n", "false")
@@ -150,82 +153,79 @@ def plain_number(line: str) -> float:
         raise WrongAnswer(str(error)) from None
 
 
-T = TypeVar("T")
 ByEye: TypeAlias = Callable[[Any], str]
 
 
 class About(Enum):
     """The subject of a question: the simulated person does what it asks for, before answering."""
 
+    ANSWER = auto()
     AGREEMENT = auto()
     CONNECT = auto()
     FREE = auto()
     MOUNTED = auto()
-    SEEN = auto()
     WAY = auto()
-    ROLL = auto()
-    AMOUNT = auto()
-    NUMBER = auto()
     PRESS = auto()
     RELEASE = auto()
 
 
 @dataclass(frozen=True, slots=True)
-class Announce:
-    """Tell the person something."""
-
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
 class AskPerson:
-    """Ask the person about the motor of this index.
+    """Ask the person; `motor` is the index of the motor that is to be plugged in or pressed.
 
     `by_eye` returns the answer that a simulated person sees in a motion of the arm.
     """
 
     question: Question
-    about: About = About.AGREEMENT
+    about: About = About.ANSWER
     motor: int = 0
     by_eye: ByEye | None = None
 
 
+class DialogPerson(Protocol):
+    """The person in a dialog: reads lines, answers questions, looks at the arm."""
+
+    def tell(self, text: str) -> None:
+        """Tell the person a line."""
+
+    def answer(self, asked: AskPerson) -> Any:
+        """Ask the person; return the answer as its reader gives it."""
+
+    def look(self, *, moved: bool) -> None:
+        """Have the person look at the arm before a motor turns, and again when it has."""
+
+
 @dataclass(frozen=True, slots=True)
-class Look:
-    """Look at the arm before a motor turns, and again when it has. A real person needs no hint."""
+class Dialog:
+    """Tells and asks a person about a device."""
 
-    moved: bool
+    person: DialogPerson
 
+    def say(self, *lines: str) -> None:
+        """Tell the person some lines."""
+        for line in lines:
+            self.person.tell(line)
 
-@dataclass(frozen=True, slots=True)
-class Keep:
-    """Save the notes so far."""
+    def ask(
+        self,
+        question: Question,
+        about: About = About.ANSWER,
+        motor: int = 0,
+        by_eye: ByEye | None = None,
+    ) -> Any:
+        """Ask the person; return the value of the answer."""
+        return self.person.answer(AskPerson(question, about, motor, by_eye))
 
-    notes: Mapping[str, Any]
-
-
-Talk: TypeAlias = Generator[object, Any, T]
-"""Yields acts: those above, and work on the wire (`armdrive.dialects.bus.tools`)."""
-
-
-def say(*lines: str) -> Talk[None]:
-    """Tell the person some lines."""
-    for line in lines:
-        yield Announce(line)
-
-
-def ask(question: Question, about: About, motor: int = 0, by_eye: ByEye | None = None) -> Talk[Any]:
-    """Ask the person; return the value of the answer."""
-    answer = yield AskPerson(question, about, motor, by_eye)
-    return answer
-
-
-def agreed(
-    words: str, why: str, about: About = About.AGREEMENT, motor: int = 0, default: str | None = None
-) -> Talk[bool]:
-    """Ask a question whose answer is yes or no. Give no default if a yes moves or writes."""
-    answer = yield from ask(Question("", words, why, yes_or_no, default), about, motor)
-    return bool(answer)
+    def agreed(
+        self,
+        words: str,
+        why: str,
+        about: About = About.AGREEMENT,
+        motor: int = 0,
+        default: str | None = None,
+    ) -> bool:
+        """Ask a question whose answer is yes or no. Give no default if a yes moves or writes."""
+        return bool(self.ask(Question(words, why, yes_or_no, default), about, motor))
 
 
 # A finding: its severity, what was found, and the remedy.

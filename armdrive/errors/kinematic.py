@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import kinematics.errors as mathematics
+import kinematics.geometry as geometry
 from armdrive.errors import BadRequest, Refused
 
 
@@ -32,13 +33,13 @@ class JointLimit(KinematicsError, mathematics.JointLimit):
     code = "E603"
 
 
-class Unreachable(KinematicsError, mathematics.Unreachable):
+class Unreachable(KinematicsError, geometry.Unreachable):
     """No posture within the limits reaches the pose; `nearest` is one that can be reached."""
 
     code = "E604"
 
 
-class PathBroken(KinematicsError, mathematics.PathBroken):
+class PathBroken(KinematicsError, geometry.PathBroken):
     """Along a line, an arc or a route, the arm would leave its reach or change its posture."""
 
     code = "E605"
@@ -55,8 +56,8 @@ _REFUSALS: Mapping[type[mathematics.KinematicsError], type[Refused]] = MappingPr
         mathematics.KinematicsError: KinematicsError,
         mathematics.BadNumber: BadNumber,
         mathematics.JointLimit: JointLimit,
-        mathematics.Unreachable: Unreachable,
-        mathematics.PathBroken: PathBroken,
+        geometry.Unreachable: Unreachable,
+        geometry.PathBroken: PathBroken,
         mathematics.NoArc: NoArc,
     }
 )

@@ -16,8 +16,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds
 from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates, MotionSegment, joints_between
-from kinematics.errors import Unreachable, finite, suggestion
-from kinematics.geometry import ArmGeometry
+from kinematics.errors import finite, suggestion
+from kinematics.geometry import ArmGeometry, Unreachable
 from kinematics.guards.escape import nearest_allowed
 from kinematics.guards.guards import GuardViolation, Violation
 from kinematics.guards.path import first_violation

@@ -136,26 +136,24 @@ def waiting_text(act: Act) -> str:
 
 @dataclass(frozen=True, slots=True)
 class RunStage:
-    """An act of a program and its place there; `calls` are the calls that led to it."""
+    """An act of a program, and its place there."""
 
     act: Act
     mark: SourceMark
-    calls: tuple[SourceMark, ...] = field(default=())
 
 
 @dataclass(frozen=True, slots=True)
 class RunStep:
     """One act of a program, or one call of a script.
 
-    `number` counts them from 1, and `loop` the loops of the run. `moves` tells whether the arm
-    moves; `waiting` is what the step waits for, as people read it. `act` is None for a call. `move`
-    is the act's move, resolved from where the arm stands; None if it will be refused.
+    `loop` counts the loops of the run from 1. `moves` tells whether the arm moves; `waiting` is
+    what the step waits for, as people read it. `act` is None for a call. `move` is the act's move,
+    resolved from where the arm stands; None if it will be refused.
     """
 
     arm: Arm
     mark: SourceMark
     name: str
-    number: int = 1
     loop: int = 1
     moves: bool = False
     waiting: str = ""

@@ -181,18 +181,18 @@ def _from_json(data: Json, where: str) -> Value:
 
 
 VALUE: Form[Value] = Form(to_json, _from_json, {})
-_WHOLE: Form[int] = Form(int, _whole, {})
+WHOLE: Form[int] = Form(int, _whole, {})
 _TRUTH: Form[bool] = Form(bool, lambda data, _: bool(data), {})
 _FRAME = record(
     CallFrame,
-    back=_WHOLE,
-    mark=optional(record(SourceMark, line=_WHOLE, column=_WHOLE, file=TEXT)),
+    back=WHOLE,
+    mark=optional(record(SourceMark, line=WHOLE, column=WHOLE, file=TEXT)),
     own=by_name(VALUE),
-    loops=by_name(several(optional(_WHOLE))),
+    loops=by_name(several(optional(WHOLE))),
 )
 STATE = record(
     MachineState,
-    at=_WHOLE,
+    at=WHOLE,
     answers=several(VALUE),
     moved=_TRUTH,
     frames=several(_FRAME),

@@ -10,7 +10,7 @@ import contextlib
 import json
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -27,12 +27,14 @@ from armdrive.programs.acts import (
     ProgramMove,
     RunStep,
 )
+from armdrive.programs.interpreter import WHOLE, by_name
 from armdrive.programs.program import ArmProgram, Machine
 from armdrive.programs.running import Performer, RunPlan, joints_of
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
 from armdrive.storage.record import checksum
+from armdrive.text.form import NUMBER, TEXT, Form, Json, as_table, optional, record
 from armdrive.text.json_forms import move_from_json, move_to_json
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
@@ -42,14 +44,6 @@ LONGEST = 8_000_000
 """Bytes. What is longer is not even read."""
 
 _CHECK = "check"
-
-
-@dataclass(frozen=True, slots=True)
-class Standing:
-    """Where an arm stood: joint angles by name in degrees, and the opening of the fingers in mm."""
-
-    joints_deg: dict[str, float]
-    opening_mm: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +61,7 @@ class JournalEntry:
     sha256: str
     line: int
     snapshot: dict[str, Any]
-    began: Standing | None
+    began: ArmCoordinates | None
     move: ProgramMove | None = None
     loop: int = 1
     loops: int = 1
@@ -146,11 +140,10 @@ def journal_file(arm: str) -> Path:
     return places.states() / f"{places.file_name(arm)}.program.json"
 
 
-def standing(arm: Arm) -> Standing | None:
+def standing(arm: Arm) -> ArmCoordinates | None:
     """Return where an arm stands, or None if that is unknown."""
     with arm.pace.lock:
-        there, known = arm.core.position.coordinates, arm.core.position_known
-    return Standing(dict(there.joints.deg), there.opening_mm) if known else None
+        return arm.core.position.coordinates if arm.core.position_known else None
 
 
 def interrupted(arm: str) -> JournalEntry:
@@ -172,24 +165,53 @@ def interrupted(arm: str) -> JournalEntry:
         raise StateFileError(
             f"the journal {path} cannot be read: {error.strerror or error}"
         ) from None
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+    except (ValueError, KeyError, RecursionError) as error:
         raise StateFileError(
             f"the journal {path} is damaged ({error}): delete it, and start the program again"
         ) from None
 
 
+def _read_coordinates(data: Json, where: str) -> ArmCoordinates:
+    table = as_table(data, where)
+    angles = _ANGLES.read(table["joints_deg"], f"{where}.joints_deg")
+    joints = Joints.of(*angles.values(), names=tuple(angles))
+    return ArmCoordinates(joints, NUMBER.read(table["opening_mm"], f"{where}.opening_mm"))
+
+
+_ANGLES = by_name(NUMBER)
+_COORDINATES: Form[ArmCoordinates] = Form(
+    lambda there: {"joints_deg": dict(there.joints.deg), "opening_mm": there.opening_mm},
+    _read_coordinates,
+    {},
+)
+_MOVE: Form[Any] = Form(move_to_json, lambda data, _: move_from_json(data), {})
+_ENTRY = record(
+    JournalEntry,
+    arm=TEXT,
+    program=TEXT,
+    sha256=TEXT,
+    line=WHOLE,
+    snapshot=Form(dict, as_table, {}),
+    began=optional(_COORDINATES),
+    move=optional(_MOVE),
+    loop=WHOLE,
+    loops=WHOLE,
+    outputs=WHOLE,
+    why=TEXT,
+)
+
+
 def to_text(entry: JournalEntry) -> str:
     """Return the text of an entry."""
-    move = None if entry.move is None else move_to_json(entry.move)
-    entries = {"format": FORMAT, **asdict(replace(entry, move=None)), "move": move}
+    entries = {"format": FORMAT, **_ENTRY.write(entry)}
     return json.dumps({**entries, _CHECK: checksum(entries)})
 
 
 def from_text(text: bytes) -> JournalEntry:
     """Return the entry of a text.
 
-    Raises `StateFileError` for one of another format, and `ValueError`, `TypeError` or `KeyError`
-    for a damaged one.
+    Raises `StateFileError` for one of another format, and `ValueError` or `KeyError` for a damaged
+    one.
     """
     if len(text) > LONGEST:
         raise ValueError("it is too long")
@@ -202,12 +224,7 @@ def from_text(text: bytes) -> JournalEntry:
     if entries.pop(_CHECK, None) != checksum(entries):
         raise ValueError("its checksum is wrong")
     del entries["format"]
-    began, move = entries.pop("began"), entries.pop("move")
-    return JournalEntry(
-        **entries,
-        began=None if began is None else Standing(**began),
-        move=None if move is None else cast(ProgramMove, move_from_json(move)),
-    )
+    return _ENTRY.read(entries, "the journal")
 
 
 def _removed(path: Path) -> None:
@@ -283,14 +300,14 @@ def require_place(
         return None  # without a position only looks and texts can have come before
     with arm.pace.lock:
         here = arm.core.position.coordinates
-    began = ArmCoordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
+    began = replace(entry.began, joints=joints_of(entry.began.joints.deg, arm))
     moves = _single_moves(entry.move)
     last = max(
         (index for index, leg in enumerate(_legs(arm, began, moves)) if leg.passes(here)),
         default=None,
     )
     if last is None:
-        raise Refused(_elsewhere(here, entry.began, how, move))
+        raise Refused(_elsewhere(here, began, how, move))
     return cast(ProgramMove, MoveSequence(moves[last:])) if len(moves) > 1 else entry.move
 
 
@@ -347,16 +364,16 @@ def _leg(arm: Arm, here: ArmCoordinates, end_mm: float | None = None, *way: Join
     return _Leg((here.joints, *way), (here.opening_mm, end))
 
 
-def _elsewhere(here: ArmCoordinates, began: Standing, how: str, move: str) -> str:
-    now = here.joints.deg
+def _elsewhere(here: ArmCoordinates, began: ArmCoordinates, how: str, move: str) -> str:
+    now, then = here.joints.deg, began.joints.deg
     apart = [
         f"{name} {now[name]:.1f}° instead of {angle:.1f}°"
-        for name, angle in began.joints_deg.items()
+        for name, angle in then.items()
         if abs(now[name] - angle) > math.degrees(NEAR_RAD)
     ]
     if abs(here.opening_mm - began.opening_mm) > NEAR_MM:
         apart.append(f"fingers {here.opening_mm:.0f} mm instead of {began.opening_mm:.0f} mm")
-    joints = " ".join(f"--joint {name}={angle:.2f}" for name, angle in began.joints_deg.items())
+    joints = " ".join(f"--joint {name}={angle:.2f}" for name, angle in then.items())
     return (
         f"the arm does not stand where the program was interrupted ({', '.join(apart)}): bring it "
         f"back with `{move} {joints} --gripper {began.opening_mm:.1f}`, check that the fingers "

@@ -333,7 +333,7 @@ class Machine:
             try:
                 HANDLERS[line.row.word](line)
             except ActNeeded as needed:
-                return RunStage(needed.act, needed.mark, self._calls)
+                return RunStage(needed.act, needed.mark)
             except (LineFailure, ArmError, KinematicsError) as error:
                 wrong = str(error)
                 break

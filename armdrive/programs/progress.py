@@ -17,7 +17,6 @@ from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.programs.acts import RunStep
-from armdrive.programs.arm_access import time_s
 from armdrive.programs.problems import SourceLines, SourceMark
 
 FOR_EVER = 0
@@ -154,7 +153,7 @@ class RunView:
             self.arm, self.mark, self.act = step.arm, step.mark, step.name
             self._loop, self._waiting = step.loop, step.waiting
             self._progress.begins(step.mark, step.loop)
-            self._began_s = time_s(step.arm)
+            self._began_s = step.arm.pace.now_s()
 
     def line_at(self, mark: SourceMark) -> str:
         """Return the line at a mark, "" if there is none."""
@@ -163,7 +162,7 @@ class RunView:
     @property
     def under_way_s(self) -> float:
         """How long the present act has taken so far, on the arm's clock."""
-        return 0.0 if self.arm is None else time_s(self.arm) - self._began_s
+        return 0.0 if self.arm is None else self.arm.pace.now_s() - self._began_s
 
     def view(self) -> dict[str, Any]:
         """Return where the program is, as plain data; empty before its first act."""

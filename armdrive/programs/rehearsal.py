@@ -18,6 +18,7 @@ from armdrive.arm.device import input_bits
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, NotReferenced, Refused
+from armdrive.errors.table import error_view
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import (
     Answer,
@@ -33,9 +34,16 @@ from armdrive.programs.acts import (
     RunStep,
     Say,
 )
-from armdrive.programs.problems import SourceMark
+from armdrive.programs.problems import SourceLines, SourceMark
 from armdrive.programs.program import Machine
-from armdrive.programs.progress import FOR_EVER, LOOPS_REHEARSED, RunProgress, Took
+from armdrive.programs.progress import (
+    FOR_EVER,
+    LOOPS_REHEARSED,
+    RunProgress,
+    Took,
+    duration,
+    line_words,
+)
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import PaceChoice
@@ -556,3 +564,45 @@ def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
             f"the rehearsal failed: {rehearsal.refusal}. It assumed that {first}; give the real "
             "values with --input and --assume-width, or run it all the same with --yes"
         ) from rehearsal.refusal
+
+
+# A rehearsal in words, and as plain data.
+
+
+def rehearsal_lines(rehearsal: Rehearsal, lines: SourceLines) -> list[str]:
+    """Return a rehearsal as lines of text: what each line takes, and how often."""
+    found = []
+    for line, times, took in rehearsal.by_line():
+        repeated = f" x {times}" if times > 1 else ""
+        text = lines.get((took.mark.file, line), took.what).strip()
+        found.append(f"{duration(took.took_s / times):>12}{repeated:<6} {line_words(line, text)}")
+    runs = len([loop for loop in rehearsal.loops if loop])
+    loops = f", {runs} loops" if runs > 1 else ""
+    acts = sum(map(len, rehearsal.loops))
+    found.append(f"{duration(rehearsal.took_s):>12} for {acts} acts{loops}{rehearsal.end_words}")
+    return found + [f"assumed: {each}" for each in rehearsal.assumptions]
+
+
+def rehearsal_view(rehearsal: Rehearsal) -> dict[str, Any]:
+    """Return a rehearsal as plain data."""
+    refusal, at = rehearsal.refusal, rehearsal.at
+    return {
+        "took_s": round(rehearsal.took_s, 3),
+        "acts": sum(map(len, rehearsal.loops)),
+        "whole": rehearsal.whole,
+        "endless": None if rehearsal.endless is None else rehearsal.endless.line,
+        "lines": [
+            {"line": line, "times": times, "took_s": round(took.took_s, 3)}
+            for line, times, took in rehearsal.by_line()
+        ],
+        "assumptions": [
+            {
+                "line": None if each.mark is None else each.mark.line,
+                "text": each.text,
+                "matters": each.matters,
+            }
+            for each in rehearsal.assumptions
+        ],
+        "refused": None if refusal is None else error_view(refusal),
+        "line": None if at is None else at.line,
+    }

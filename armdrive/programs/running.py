@@ -315,7 +315,6 @@ class ProgramRun:
             performer.arm,
             stage.mark,
             act_name(act),
-            self.done + 1,
             self.loop,
             isinstance(act, MOTIONS),
             waiting_text(act),

@@ -1,8 +1,8 @@
 """What is typed at a prompt, entry by entry. Each entry is a program that knows those before it.
 
-A `Session` is pure: it reads and remembers; an `ArmSession` carries out. An entry is a line, a
-whole block, or values alone, which are shown. The entries that were carried out form a program,
-which can be listed and saved.
+A session is pure: it reads and remembers; shell.py carries out. An entry is a line, a whole block,
+or values alone, which are shown. The entries that were carried out form a program, which can be
+listed and saved.
 """
 
 from __future__ import annotations
@@ -10,12 +10,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-from armdrive.arm import Arm
-from armdrive.blocking import run_blocking
 from armdrive.errors import BadRequest
-from armdrive.programs.acts import RunStep
 from armdrive.programs.language.compiling import NO_CODE
 from armdrive.programs.language.grammar import LineMistake, ProgramReader, read_values
 from armdrive.programs.language.syntax import (
@@ -32,25 +28,15 @@ from armdrive.programs.language.syntax import (
     every,
     within,
 )
-from armdrive.programs.language.words import FUNCTIONS, HERE, OVER, RESERVED
+from armdrive.programs.language.words import FUNCTIONS, HERE, RESERVED
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.problems import Problem, numbered_lines
 from armdrive.programs.program import (
-    ArmProgram,
     Context,
     Machine,
     Program,
     checked_program,
-    read_program,
 )
-from armdrive.programs.running import (
-    Onlooker,
-    Performer,
-    ProgramRun,
-    RunPerson,
-    RunPlan,
-)
-from armdrive.storage.files import DISK, replace_durably
 
 OF_THE_ARM = (HERE, "input")
 """Values that only an arm can give."""
@@ -245,82 +231,3 @@ def _given(line: Statement) -> bool:
             for each in within(line.value)
         )
     return isinstance(line, Define)
-
-
-# A session on one arm: carries out its entries, and saves them as a program.
-
-INPUT = "standard input"
-"""The name of a pipe in places."""
-
-
-class ArmSession:
-    """A session whose entries are carried out on one arm; `typing` if a person types them.
-
-    `at` is the step at which the last entry was interrupted, if it was.
-    """
-
-    def __init__(self, arm: Arm, *, typing: bool) -> None:
-        self.arm = arm
-        self.typing = typing
-        self.done = 0
-        self.at: RunStep | None = None
-        self._saved: set[Path] = set()
-        self._stops = arm.stops
-        self._outputs = 0
-        self.start_over()
-
-    def start_over(self) -> None:
-        """Forget everything typed. The arm stays as it is."""
-        self.session = Session("" if self.typing else INPUT)
-
-    def machine(self, entry: PromptEntry) -> Machine:
-        """Return the machine of an entry, with the arm's present points."""
-        return ArmProgram(entry.program, self.arm.config).machine()
-
-    def carry_out(
-        self,
-        entry: PromptEntry,
-        machine: Machine,
-        person: RunPerson,
-        onlookers: Sequence[Onlooker],
-    ) -> None:
-        """Carry out an entry, and learn the names that it sets, even if it is interrupted."""
-        self.at = None
-        self._forget_stops()
-        performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
-        run = ProgramRun(RunPlan(lambda: machine), performer, onlookers)
-        done = False
-        try:
-            run.carry_out()
-            done = True
-        finally:
-            self.at = run.at
-            self.session.learn(entry, machine, done=done)
-            self.arm.program = None
-        self._outputs = performer.outputs
-        self.done += 1
-
-    def _forget_stops(self) -> None:
-        """Ignore a stop between two typed entries; it does end the input of a pipe."""
-        if self.typing and self.arm.stops != self._stops:
-            # otherwise a stop that the engine has not seen yet would end the next motion
-            run_blocking(self.arm.runner.stand_still())
-            self._stops = self.arm.stops
-
-    def save(self, path: Path, *, over: bool) -> int:
-        """Save the entries carried out as a program; return how many lines. Raises `BadRequest`.
-
-        Another file is replaced only with `over`.
-        """
-        text = self.session.text
-        if not text.strip():
-            raise BadRequest("there is nothing to save: no line has run yet")
-        if path.exists() and not over and path.absolute() not in self._saved:
-            raise BadRequest(
-                f"{path} exists already: choose another name, or type `save {path} {OVER}`"
-            )
-        program = read_program(text, str(path))
-        ArmProgram(program, self.arm.config).machine()  # what is written can be run here
-        replace_durably(DISK, path.absolute(), text.encode("utf-8"))
-        self._saved.add(path.absolute())
-        return len(text.splitlines())

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from types import MappingProxyType
 
 from kinematics.frames.rotations import Matrix3, transpose
@@ -98,10 +97,10 @@ def side_of(base_rad: float) -> Camera:
     return Camera(azimuth_deg, 0, title="side")
 
 
-def next_view(camera: Camera, steps: int = 1) -> Camera:
+def next_view(camera: Camera) -> Camera:
     """Return the next named view, or the first one after a direction without a name."""
     names = list(VIEWS)
-    place = names.index(camera.name) + steps if camera.name in names else 0
+    place = names.index(camera.name) + 1 if camera.name in names else 0
     return VIEWS[names[place % len(names)]]
 
 
@@ -194,30 +193,16 @@ ORBIT_DEG = 10  # one step around the arm or up; divides a full turn
 ViewAngle = Callable[[Camera, Point | None, Dome], Camera]
 """Returns the next camera for the present one, the position of the tip, and the arm's dome."""
 
-
-def _orbit(azimuth: int, elevation: int, camera: Camera, _tip: Point | None, _of: Dome) -> Camera:
-    return camera.orbited(azimuth * ORBIT_DEG, elevation * ORBIT_DEG)
-
-
-def _zoom(steps: int, camera: Camera, tip: Point | None, dome: Dome) -> Camera:
-    return camera.zoomed(steps, tip, dome)
-
-
-def _take(view: Camera, _camera: Camera, _tip: Point | None, _of: Dome) -> Camera:
-    return view
-
-
 LOOKS: Mapping[str, ViewAngle] = MappingProxyType(
     {
-        "left": partial(_orbit, -1, 0),
-        "right": partial(_orbit, 1, 0),
-        "up": partial(_orbit, 0, 1),
-        "down": partial(_orbit, 0, -1),
-        "nearer": partial(_zoom, 1),
-        "farther": partial(_zoom, -1),
-        "fit": lambda camera, _tip, _of: camera.fitted(),
-        "next": lambda camera, _tip, _of: next_view(camera),
-        **{name: partial(_take, view) for name, view in VIEWS.items()},
+        "left": lambda camera, _tip, _dome: camera.orbited(-ORBIT_DEG),
+        "right": lambda camera, _tip, _dome: camera.orbited(ORBIT_DEG),
+        "up": lambda camera, _tip, _dome: camera.orbited(0, ORBIT_DEG),
+        "down": lambda camera, _tip, _dome: camera.orbited(0, -ORBIT_DEG),
+        "nearer": lambda camera, tip, dome: camera.zoomed(1, tip, dome),
+        "farther": lambda camera, tip, dome: camera.zoomed(-1, tip, dome),
+        "fit": lambda camera, _tip, _dome: camera.fitted(),
+        "next": lambda camera, _tip, _dome: next_view(camera),
     }
 )
 """All changes of the view by name; `nearer` zooms in on the tip."""

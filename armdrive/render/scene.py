@@ -16,12 +16,12 @@ from itertools import product
 from armdrive.render.camera import VIEWS, Camera, Dome, Projection, projection, side_of
 from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Painted, Raster, Stroke, raster
 from armdrive.render.figure import Stance, dome, figure, ghost, stance
-from kinematics.chains.reach import spread_over
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.workspace import section
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.guards import Guards
 from kinematics.guards.shapes import Box
+from kinematics.limits import spread_over
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 

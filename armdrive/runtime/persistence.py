@@ -12,8 +12,7 @@ from collections.abc import Callable
 
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
-from armdrive.storage.record import NoRecorder, PositionRecorder, Record
-from armdrive.storage.record_writer import RecordWriter
+from armdrive.storage.record import NoRecorder, PositionRecorder, Record, RecordWriter
 
 
 class Memory:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.conversation import About, Look, Question, Talk, agreed, ask, choice, say
+from armdrive.dialog.conversation import About, Dialog, Question, choice
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.table import named
 from armdrive.setup.directions import (
@@ -36,23 +36,21 @@ if TYPE_CHECKING:
 # Each motor turns alone, slowly, a few degrees at most. Nothing moves before the user agrees.
 
 
-def find_signs(arm: Arm, picture: Sequence[str] = ()) -> Talk[Signs]:
+def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
     """Turn each motor of a connected arm; return the motors that the user saw reversed.
 
     `picture` shows the posture to begin in. Motors that the user leaves out, or of which the user
     saw nothing, are unclear.
     """
     check = check_of(arm.config, None)
-    yield from say(*picture, _explanation(arm))
-    if not (
-        yield from agreed(
-            "Switch the motors on and begin?", "Anything but yes leaves the arm alone."
-        )
+    dialog.say(*picture, _explanation(arm))
+    if not dialog.agreed(
+        "Switch the motors on and begin?", "Anything but yes leaves the arm alone."
     ):
         return Signs(unclear=tuple(motor.name for motor in check.transmission.motors))
     _switch_on(arm)
     while check.trial is not None:
-        yield from _try(arm, check)
+        _try(dialog, arm, check)
     return check.signs()
 
 
@@ -65,20 +63,20 @@ def _explanation(arm: Arm) -> str:
     )
 
 
-def _try(arm: Arm, check: DirectionCheck) -> Talk[None]:
+def _try(dialog: Dialog, arm: Arm, check: DirectionCheck) -> None:
     """Turn the next motor there and back, and take the user's answer."""
     trial = check.trial
     if trial is None:
         return
     turn = f"Motor {trial.motor + 1} ({trial.name}) will turn {trial.steps} steps and back. Now?"
-    if not (yield from agreed(turn, "no leaves this motor out.", default="yes")):
+    if not dialog.agreed(turn, "no leaves this motor out.", default="yes"):
         check.saw(SawMotion.NOT_AT_ALL)
         return
-    yield Look(moved=False)
+    dialog.person.look(moved=False)
     _turn(arm, check)
-    yield Look(moved=True)
+    dialog.person.look(moved=True)
     _turn(arm, check)
-    word, roll = yield from ask_way(trial)
+    word, roll = ask_way(dialog, trial)
     if word != AGAIN:
         check.note(trial.seen(word, roll))
 
@@ -179,16 +177,18 @@ def make_ready(arm: Arm) -> None:
     arm.reset()
 
 
-def check_switches(arm: Arm, switches: Sequence[WiredSwitch]) -> Talk[dict[str, SawSwitch]]:
+def check_switches(
+    dialog: Dialog, arm: Arm, switches: Sequence[WiredSwitch]
+) -> dict[str, SawSwitch]:
     """Have each switch pressed and released; return what the board made of it, by motor.
 
     No motor moves, and none is switched on or off. After an alarm the position is suspect.
     """
     seen = {}
     for switch in switches:
-        if (yield from _ask_for_press(switch)):
+        if _ask_for_press(dialog, switch):
             seen[switch.motor] = _reaction(arm, switch, switches)
-            yield from _ask_for_release(switch)
+            _ask_for_release(dialog, switch)
             _clear(arm)  # the release of a switch is a change too, and raises an alarm
         else:
             seen[switch.motor] = SawSwitch.NONE
@@ -198,24 +198,22 @@ def check_switches(arm: Arm, switches: Sequence[WiredSwitch]) -> Talk[dict[str, 
 PRESSED, NONE, RELEASED = "pressed", "none", "released"
 
 
-def _ask_for_press(switch: WiredSwitch) -> Talk[bool]:
+def _ask_for_press(dialog: Dialog, switch: WiredSwitch) -> bool:
     """Ask for a switch to be pressed; return False if the motor has none."""
     question = Question(
-        switch.motor,
         f"Press the limit switch of {switch.motor} ({switch.axis}) by hand, and hold it. Type "
         f"{PRESSED}, or {NONE} if it has none:",
         "The arm stands still throughout. The board should raise an alarm.",
         choice((PRESSED, NONE)),
-        None,
     )
-    answer = yield from ask(question, About.PRESS, switch.index)
+    answer = dialog.ask(question, About.PRESS, switch.index)
     return bool(answer == PRESSED)
 
 
-def _ask_for_release(switch: WiredSwitch) -> Talk[None]:
+def _ask_for_release(dialog: Dialog, switch: WiredSwitch) -> None:
     words = f"Let go of it. Type {RELEASED}:"
-    question = Question(switch.motor, words, "The next switch follows.", choice((RELEASED,)), None)
-    yield from ask(question, About.RELEASE, switch.index)
+    question = Question(words, "The next switch follows.", choice((RELEASED,)))
+    dialog.ask(question, About.RELEASE, switch.index)
 
 
 def _reaction(arm: Arm, switch: WiredSwitch, switches: Sequence[WiredSwitch]) -> SawSwitch:

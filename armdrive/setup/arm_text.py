@@ -9,15 +9,16 @@ Comments say where a number comes from.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from armdrive.config.write import MEANINGS
-from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
+from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.questions import ROWS
-from armdrive.setup.templates import COUPLED, model_text, typed_text
-from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
+from armdrive.setup.templates import COUPLED
+from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
+from armdrive.text.toml_amend import Change, amended
 
 MODELS = "models"
 """The folder of model files, in the folder of arm files."""
@@ -44,7 +45,7 @@ def files_of(draft: Draft) -> ArmFiles:
     given = draft.answers.get("links.file")
     ending = ".toml" if given is None else Path(given.path).suffix.lower()
     path = f"{MODELS}/{draft.name}{ending}"
-    return ArmFiles(document(_sections(draft, path), _heading(draft)), _links(draft), path)
+    return ArmFiles(document(_sections(draft, path), _heading(draft)), _model_text(draft), path)
 
 
 def _heading(draft: Draft) -> str:
@@ -57,18 +58,35 @@ def _heading(draft: Draft) -> str:
     return "\n".join(lines)
 
 
-def _links(draft: Draft) -> str | None:
+def _model_text(draft: Draft) -> str | None:
+    """Return the text of the arm's model file; None for an arm with a preset."""
     if draft.preset is not None:
         return None
-    title = str(draft.get("title", draft.name))
-    table = draft.template.links
-    if table is not None:
-        lengths = {each.key: draft.answers[f"lengths.{each.key}"] for each in table.lengths}
-        return model_text(table, lengths, draft.name, title)
-    if "links.file" in draft.answers:
-        return str(draft.answers["links.file"].text)
-    rows = {joint: draft.answers[f"links.{joint}"] for joint in draft.joints}
-    return typed_text(rows, draft.name, title)
+    title, links = str(draft.get("title", draft.name)), draft.links
+    if links is None:
+        rows = {joint: draft.answers[f"links.{joint}"] for joint in draft.joints}
+        return typed_text(rows, draft.name, title)
+    lengths = {
+        path: draft.answers[f"lengths.{key}"] for key, path in draft.template.lengths.items()
+    }
+    if not lengths:
+        return links.text
+    measured = any(links.length_mm(path) != mm for path, mm in lengths.items())
+    head = {"name": draft.name, "title": title, "verified": measured}
+    changes = [Change((key,), each) for key, each in head.items()]
+    changes += [Change(path, mm) for path, mm in lengths.items()]
+    return amended(links.text, changes)
+
+
+def typed_text(rows: Mapping[str, tuple[float, ...]], name: str, title: str) -> str:
+    """Return the model file of rows that were typed: theta, d, a, alpha of each joint."""
+    keys = ("offset_deg", "d_mm", "a_mm", "alpha_deg")
+    top = TomlSection("", (FORMAT_ENTRY, TomlEntry("name", name), TomlEntry("title", title)))
+    links = [
+        TomlSection("links", (TomlEntry("joint", joint), *map(TomlEntry, keys, row)), array=True)
+        for joint, row in rows.items()
+    ]
+    return document((top, *links), "A link table; docs/reference/arm-file.md explains the keys.")
 
 
 ORDER = (
@@ -94,11 +112,10 @@ def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
     if not draft.stepped:
         found["gripper"].append(TomlEntry("kind", draft.gripper))
     if linked:
-        for name, known in (("limits_deg", draft.limits_deg), ("speeds_deg_s", draft.speed_deg_s)):
-            answered = {entry.key: entry for entry in found[name]}
-            found[name] = [
-                answered.get(joint) or TomlEntry(joint, known(joint)) for joint in draft.joints
-            ]
+        # a model file has limits of its own, but no speeds
+        found["speeds_deg_s"] = found["speeds_deg_s"] or [
+            TomlEntry(joint, draft.speed_deg_s(joint)) for joint in draft.joints
+        ]
     else:
         found[""] += _gripper_steps(draft)
         found["steps_per_turn"] += _steps(draft)
@@ -173,8 +190,9 @@ def _gripper_motor(draft: Draft, reversed_motors: set[str]) -> TomlSection:
 def _turning(draft: Draft, motor: str) -> TomlEntry:
     if draft.published_motors:
         return TomlEntry(motor, _short(draft.published_steps(motor)), _microstepped(draft))
-    gearing = draft.gearing(motor)
-    return TomlEntry(motor, _short(gearing.steps_per_turn), str(gearing))
+    gear: Ratio = draft.answers[f"gear.{motor}"]
+    steps = draft.turn_steps * gear.turns
+    return TomlEntry(motor, _short(steps), f"{draft.turn_words} x {gear.written} = {steps:.6g}")
 
 
 def _microstepped(draft: Draft) -> str:
@@ -182,12 +200,9 @@ def _microstepped(draft: Draft) -> str:
 
 
 def _pulling(draft: Draft) -> TomlEntry:
-    answers = draft.answers
-    comment = (
-        f"{answers['full_steps']} full steps x {answers.get('microsteps', 1)} microsteps "
-        f"/ {answers['fingers.mm_per_turn']:g} mm a turn"
-    )
-    return TomlEntry("steps_per_mm", _short(draft.gripper_steps_per_mm), comment)
+    turn_mm = draft.answers["fingers.mm_per_turn"]
+    words = f"{draft.turn_words} / {turn_mm:g} mm a turn"
+    return TomlEntry("steps_per_mm", _short(draft.turn_steps / turn_mm), words)
 
 
 def _short(steps: float) -> float:

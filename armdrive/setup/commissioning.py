@@ -8,27 +8,15 @@ from dataclasses import dataclass
 from functools import partial
 
 from armdrive.dialects.bus.tools import (
-    CarryOut,
     DriveAtHand,
+    DriveDialog,
     DrivePlace,
     Listened,
     frame_scripts,
     listen,
-    on_wire,
 )
 from armdrive.dialects.controller import Controller
-from armdrive.dialog.conversation import (
-    About,
-    Keep,
-    Look,
-    Question,
-    Talk,
-    agreed,
-    ask,
-    choice,
-    number,
-    say,
-)
+from armdrive.dialog.conversation import About, Question, choice, number
 from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way
 from armdrive.setup.draft import ratio
 from armdrive.setup.plan import CommissioningPlan, Notes, Planned
@@ -78,29 +66,30 @@ GIVE = 32
 class TriedMotor:
     """One motor and the controller that turns it; `turn` is the counts of a turn of its shaft."""
 
+    dialog: DriveDialog
     controller: Controller
     turn: int
 
-    def switch_on(self) -> Talk[bool]:
+    def switch_on(self) -> bool:
         """Have the motor hold; return whether it does, and tell the user if not."""
-        reply = yield from self._ask(SwitchOn())
+        reply = self._ask(SwitchOn())
         if not isinstance(reply, Done):
-            yield from say(f"The drive did not switch its motor on: {_why(reply)}.")
+            self.dialog.say(f"The drive did not switch its motor on: {_why(reply)}.")
         return isinstance(reply, Done)
 
-    def where(self) -> Talk[int | None]:
+    def where(self) -> int | None:
         """Return the motor's position; None if the drive does not tell it."""
-        reply = yield from self._ask(ReadPosition())
+        reply = self._ask(ReadPosition())
         return reply.positions[0] if isinstance(reply, Registers) else None
 
-    def turn_to(self, target: int, counts: int) -> Talk[str]:
+    def turn_to(self, target: int, counts: int) -> str:
         """Turn to `target`, no further than `counts`, slowly enough to be watched.
 
         Return what went wrong; empty if the motor is there.
         """
-        reply = yield from self._ask(ReadPosition())
+        reply = self._ask(ReadPosition())
         if not isinstance(reply, Registers):
-            return (yield from self._astray(reply))
+            return self._astray(reply)
         at = reply.positions[0]
         if abs(target - at) > abs(counts) + self.turn // GIVE:
             return f"stands at {at} counts, too far from {target}: it was reset, or turned by force"
@@ -109,13 +98,13 @@ class TriedMotor:
         begin = at
         for piece in range(1, pieces + 1):
             goal = begin + round((target - begin) * piece / pieces)
-            reply = yield from self._ask(MoveBy(Motors((goal - at,)), rate_hz))
+            reply = self._ask(MoveBy(Motors((goal - at,)), rate_hz))
             if not isinstance(reply, Done):
-                return (yield from self._astray(reply))
+                return self._astray(reply)
             at = goal
         return ""
 
-    def run_unled(self, counts: int) -> Talk[tuple[int, int | None]]:
+    def run_unled(self, counts: int) -> tuple[int, int | None]:
         """Begin to turn by about `counts`, and fall silent halfway as a program that dies does.
 
         Return how far the motor was to turn, and its position afterwards.
@@ -123,11 +112,11 @@ class TriedMotor:
         least = self.turn / 60.0 * RUN_S  # at one rpm
         way = round(min(max(counts, least), MOST_RPM * least))
         run = MoveBy(Motors((way,)), self._rate_hz(way, RUN_S))
-        yield CarryOut(self.controller, run, LED_S)
-        return way, (yield from self.where())
+        self.dialog.carry_out(self.controller, run, LED_S)
+        return way, self.where()
 
-    def _astray(self, reply: Reply) -> Talk[str]:
-        at = yield from self.where()
+    def _astray(self, reply: Reply) -> str:
+        at = self.where()
         lost = "is not where it should be"
         stands = lost if at is None else f"stands at {at} counts, where it should not"
         return f"{stands}: {_why(reply)}"
@@ -137,8 +126,8 @@ class TriedMotor:
         rpm = round(abs(counts) / self.turn * 60.0 / seconds)
         return max(1, min(rpm, MOST_RPM)) * self.turn / 60.0
 
-    def _ask(self, request: Request) -> Talk[Reply]:
-        reply: Reply = yield CarryOut(self.controller, request)
+    def _ask(self, request: Request) -> Reply:
+        reply: Reply = self.dialog.carry_out(self.controller, request, math.inf)
         return reply
 
 
@@ -147,171 +136,6 @@ def _why(reply: Reply) -> str:
     if isinstance(reply, Timeout):
         return "it does not answer"
     return reply.reason if isinstance(reply, RequestRejected) else str(reply)
-
-
-def try_out(plan: CommissioningPlan, drive: Planned, motor: TriedMotor, notes: Notes) -> Talk[bool]:
-    """Find a motor's direction and gear; return whether that worked. Asks before each motion."""
-    mounted = yield from agreed(
-        f"Is the {drive.name} motor built into the arm, with space for a small motion? Then its "
-        "direction and gear can be found now.",
-        f"no leaves that for later: run `armdrive can setup {plan.name}` again, or `armdrive "
-        f"config signs {plan.name}` when the whole arm is there.",
-        About.MOUNTED,
-        drive.motor,
-    )
-    if not mounted:
-        return False
-    if not (
-        yield from agreed(
-            f"Switch the {drive.name} motor on? It holds from then on, and moves nothing.",
-            "F3. The switch of its supply lets it go.",
-            motor=drive.motor,
-        )
-    ):
-        return False
-    if not (yield from motor.switch_on()):
-        return False
-    gear = yield from _gear(drive, notes.gear or drive.gear)
-    start = yield from motor.where()
-    while start is not None:
-        gear = yield from _nudged(drive, motor, start, gear)
-        if not gear:
-            break
-        word = yield from _shown(drive, motor, start, gear, notes)
-        if word == AGAIN:
-            continue
-        return bool(word)
-    yield from say(f"The {drive.name} is left for later.")
-    return False
-
-
-def counts_of(drive: Planned, gear: float) -> int:
-    """Return the counts of the trial where a motor has a gear."""
-    return max(round(drive.trial.steps * gear / drive.gear), NUDGE)
-
-
-def _gear(drive: Planned, default: float) -> Talk[float]:
-    question = Question(
-        "",
-        f"How many turns of the motor are {drive.gear_words}?",
-        "20:1, teeth 60/16, a product of such, or a number. If you do not know, press Enter: the "
-        "first motion is very small, and shows whether the default is about right.",
-        lambda line: ratio(line).turns,
-        f"{default:.6g}",
-    )
-    gear = float((yield from ask(question, About.NUMBER, drive.motor)))
-    return default if math.isclose(gear, default, rel_tol=1e-5) else gear  # it is shown rounded
-
-
-def _nudged(drive: Planned, motor: TriedMotor, start: int, gear: float) -> Talk[float]:
-    """Move very little and back; return a gear that fits, or 0 to leave the motor out."""
-    while True:
-        counts = max(counts_of(drive, gear) // NUDGE, 1)
-        about = drive.amount / NUDGE
-        if not (
-            yield from agreed(
-                f"The motor turns the {drive.moves} by about {drive.shown(about)} and back. "
-                "A hand at the supply's switch. Now?",
-                "In pieces of a quarter of a second; Ctrl-C stops it. no leaves this motor out.",
-                motor=drive.motor,
-            )
-        ):
-            return 0.0
-        yield Look(moved=False)
-        trouble = yield from motor.turn_to(start + counts, counts)
-        yield Look(moved=True)
-        seen = "" if trouble else (yield from _compared(drive, about))
-        if (yield from _brought_back(drive, motor, start, counts, trouble)):
-            return 0.0
-        if seen != MORE:
-            return gear
-        gear = yield from _gear(drive, gear / NUDGE)
-
-
-def _compared(drive: Planned, about: float) -> Talk[str]:
-    words = (AS_SAID, MORE, NOTHING)
-    question = Question(
-        "",
-        f"Was that about {drive.shown(about)}? {', '.join(words)}:",
-        f"{MORE}: much more than that, so the gear is wrong. {NOTHING}: too little to see, which "
-        "is fine; a larger motion follows after your yes.",
-        choice(words),
-        None,
-    )
-
-    def by_eye(motion: ArmMotion) -> str:
-        return MORE if drive.moved(motion) > MUCH * about else AS_SAID
-
-    return str((yield from ask(question, About.SEEN, drive.motor, by_eye)))
-
-
-def _shown(drive: Planned, motor: TriedMotor, start: int, gear: float, notes: Notes) -> Talk[str]:
-    """Make the whole trial motion; note what the user saw, and return the word for it."""
-    counts = counts_of(drive, gear)
-    if not (
-        yield from agreed(
-            f"Now by about {drive.shown(drive.amount)}; the motor waits there for your answers, "
-            "then goes back. Go?",
-            "Stand behind the arm: left and right are yours as you look along it.",
-            motor=drive.motor,
-        )
-    ):
-        return ""
-    yield Look(moved=False)
-    trouble = yield from motor.turn_to(start + counts, counts)
-    yield Look(moved=True)
-    word, roll, measured = "", "", 0.0
-    if not trouble:
-        word, roll, measured = yield from _asked(drive)
-        yield from say("It goes back.")
-    if (yield from _brought_back(drive, motor, start, counts, trouble)):
-        return ""
-    if word in (NOTHING, OTHER):
-        yield from say(_UNCLEAR[word].format(name=drive.name))
-        return ""
-    if word != AGAIN:
-        notes.way, notes.roll = word, roll
-        notes.gear = yield from _concluded(drive, gear, measured)
-    return word
-
-
-def _asked(drive: Planned) -> Talk[tuple[str, str, float]]:
-    word, roll = yield from ask_way(drive.trial)
-    if word in (NOTHING, OTHER, AGAIN):
-        return word, "", 0.0
-    about = drive.amount
-    far = Question(
-        "",
-        f"How far did the {drive.moves} move, in {drive.unit}?",
-        "Measure it, or judge it by eye: to within a fifth is good enough to find a wrong gear.",
-        number(0.001, MOST, drive.unit),
-        f"{about:.2g}",
-    )
-    by_eye = lambda motion: f"{drive.moved(motion):.3g}"  # noqa: E731
-    return word, roll, float((yield from ask(far, About.AMOUNT, drive.motor, by_eye)))
-
-
-def _concluded(drive: Planned, gear: float, measured: float) -> Talk[float]:
-    """Return the gear: the user's if the motion agrees with it, else ask for it again."""
-    about = drive.amount
-    if abs(measured / about - 1.0) <= LIKE:
-        return gear
-    by_sight = gear * about / measured
-    yield from say(
-        f"It moved {drive.shown(measured)} instead of {drive.shown(about)}, so the gear is about "
-        f"{by_sight:.3g}, not {gear:.6g}."
-    )
-    return (yield from _gear(drive, float(f"{by_sight:.3g}")))
-
-
-def _brought_back(
-    drive: Planned, motor: TriedMotor, start: int, counts: int, trouble: str
-) -> Talk[bool]:
-    """Turn back to the start; return whether this or the last motion failed, and tell the user."""
-    back = yield from motor.turn_to(start, counts)
-    if trouble or back:
-        yield from say(f"The {drive.name} motor {trouble or back}.")
-    return bool(trouble or back)
 
 
 _UNCLEAR = {
@@ -332,50 +156,205 @@ STOPPED_SHARE = 0.7
 """A motor that came no further than this share of its way was stopped."""
 
 
-def try_watchdog(
-    drive: Planned, at_hand: DriveAtHand, motor: TriedMotor, counts: int
-) -> Talk[bool | None]:
-    """Try whether a drive stops by itself when its bus is silent, by a motion of some `counts`.
+@dataclass(frozen=True, slots=True)
+class MotorTrial:
+    """Tries a motor out in the arm named `arm`, with a person who watches; fills in the notes."""
 
-    Return whether the drive stopped; None if that was not tried.
-    """
-    if not at_hand.watchdog_s:
-        return None
-    if not (
-        yield from agreed(
-            f"Try the watchdog? The {drive.name} runs as far as before, and the bus falls silent: "
-            f"the drive should stop early by itself. If it does not, only the supply's switch "
-            f"stops it for {RUN_S:g} s. Now?",
+    dialog: DriveDialog
+    arm: str
+    drive: Planned
+    motor: TriedMotor
+    notes: Notes
+
+    def counts(self, gear: float) -> int:
+        """Return the counts of the trial if the motor has this gear."""
+        return max(round(self.drive.trial.steps * gear / self.drive.gear), NUDGE)
+
+    def try_out(self) -> bool:
+        """Find the motor's direction and gear; return whether that worked.
+
+        Asks before each motion.
+        """
+        mounted = self.dialog.agreed(
+            f"Is the {self.drive.name} motor built into the arm, with space for a small motion? "
+            "Then its direction and gear can be found now.",
+            f"no leaves that for later: run `armdrive can setup {self.arm}` again, or `armdrive "
+            f"config signs {self.arm}` when the whole arm is there.",
+            About.MOUNTED,
+            self.drive.motor,
+        )
+        if not mounted:
+            return False
+        if not self.dialog.agreed(
+            f"Switch the {self.drive.name} motor on? It holds from then on, and moves nothing.",
+            "F3. The switch of its supply lets it go.",
+        ):
+            return False
+        if not self.motor.switch_on():
+            return False
+        gear = self._gear(self.notes.gear or self.drive.gear)
+        start = self.motor.where()
+        while start is not None:
+            gear = self._nudged(start, gear)
+            if not gear:
+                break
+            word = self._shown(start, gear)
+            if word == AGAIN:
+                continue
+            return bool(word)
+        self.dialog.say(f"The {self.drive.name} is left for later.")
+        return False
+
+    def _gear(self, default: float) -> float:
+        question = Question(
+            f"How many turns of the motor are {self.drive.gear_words}?",
+            "20:1, teeth 60/16, a product of such, or a number. If you do not know, press Enter: "
+            "the first motion is very small, and shows whether the default is about right.",
+            lambda line: ratio(line).turns,
+            f"{default:.6g}",
+        )
+        gear = float(self.dialog.ask(question))
+        # the default is shown rounded
+        return default if math.isclose(gear, default, rel_tol=1e-5) else gear
+
+    def _nudged(self, start: int, gear: float) -> float:
+        """Move very little and back; return a gear that fits, or 0 to leave the motor out."""
+        while True:
+            counts = max(self.counts(gear) // NUDGE, 1)
+            about = self.drive.amount / NUDGE
+            if not self.dialog.agreed(
+                f"The motor turns the {self.drive.moves} by about {self.drive.shown(about)} and "
+                "back. A hand at the supply's switch. Now?",
+                "In pieces of a quarter of a second; Ctrl-C stops it. no leaves this motor out.",
+            ):
+                return 0.0
+            trouble = self._turned(start, counts)
+            seen = "" if trouble else self._compared(about)
+            if self._brought_back(start, counts, trouble):
+                return 0.0
+            if seen != MORE:
+                return gear
+            gear = self._gear(gear / NUDGE)
+
+    def _compared(self, about: float) -> str:
+        words = (AS_SAID, MORE, NOTHING)
+        question = Question(
+            f"Was that about {self.drive.shown(about)}? {', '.join(words)}:",
+            f"{MORE}: much more than that, so the gear is wrong. {NOTHING}: too little to see, "
+            "which is fine; a larger motion follows after your yes.",
+            choice(words),
+        )
+
+        def by_eye(motion: ArmMotion) -> str:
+            return MORE if self.drive.moved(motion) > MUCH * about else AS_SAID
+
+        return str(self.dialog.ask(question, by_eye=by_eye))
+
+    def _shown(self, start: int, gear: float) -> str:
+        """Make the whole trial motion; note what the user saw, and return the word for it."""
+        counts = self.counts(gear)
+        if not self.dialog.agreed(
+            f"Now by about {self.drive.shown(self.drive.amount)}; the motor waits there for your "
+            "answers, then goes back. Go?",
+            "Stand behind the arm: left and right are yours as you look along it.",
+        ):
+            return ""
+        trouble = self._turned(start, counts)
+        word, roll, measured = "", "", 0.0
+        if not trouble:
+            word, roll, measured = self._asked()
+            self.dialog.say("It goes back.")
+        if self._brought_back(start, counts, trouble):
+            return ""
+        if word in (NOTHING, OTHER):
+            self.dialog.say(_UNCLEAR[word].format(name=self.drive.name))
+            return ""
+        if word != AGAIN:
+            self.notes.way, self.notes.roll = word, roll
+            self.notes.gear = self._concluded(gear, measured)
+        return word
+
+    def _asked(self) -> tuple[str, str, float]:
+        word, roll = ask_way(self.dialog, self.drive.trial)
+        if word in (NOTHING, OTHER, AGAIN):
+            return word, "", 0.0
+        about = self.drive.amount
+        far = Question(
+            f"How far did the {self.drive.moves} move, in {self.drive.unit}?",
+            "Measure it, or judge it by eye: within a fifth is good enough to find a wrong gear.",
+            number(0.001, MOST, self.drive.unit),
+            f"{about:.2g}",
+        )
+        by_eye = lambda motion: f"{self.drive.moved(motion):.3g}"  # noqa: E731
+        return word, roll, float(self.dialog.ask(far, by_eye=by_eye))
+
+    def _concluded(self, gear: float, measured: float) -> float:
+        """Return the gear: the user's if the motion agrees with it, else ask for it again."""
+        about = self.drive.amount
+        if abs(measured / about - 1.0) <= LIKE:
+            return gear
+        by_sight = gear * about / measured
+        self.dialog.say(
+            f"It moved {self.drive.shown(measured)} instead of {self.drive.shown(about)}, so the "
+            f"gear is about {by_sight:.3g}, not {gear:.6g}."
+        )
+        return self._gear(float(f"{by_sight:.3g}"))
+
+    def _turned(self, start: int, counts: int) -> str:
+        """Turn while the person watches; return what went wrong."""
+        self.dialog.person.look(moved=False)
+        trouble = self.motor.turn_to(start + counts, counts)
+        self.dialog.person.look(moved=True)
+        return trouble
+
+    def _brought_back(self, start: int, counts: int, trouble: str) -> bool:
+        """Turn back to the start; return whether this or the last motion failed."""
+        back = self.motor.turn_to(start, counts)
+        if trouble or back:
+            self.dialog.say(f"The {self.drive.name} motor {trouble or back}.")
+        return bool(trouble or back)
+
+    def try_watchdog(self, at_hand: DriveAtHand, counts: int) -> bool | None:
+        """Try whether the drive stops by itself on a silent bus, by a motion of some `counts`.
+
+        Return whether the drive stopped; None if that was not tried.
+        """
+        if not at_hand.watchdog_s:
+            return None
+        if not self.dialog.agreed(
+            f"Try the watchdog? The {self.drive.name} runs as far as before, and the bus falls "
+            "silent: the drive should stop early by itself. If it does not, only the supply's "
+            f"switch stops it for {RUN_S:g} s. Now?",
             f"The watchdog is set to {TRIAL_S * 1000:.0f} ms for the trial, and back to "
             f"{at_hand.watchdog_s:g} s afterwards. no leaves it untried.",
-            motor=drive.motor,
+        ):
+            return None
+        if not self.motor.switch_on():
+            return None
+        start = self.motor.where()
+        if start is None or not at_hand.set_watchdog(TRIAL_S):
+            self.dialog.say("The drive refuses the watchdog's time.")
+            return False
+        way, at = self.motor.run_unled(counts)
+        kept = at_hand.set_watchdog(at_hand.watchdog_s)
+        self.motor.turn_to(start, counts)
+        if at is None or not kept:
+            self.dialog.say(
+                f"Drive {self.drive.node} stopped answering: check its supply and cable."
+            )
+            return False
+        share = abs(at - start) / way
+        if share < STILL_SHARE:
+            self.dialog.say("The motor did not move at all, so the trial shows nothing.")
+            return None
+        works = share <= STOPPED_SHARE
+        self.dialog.say(
+            f"The watchdog works: it stopped after {share:.0%} of the way."
+            if works
+            else "The watchdog did not stop it. If this computer dies, the drive goes on to its "
+            "last target, which armdrive keeps at most 0.3 s ahead."
         )
-    ):
-        return None
-    if not (yield from motor.switch_on()):
-        return None
-    start = yield from motor.where()
-    if start is None or not (yield from at_hand.set_watchdog(TRIAL_S)):
-        yield from say("The drive refuses the watchdog's time.")
-        return False
-    way, at = yield from motor.run_unled(counts)
-    kept = yield from at_hand.set_watchdog(at_hand.watchdog_s)
-    yield from motor.turn_to(start, counts)
-    if at is None or not kept:
-        yield from say(f"Drive {drive.node} stopped answering: check its supply and cable.")
-        return False
-    share = abs(at - start) / way
-    if share < STILL_SHARE:
-        yield from say("The motor did not move at all, so the trial shows nothing.")
-        return None
-    works = share <= STOPPED_SHARE
-    yield from say(
-        f"The watchdog works: it stopped after {share:.0%} of the way."
-        if works
-        else "The watchdog did not stop it. If this computer dies, the drive goes on to its last "
-        "target, which armdrive keeps at most 0.3 s ahead."
-    )
-    return works
+        return works
 
 
 @dataclass(frozen=True, slots=True)
@@ -393,27 +372,29 @@ class CommissioningOutcome:
 
 
 def walk(
-    plan: CommissioningPlan, notes: dict[str, Notes], *, again: bool = False
-) -> Talk[CommissioningOutcome]:
+    dialog: DriveDialog, plan: CommissioningPlan, notes: dict[str, Notes], *, again: bool = False
+) -> CommissioningOutcome:
     """Commission every drive of an arm; steps noted earlier are skipped, unless `again`.
 
     The user can leave at any question; the next run goes on there with the notes kept so far.
     """
-    yield from _introduce(plan, notes, again=again)
-    if (yield from _others_command()):
+    _introduce(dialog, plan, notes, again=again)
+    if _others_command(dialog):
         return CommissioningOutcome(notes, tuple(each.name for each in plan.drives))
     left_out = []
     for drive in plan.order:
-        yield from say("", f"--- {drive.title}")
-        if not (yield from one(plan, drive, notes, again=again)):
+        dialog.say("", f"--- {drive.title}")
+        if not one(dialog, plan, drive, notes, again=again):
             left_out.append(drive.name)
-    missing = yield from together(plan)
+    missing = together(dialog, plan)
     return CommissioningOutcome(notes, tuple(left_out), missing)
 
 
-def _introduce(plan: CommissioningPlan, notes: Mapping[str, Notes], *, again: bool) -> Talk[None]:
+def _introduce(
+    dialog: DriveDialog, plan: CommissioningPlan, notes: Mapping[str, Notes], *, again: bool
+) -> None:
     listed = ", ".join(f"{each.node} {each.name}" for each in plan.drives)
-    yield from say(
+    dialog.say(
         f"Commissioning the {len(plan.drives)} drives of {plan.name}: {listed}.",
         "For each of them:",
         *(f"  {number}  {step}" for number, step in enumerate(plan.tools.steps, 1)),
@@ -424,15 +405,16 @@ def _introduce(plan: CommissioningPlan, notes: Mapping[str, Notes], *, again: bo
     )
     done = [each.name for each in plan.drives if notes.get(each.name, Notes()).done]
     if done and not again:
-        yield from say(f"Done in an earlier run: {', '.join(done)}; --again repeats them.")
+        dialog.say(f"Done in an earlier run: {', '.join(done)}; --again repeats them.")
 
 
-def _others_command() -> Talk[bool]:
+def _others_command(dialog: DriveDialog) -> bool:
     """Return whether another program commands drives on this bus, and tell the user."""
     frames = frame_scripts()
-    traffic: Listened = yield CarryOut(frames, partial(listen, frames.io, is_command))
+    look = partial(listen, frames.io, is_command)
+    traffic: Listened = dialog.carry_out(frames, look, math.inf)
     if traffic.commands:
-        yield from say(
+        dialog.say(
             "Another program commands drives on this bus: end it first, then begin again. "
             "`armdrive can monitor` shows what it sends. Nothing was asked or set."
         )
@@ -440,56 +422,57 @@ def _others_command() -> Talk[bool]:
 
 
 def one(
-    plan: CommissioningPlan, drive: Planned, notes: dict[str, Notes], *, again: bool
-) -> Talk[bool]:
+    dialog: DriveDialog,
+    plan: CommissioningPlan,
+    drive: Planned,
+    notes: dict[str, Notes],
+    *,
+    again: bool,
+) -> bool:
     """Take one drive through its steps and keep notes after each; return whether it is ready."""
     others = len(plan.drives) > 1
     place = DrivePlace(drive.motor, drive.name, drive.node)
-    at_hand = yield from plan.tools.arrive(plan.config, place, others)
+    at_hand = plan.tools.arrive(dialog, plan.config, place, others)
     if at_hand is None:
         return False
     noted = notes.setdefault(drive.name, Notes())
     noted.firmware = at_hand.firmware or noted.firmware
     if noted.done and not again and at_hand.keeps_settings:
-        yield from say("It has its id and its settings: nothing to do.")
+        dialog.say("It has its id and its settings: nothing to do.")
         return True
-    noted.current_ma = yield from at_hand.settle()
-    yield Keep(notes)
-    noted.calibrated = yield from at_hand.calibrate()
-    yield from at_hand.offer_zero()
-    motor = TriedMotor(plan.controller(at_hand.by_itself), plan.tools.counts_per_turn)
+    noted.current_ma = at_hand.settle()
+    dialog.keep(notes)
+    noted.calibrated = at_hand.calibrate()
+    at_hand.offer_zero()
+    motor = TriedMotor(dialog, plan.controller(at_hand.by_itself), plan.tools.counts_per_turn)
     tried = bool(noted.way or noted.done) and not again
-    tried = tried or (yield from try_out(plan, drive, motor, noted))
-    yield Keep(notes)
+    trial = MotorTrial(dialog, plan.name, drive, motor, noted)
+    tried = tried or trial.try_out()
+    dialog.keep(notes)
     if tried and noted.gear and (again or noted.watchdog is None):
-        counts = counts_of(drive, noted.gear)
-        noted.watchdog = yield from try_watchdog(drive, at_hand, motor, counts)
+        noted.watchdog = trial.try_watchdog(at_hand, trial.counts(noted.gear))
     noted.done = tried and bool(noted.current_ma)
-    yield Keep(notes)
+    dialog.keep(notes)
     return noted.done
 
 
-def together(plan: CommissioningPlan) -> Talk[tuple[str, ...]]:
+def together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:
     """Ask all drives once they are plugged in; return the names of those that do not answer."""
-    yield from say("", "--- all together")
+    dialog.say("", "--- all together")
     while True:
-        if not (
-            yield from agreed(
-                f"Are all {len(plan.drives)} drives plugged in? Then they are asked together; "
-                "nothing turns.",
-                "no ends here; the arm file can still be written.",
-            )
+        if not dialog.agreed(
+            f"Are all {len(plan.drives)} drives plugged in? Then they are asked together; "
+            "nothing turns.",
+            "no ends here; the arm file can still be written.",
         ):
             return tuple(each.name for each in plan.drives)
-        wrong = []
-        for drive in plan.drives:
-            if not (yield from on_wire(plan.tools.alone, drive.node)):
-                wrong.append(drive)  # noqa: PERF401 - a talk cannot be held in a comprehension
+        alone = partial(dialog.on_wire, plan.tools.alone)
+        wrong = [drive for drive in plan.drives if not alone(drive.node)]
         if not wrong:
-            yield from say(f"All {len(plan.drives)} drives answer, each under its own id.")
+            dialog.say(f"All {len(plan.drives)} drives answer, each under its own id.")
             return ()
         named = ", ".join(each.title for each in wrong)
-        yield from say(
+        dialog.say(
             f"Not there, or two drives with one id: {named}. The whole bus needs a resistor of 120 "
             "ohm at each of its two ends, and nowhere else."
         )

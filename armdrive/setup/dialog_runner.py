@@ -1,4 +1,4 @@
-"""Holds dialogs: tells and asks a person, and carries out work on a link in between.
+"""Carries out requests and scripts on a link, on the computer's time or a simulated one.
 
 Only a drive's controller moves it, and the same controller stops it.
 """
@@ -9,18 +9,15 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Mapping
-from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
-from armdrive.dialects.bus.tools import CarryOut, Executor, OnWire
+from armdrive.dialects.bus.tools import DriveDialog, Executor
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.dialog.conversation import Announce, AskPerson, Keep, Look, Talk
+from armdrive.dialog.conversation import DialogPerson
 from armdrive.errors import LinkError
 from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.tasks import Alert, Progress, ProtocolWarning, RequestRejected
 from armdrive.transports.link import Link
-
-T = TypeVar("T")
 
 STOP_S = 3.0
 """A stopped request has this long to end."""
@@ -133,77 +130,18 @@ def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
         clock.sleep(link, max(min(executor.next_s(), until_s), now_s))
 
 
-class DialogPerson(Protocol):
-    """The person in a dialog: reads lines, answers questions, looks at the arm."""
+def drive_dialog(
+    link: Link,
+    scripts: ScriptLoop[Any],
+    clock: Clock,
+    person: DialogPerson,
+    keep: Callable[[Mapping[str, Any]], None],
+) -> DriveDialog:
+    """Return a dialog during which scripts and controllers use a link."""
 
-    def tell(self, text: str) -> None:
-        """Tell the person a line."""
+    def carry_out_next(executor: Executor, request: Any, silent_after_s: float) -> Any:
+        now_s = clock.now_s()
+        executor.receive(link.read(now_s), now_s)  # older bytes answer no new request
+        return carry_out(executor, request, link, clock, silent_after_s)
 
-    def answer(self, asked: AskPerson) -> Any:
-        """Ask the person; return the answer as its reader gives it."""
-
-    def look(self, *, moved: bool) -> None:
-        """Have the person look at the arm before a motor turns, and again when it has."""
-
-
-def _refuse(act: object) -> Any:
-    raise TypeError(f"this dialog has no wire for {act!r}")
-
-
-def converse(talk: Talk[T], person: DialogPerson, perform: Callable[[object], Any] = _refuse) -> T:
-    """Hold a dialog with a person to its end; `perform` carries out every other act."""
-    result: Any = None
-    try:
-        while True:
-            result = _done(talk.send(result), person, perform)
-    except StopIteration as end:
-        found: T = end.value
-        return found
-
-
-def _done(act: object, person: DialogPerson, perform: Callable[[object], Any]) -> Any:
-    match act:
-        case Announce(text):
-            return person.tell(text)
-        case AskPerson():
-            return person.answer(act)
-        case Look(moved):
-            return person.look(moved=moved)
-    return perform(act)
-
-
-class DialogRunner:
-    """Holds dialogs during which scripts and controllers use a link."""
-
-    def __init__(
-        self,
-        link: Link,
-        scripts: ScriptLoop[Any],
-        clock: Clock,
-        person: DialogPerson,
-        keep: Callable[[Mapping[str, Any]], None],
-    ) -> None:
-        self._link = link
-        self._scripts = scripts
-        self._clock = clock
-        self._person = person
-        self._keep = keep
-
-    def run(self, talk: Talk[T]) -> T:
-        """Hold a dialog to its end."""
-        return converse(talk, self._person, self._perform)
-
-    def _perform(self, act: object) -> Any:
-        match act:
-            case Keep(notes):
-                return self._keep(notes)
-            case OnWire(script):
-                return self._carry_out(self._scripts, partial(script, self._scripts.io))
-            case CarryOut(executor, request, silent_after_s):
-                return self._carry_out(executor, request, silent_after_s)
-        return _refuse(act)
-
-    def _carry_out(self, executor: Executor, request: Any, silent_after_s: float = math.inf) -> Any:
-        now_s = self._clock.now_s()
-        executor.receive(self._link.read(now_s), now_s)  # older bytes answer no new request
-        return carry_out(executor, request, self._link, self._clock, silent_after_s)
+    return DriveDialog(person, scripts, carry_out_next, keep)

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog.conversation import About, Question, Talk, WrongAnswer, ask, choice
+from armdrive.dialog.conversation import About, Dialog, Question, WrongAnswer, choice
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
 from armdrive.text.toml_amend import Change
@@ -176,32 +176,28 @@ class Trial:
         return any(word in words and self.expected.word(way) == word for way, words in WAYS.items())
 
 
-def ask_way(trial: Trial) -> Talk[tuple[str, str]]:
+def ask_way(dialog: Dialog, trial: Trial) -> tuple[str, str]:
     """Ask which way a motor moved the arm, and which way the hand turned if it should turn.
 
     Return the words for both; the second is empty if it was not asked.
     """
     words = (*trial.words(), NOTHING, OTHER, AGAIN)
     way = Question(
-        trial.name,
         f"Which way did it go? {', '.join(words)}:",
         f"{OTHER}: something else moved, so this motor is wired in another one's place. {AGAIN}: "
         "show me again.",
         choice(words),
-        None,
     )
-    word = str((yield from ask(way, About.WAY, trial.motor, partial(_seen_word, trial))))
+    word = str(dialog.ask(way, About.WAY, by_eye=partial(_seen_word, trial)))
     if word in (NOTHING, OTHER, AGAIN) or not trial.turns_hand:
         return word, ""
     rolls = (*WAYS["roll"], NOTHING)
     roll = Question(
-        "roll",
         f"And the hand turned about its own axis? {', '.join(rolls)}:",
         "Seen from behind the hand, looking towards the finger tips.",
         choice(rolls),
-        None,
     )
-    return word, str((yield from ask(roll, About.ROLL, trial.motor, _seen_roll)))
+    return word, str(dialog.ask(roll, by_eye=_seen_roll))
 
 
 def _seen_word(trial: Trial, motion: ArmMotion) -> str:

@@ -1,21 +1,24 @@
-"""The answers of an interview so far, and the arm that they describe.
-
-`Surroundings` holds what the interview knows of the computer; nothing here reads a file.
-"""
+"""The answers of an interview so far, and the arm that they describe."""
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable, Mapping
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from fractions import Fraction
+from importlib import resources
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from armdrive.config.link_model import parse_model, read_model
 from armdrive.dialects.dialect import Dialect
 from armdrive.dialog.conversation import WrongAnswer, plain_number
+from armdrive.errors import ArmError, ArmFileError
 from armdrive.registry import DIALECTS
 from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO, TEMPLATES, Template
+from armdrive.text.reading import read_text
 from kinematics.chains.chain import Chain
 from kinematics.presets import PRESETS, ArmPreset
 
@@ -42,54 +45,15 @@ def ratio(line: str) -> Ratio:
     Raises `WrongAnswer`.
     """
     turns = 1.0
-    for part in line.replace("x", "*").split("*"):
-        turns *= _part(part.strip(), line)
+    for part in line.replace("x", "*").replace(":", "/").split("*"):
+        over, divided, under = part.partition("/")
+        top, bottom = plain_number(over), plain_number(under) if divided else 1.0
+        if top <= 0.0 or bottom <= 0.0:
+            raise WrongAnswer(f"write a ratio like 20:1 or 60/16, not {line!r}")
+        turns *= top / bottom
     if not 1.0 / MOST <= turns <= MOST:
         raise WrongAnswer(f"no arm has a ratio of {turns:g}: write it like 20:1")
     return Ratio(turns, " ".join(line.split()))
-
-
-def _part(part: str, line: str) -> float:
-    for sign in (":", "/"):
-        over, found, under = part.partition(sign)
-        if found:
-            top, bottom = plain_number(over), plain_number(under)
-            if top <= 0.0 or bottom <= 0.0:
-                raise WrongAnswer(f"both numbers of {part!r} must be above 0")
-            return float(Fraction(top) / Fraction(bottom))
-    if not part:
-        raise WrongAnswer(f"write a ratio like 20:1 or 60/16, not {line!r}")
-    value = plain_number(part)
-    if value <= 0.0:
-        raise WrongAnswer(f"a ratio must be above 0, not {value:g}")
-    return value
-
-
-@dataclass(frozen=True, slots=True)
-class Gearing:
-    """How a motor turns a joint."""
-
-    full_steps: int
-    microsteps: int
-    ratio: Ratio
-
-    @property
-    def steps_per_turn(self) -> float:
-        """The steps that the controller counts for one turn of the joint."""
-        return self.full_steps * self.microsteps * self.ratio.turns
-
-    def __str__(self) -> str:
-        if self.microsteps == 1:
-            return f"{self.full_steps} counts a turn x {self.ratio} = {self.steps_per_turn:.6g}"
-        return (
-            f"{self.full_steps} full steps x {self.microsteps} microsteps x {self.ratio} "
-            f"= {self.steps_per_turn:.6g}"
-        )
-
-
-def steps_per_mm(full_steps: int, microsteps: int, mm_per_turn: float) -> float:
-    """Return the steps of a gripper's motor for each mm of opening."""
-    return full_steps * microsteps / mm_per_turn
 
 
 CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
@@ -101,28 +65,47 @@ ENCODERS: Mapping[str, int] = MappingProxyType({"rest_counts": 16384, "rest_wind
 
 @dataclass(frozen=True, slots=True)
 class LinkFile:
-    """A model file that the user named: its text, and the chain that it describes."""
+    """A model file of a template or of the user: its text, and the chain that it describes."""
 
     path: str
     text: str
     chain: Chain
 
+    def length_mm(self, path: Sequence[str | int]) -> float:
+        """Return the length at the path of a key."""
+        found: Any = tomllib.loads(self.text)
+        for step in path:
+            found = found[step]
+        return float(found)
 
-def _no_file(path: str) -> LinkFile:
-    raise FileNotFoundError(path)
+
+def read_links(path: str) -> LinkFile:
+    """Read the model file at a path that was typed. Raises `WrongAnswer`."""
+    place = Path(path).expanduser()
+    try:
+        text = read_text(place, "the model file", ArmFileError)
+        return LinkFile(path, text, read_model(place).chain)
+    except (ArmError, RuntimeError) as error:
+        raise WrongAnswer(str(error)) from None
+
+
+@functools.cache
+def shipped_links(name: str) -> LinkFile:
+    """Return a model file of this package."""
+    text = resources.files("armdrive.setup").joinpath(name).read_text(encoding="utf-8")
+    return LinkFile(name, text, parse_model(tomllib.loads(text)).chain)
 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What an interview knows of the computer: arms and ports, and how to read a model file."""
+    """What an interview knows beforehand: the names of ports, and answers by their keys.
 
-    arms: tuple[str, ...] = ()
+    `buses` are the CAN adapters, each as the port that opens it.
+    """
+
     ports: tuple[str, ...] = ()
-    read_links: Callable[[str], LinkFile] = _no_file
     given: Mapping[str, str] = field(default_factory=dict)
-    """Answers that are given beforehand, by the keys of the questions."""
     buses: tuple[str, ...] = ()
-    """The CAN adapters, each as the port that opens it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +128,11 @@ class Draft:
     def template(self) -> Template:
         """The template that was chosen."""
         return TEMPLATES[self.answers["template"]]
+
+    @property
+    def usual_answers(self) -> Mapping[str, str]:
+        """The template's own default answers; none before it is chosen."""
+        return self.template.answers if "template" in self.answers else {}
 
     @property
     def dialect(self) -> Dialect:
@@ -183,42 +171,41 @@ class Draft:
     # -- joints ------------------------------------------------------------------------------
 
     @property
+    def links(self) -> LinkFile | None:
+        """The arm's model file; None for a preset, and for links that are typed."""
+        if self.template.model:
+            return shipped_links(self.template.model)
+        found: LinkFile | None = self.get("links.file")
+        return found
+
+    @property
     def joints(self) -> tuple[str, ...]:
         """The joints from the table to the hand; empty until they are known."""
         if self.preset is not None:
             return self.preset.arm.joint_names
-        if self.template.links is not None:
-            return tuple(joint.name for joint in self.template.links.joints)
-        if "links.file" in self.answers:
-            return tuple(self.answers["links.file"].chain.joint_names)
-        return tuple(self.get("links.joints", ()))
+        links = self.links
+        return tuple(self.get("links.joints", ())) if links is None else links.chain.joint_names
 
     def limits_deg(self, joint: str) -> tuple[float, float] | None:
         """Return a joint's range if it is known without asking."""
-        index = self.joints.index(joint)
+        index, links = self.joints.index(joint), self.links
         if self.preset is not None:
             known = self.preset.arm.limits[index]
             return math.degrees(known.low_rad), math.degrees(known.high_rad)
-        if self.template.links is not None:
-            return self.template.links.joints[index].limits_deg
-        if "links.file" in self.answers:
-            link = self.answers["links.file"].chain.links[index]
-            if math.isfinite(link.high - link.low):
-                return math.degrees(link.low), math.degrees(link.high)
-        return None
+        if links is None:
+            return None
+        low, high = links.chain.links[index].low, links.chain.links[index].high
+        return (math.degrees(low), math.degrees(high)) if math.isfinite(high - low) else None
 
     def speed_deg_s(self, joint: str) -> float | None:
         """Return a joint's speed if it is known without asking."""
-        index = self.joints.index(joint)
-        if self.preset is not None:
-            return math.degrees(self.preset.joint_speeds_rad_s[index])
-        links = self.template.links
-        return None if links is None else links.joints[index].speed_deg_s
+        if self.preset is None:
+            return self.template.speeds_deg_s.get(joint)
+        return math.degrees(self.preset.joint_speeds_rad_s[self.joints.index(joint)])
 
     def direction(self, motor: str) -> int:
         """Return 1 or -1: which way a motor of a link table counts according to its template."""
-        links = self.template.links
-        return 1 if links is None else links.joints[self.joints.index(motor)].sees
+        return -1 if motor in self.template.counts_down else 1
 
     def range_of(self, joint: str) -> tuple[float, float]:
         """Return a joint's range, from the answers or the template."""
@@ -265,10 +252,18 @@ class Draft:
         """Whether the motors are the preset's own."""
         return str(self.get("motors", "own")) == "published"
 
-    def gearing(self, motor: str) -> Gearing:
-        """Return how a motor turns its joint."""
-        answers = self.answers
-        return Gearing(answers["full_steps"], self.get("microsteps", 1), answers[f"gear.{motor}"])
+    @property
+    def turn_steps(self) -> int:
+        """The steps that the controller counts for one turn of a motor's shaft."""
+        return int(self.answers["full_steps"] * self.get("microsteps", 1))
+
+    @property
+    def turn_words(self) -> str:
+        """The same as a calculation."""
+        full_steps, microsteps = self.answers["full_steps"], self.get("microsteps", 1)
+        if microsteps == 1:
+            return f"{full_steps} counts a turn"
+        return f"{full_steps} full steps x {microsteps} microsteps"
 
     def published_steps(self, motor: str) -> float:
         """Return a motor's published steps for a turn (gripper: a mm), as the controller counts."""
@@ -278,14 +273,6 @@ class Draft:
         per_unit = abs(motors[motor].steps_per_unit)
         scale = self.get("microsteps", HALF_STEP) / HALF_STEP if self.template.half_steps else 1.0
         return scale * per_unit * (1.0 if motor == GRIPPER_MOTOR else math.tau)
-
-    @property
-    def gripper_steps_per_mm(self) -> float:
-        """The steps of the gripper's own motor for each mm of opening."""
-        answers = self.answers
-        return steps_per_mm(
-            answers["full_steps"], self.get("microsteps", 1), answers["fingers.mm_per_turn"]
-        )
 
 
 # Answers from a file: a TOML table, flattened to the keys of the questions.

@@ -17,8 +17,8 @@ from armdrive.setup.directions import Signs, changes, conclude, known_steps
 from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
+from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from armdrive.text.toml_amend import Change, amended
-from armdrive.text.toml_document import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from kinematics.transmission import Transmission
 
 
@@ -57,12 +57,17 @@ class FileProposal:
         lines = (self.before.splitlines(), self.after.splitlines())
         return tuple(difflib.unified_diff(*lines, "as it is", "as proposed", lineterm="", n=1))
 
-    def write(self) -> None:
-        """Write the file. Raises `ArmFileError` if it has changed since it was read."""
-        if _text(self.path) != self.before:
+    def write(self, aside: str = "") -> None:
+        """Write the file; with `aside`, keep the old text in a file of that name.
+
+        Raises `ArmFileError` if the file has changed since it was read.
+        """
+        if _text_before(self.path) != self.before:
             raise ArmFileError(
                 f"{self.path} has changed in the meantime and was not written: repeat the check"
             )
+        if aside and self.before:
+            replace_file(self.path.with_name(aside), self.before.rstrip("\n"))
         replace_file(self.path, self.after.rstrip("\n"))
 
 
@@ -156,7 +161,7 @@ def propose_drives(
     left_out: tuple[str, ...] = (),
 ) -> FileProposal:
     """Return the arm file, or a new one, with all that commissioning found out."""
-    before = _text(path) if path.is_file() else ""
+    before = _text_before(path)
     begun = before or new_text(config, left_out)
     return FileProposal(path, before, commissioned(begun, config, plan, notes, port))
 
@@ -183,6 +188,11 @@ def _remarks(signs: Signs, order: dict[str, str]) -> list[str]:
         names = ", ".join(signs.unclear)
         remarks.append(f"unclear: {names}. Check plugs and drivers, then check again")
     return remarks
+
+
+def _text_before(path: Path) -> str:
+    """Return the text of an arm file; an empty text for one that is yet to be made."""
+    return _text(path) if path.is_file() else ""
 
 
 def _text(path: Path) -> str:

@@ -6,19 +6,16 @@ It opens no port and writes no file. `Describing` adds what a screen needs.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
-from armdrive.config.link_model import read_model
 from armdrive.dialog.conversation import Question, WrongAnswer
-from armdrive.errors import ArmError, ArmFileError, BadRequest
-from armdrive.registry.arm_files import arm_path, arm_paths
+from armdrive.errors import BadRequest
+from armdrive.registry.arm_files import arm_path
 from armdrive.setup.arm_text import ArmFiles, files_of
-from armdrive.setup.draft import Draft, LinkFile, Surroundings
+from armdrive.setup.draft import Draft, Surroundings
 from armdrive.setup.filing import checked
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
-from armdrive.text.reading import read_text
 from armdrive.transports import ports as system
 
 
@@ -141,7 +138,7 @@ class Describing:
         question = self.question
         if question is None or self.typed:
             return self.typed
-        if question.choices and question.key not in _SEVERAL:
+        if question.choices:
             return question.choices[self.marked][0]
         return question.default or ""
 
@@ -184,25 +181,9 @@ class Describing:
             self.typed = question.default
 
 
-_SEVERAL = ("reversed.motors", "reversed.joints")
-"""The questions whose answer is several names, so that no choice is marked."""
-
-
 def surroundings(given: dict[str, str]) -> Surroundings:
     """Return what an interview knows of this computer. Opens nothing."""
     found = system.list_ports()
     ports = tuple(each.stable_name or each.device for each in found)
     buses = tuple(each.port for each in system.list_can_ports(found))
-    arms = tuple(path.stem for path in arm_paths())
-    return Surroundings(arms, ports, read_links, given, buses)
-
-
-def read_links(path: str) -> LinkFile:
-    """Read the model file at a path that was typed. Raises `WrongAnswer`."""
-    place = Path(path).expanduser()
-    try:
-        return LinkFile(
-            path, read_text(place, "the model file", ArmFileError), read_model(place).chain
-        )
-    except (ArmError, RuntimeError) as error:
-        raise WrongAnswer(str(error)) from None
+    return Surroundings(ports, given, buses)

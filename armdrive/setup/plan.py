@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,14 @@ from armdrive.dialects.bus.tools import BusTools, CommissioningTools
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.dialect import Dialect
 from armdrive.dialects.exchange import ScriptLoop
-from armdrive.errors import BadRequest, StateFileError
+from armdrive.errors import ArmFileError, BadRequest, StateFileError
 from armdrive.registry import DIALECTS, language_of
 from armdrive.setup.directions import ArmMotion, Trial, roll_joint, trials
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_json
+from armdrive.text.toml import FORMAT, FORMAT_KEY, Problems, TomlTable, require_format
 
 DEGREES, MM = "°", "mm"
 
@@ -145,8 +146,6 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
 # The drives keep their ids and settings themselves; the notes hold directions, gears and trials.
 
 ENDING = "can-setup.json"
-FORMAT = 1
-"""The format of the notes; a file without the key has it too."""
 
 
 @dataclass(slots=True)
@@ -182,21 +181,18 @@ def read(arm: str, calibration: str) -> dict[str, Notes]:
         if not is_there(path):
             return {}
         known: Any = read_json(path, "the file", StateFileError, own=True)
-        _require_format(known)
-        found = {name: _one(given) for name, given in known["motors"].items()}
+        require_format(known, StateFileError)
+        problems = Problems()
+        motors = TomlTable(known, "", problems).table("motors")
+        found = {name: motors.table(name).section(Notes) or Notes() for name in motors.entries}
+        problems.require_none()
         same = known["calibration"] == calibration
-    except (StateFileError, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (StateFileError, ArmFileError, TypeError, KeyError, AttributeError) as error:
         raise StateFileError(
             f"{path} cannot be read ({error}): delete it; ids and settings are in the drives, and "
             "only directions and gears have to be found once more"
         ) from None
     return found if same else {name: absorbed(each) for name, each in found.items()}
-
-
-def _require_format(known: Mapping[str, Any]) -> None:
-    number = known.get("format", FORMAT)
-    if type(number) is not int or number != FORMAT:
-        raise StateFileError(f"it has format {number!r:.20}, and this armdrive reads {FORMAT}")
 
 
 def absorbed(notes: Notes) -> Notes:
@@ -208,14 +204,5 @@ def write(arm: str, calibration: str, notes: Mapping[str, Notes]) -> None:
     """Keep the notes of an arm, whose file has that calibration."""
     path = path_of(arm)
     motors = {name: asdict(each) for name, each in notes.items()}
-    table = {"format": FORMAT, "calibration": calibration, "motors": motors}
+    table = {FORMAT_KEY: FORMAT, "calibration": calibration, "motors": motors}
     replace_file(path, json.dumps(table, indent=1))
-
-
-def _one(given: Mapping[str, Any]) -> Notes:
-    kinds = {each.name: type(each.default) for each in fields(Notes)}
-    for name, value in given.items():
-        kind = kinds[name]
-        if not isinstance(value, bool | None if kind is type(None) else kind):
-            raise TypeError(f"{name} cannot be {value!r}")
-    return Notes(**given)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
@@ -18,8 +18,7 @@ from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import is_can, scheme
-from armdrive.transports.open_errors import holder, owning_group, refusal
-from armdrive.transports.ports import PortInfo
+from armdrive.transports.ports import PortInfo, holder, owning_group, refusal
 
 # Which arm files a port belongs to, and which armdrive program has it open.
 
@@ -104,14 +103,22 @@ LATENCY_MS = 1
 class ClosedPort:
     """A port or a CAN interface, what is known of it, and whether opening it can succeed.
 
-    `owners` are the arms whose files the port belongs to; `usb_serial` is its adapter's number.
+    `owners` are the arm files that the port belongs to, `strangers` those that name it and want
+    another adapter. `driven` is the arm that an armdrive program drives on it.
     """
 
     port: str
     findings: tuple[Finding, ...] = ()
     openable: bool = True
-    owners: tuple[str, ...] = ()
-    usb_serial: str = ""
+    info: PortInfo = field(default_factory=PortInfo)
+    owners: tuple[PortNaming, ...] = ()
+    strangers: tuple[PortNaming, ...] = ()
+    driven: str = ""
+
+    @property
+    def arms(self) -> tuple[str, ...]:
+        """The arms whose files the port belongs to."""
+        return tuple(each.arm for each in self.owners)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -131,7 +138,8 @@ def lines_of(findings: Sequence[Finding]) -> tuple[str, ...]:
 def closed_ports() -> tuple[ClosedPort, ...]:
     """Return every port and interface that an arm may be connected to. Opens none."""
     listed = system.list_ports()
-    serial = tuple(look_at(each.stable_name or each.device) for each in listed)
+    namings = arm_files()
+    serial = (look_at(each.stable_name or each.device, namings, listed) for each in listed)
     buses = system.list_can_ports(listed)
     return (*serial, *(_closed_bus(each.port, each.description, each.todo) for each in buses))
 
@@ -153,39 +161,48 @@ def port_of(config: ArmConfig) -> ClosedPort:
     return look_at(port, (own, *(each for each in arm_files() if each.arm != own.arm)))
 
 
-def look_at(port: str, namings: Sequence[PortNaming] | None = None) -> ClosedPort:
-    """Look at a port without opening it; of a network address only its arm files are known."""
+def look_at(
+    port: str,
+    namings: Sequence[PortNaming] | None = None,
+    listed: Iterable[PortInfo] | None = None,
+) -> ClosedPort:
+    """Look at a port without opening it; of a network address only its arm files are known.
+
+    `listed` are the ports that the system knows, if they have been asked for already.
+    """
     if is_can(port):
         return _closed_bus(port, "a CAN bus")
     namings = arm_files() if namings is None else namings
-    owning = owners_of(port, namings)
-    owners = tuple(each.arm for each in owning)
-    belongs = [*_belonging(port, owning, namings)]
+    owners, strangers = owners_of(port, namings), strangers_to(port, namings)
+    known = ClosedPort(port, tuple(_belonging(port, owners, strangers)), True, PortInfo(port))
+    known = replace(known, owners=owners, strangers=strangers)
     if scheme(port):
-        return ClosedPort(port, tuple(belongs), owners=owners)
+        return known
     if not Path(port).exists() and os.name == "posix":
         absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
         return ClosedPort(port, (_refused(port, absent),), openable=False)
-    info = info_of(port)
+    info = info_of(port, system.list_ports() if listed is None else listed)
+    free = info.readable and info.holder is None
+    driven = held_by_armdrive(port, known.arms) if info.holder is not None else ""
+    openable = ", and you may open it" if free else ""
+    found = [ok(f"{port} is there{_described(info)}{openable}"), *known.findings]
     if not info.readable:
-        return ClosedPort(port, (forbidden(port),), openable=False)
-    if info.holder is not None:
-        return ClosedPort(port, (in_use(port, owners), *belongs), openable=False)
-    made_here = os.path.realpath(port).startswith(PSEUDO)
-    free = "" if made_here else " no program has it open,"
-    found = [ok(f"{port} is there{_described(info)},{free} and you may open it"), *belongs]
-    if not any(each.usb_serial for each in owning):
-        found += _lasting_name(port, info)
-    found += latency(port)
-    return ClosedPort(port, tuple(found), owners=owners, usb_serial=info.serial_number or "")
+        found.append(_refused(port, PermissionError(errno.EACCES, os.strerror(errno.EACCES))))
+    elif not free:
+        found.append(_in_use(port, driven))
+    else:
+        if not any(each.usb_serial for each in owners):
+            found += _lasting_name(port, info)
+        found += latency(port)
+    return replace(known, findings=tuple(found), openable=free, info=info, driven=driven)
 
 
 def _belonging(
-    port: str, owning: Iterable[PortNaming], namings: Iterable[PortNaming]
-) -> Iterable[Finding]:
-    """Give the arm files that a port belongs to, and those that only name it."""
-    yield from (ok(f"it belongs to the arm file {each}") for each in owning)
-    for each in strangers_to(port, namings):
+    port: str, owners: Iterable[PortNaming], strangers: Iterable[PortNaming]
+) -> Iterator[Finding]:
+    """Yield the arm files that a port belongs to, and those that only name it."""
+    yield from (ok(f"it belongs to the arm file {each}") for each in owners)
+    for each in strangers:
         yield note(
             f"the arm file {each.arm} names {port}, but wants the adapter with the USB serial "
             f"number {each.usb_serial}, which this is not",
@@ -204,14 +221,14 @@ def _lasting_name(port: str, info: PortInfo) -> list[Finding]:
     return [note(f"{port} may have another name when it is next plugged in", mend)]
 
 
-def info_of(port: str) -> PortInfo:
+def info_of(port: str, listed: Iterable[PortInfo]) -> PortInfo:
     """Return what the system knows of a port; little of a port that it does not list.
 
     A pseudo-terminal is always held by the program that made it. Whether another program has it
     too shows only when it is opened.
     """
     real = os.path.realpath(port)
-    for info in system.list_ports():
+    for info in listed:
         if os.path.realpath(info.device) == real:
             return info
     readable = os.name != "posix" or os.access(port, os.R_OK | os.W_OK)
@@ -219,20 +236,14 @@ def info_of(port: str) -> PortInfo:
     return PortInfo(port, holder=held, readable=readable, group=owning_group(real))
 
 
-def forbidden(port: str) -> Finding:
-    """Return the finding for a port that this user may not open."""
-    return _refused(port, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
-
-
-def in_use(port: str, owners: Iterable[str] = ()) -> Finding:
-    """Return the finding for a port that a program has open, perhaps for one of these arms."""
-    arm = held_by_armdrive(port, owners)
-    if arm:
-        return problem(
-            f"{port} is in use: an armdrive program drives {arm} on it",
-            f"end that program; `armdrive status --arm {arm}` asks it, `armdrive stop` stops it",
-        )
-    return _refused(port, OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
+def _in_use(port: str, arm: str) -> Finding:
+    """Return the finding for a port that a program has open, perhaps to drive an arm."""
+    if not arm:
+        return _refused(port, OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
+    return problem(
+        f"{port} is in use: an armdrive program drives {arm} on it",
+        f"end that program; `armdrive status --arm {arm}` asks it, `armdrive stop` stops it",
+    )
 
 
 def latency(port: str, sysfs: Path = SYSFS) -> list[Finding]:
@@ -253,12 +264,11 @@ def latency(port: str, sysfs: Path = SYSFS) -> list[Finding]:
 
 
 def _described(info: PortInfo) -> str:
-    numbers = "" if info.vid is None or info.pid is None else f"{info.vid:04x}:{info.pid:04x}"
-    words = ", ".join(word for word in (info.description, numbers) if word)
+    words = ", ".join(word for word in (info.description, info.usb_id) if word)
     return f" ({words})" if words else ""
 
 
 def _refused(port: str, error: OSError) -> Finding:
     """Return the finding for an error that opening the port would raise, with its remedy."""
-    what, colon, mend = str(refusal(port, error, system.device_names)).partition(": ")
+    what, colon, mend = str(refusal(port, error)).partition(": ")
     return problem(what, mend if colon else "name another port")

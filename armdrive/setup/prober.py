@@ -15,7 +15,6 @@ from armdrive.connect.port import recogniser
 from armdrive.dialects.bus.tools import Answers, BusTools, Heard
 from armdrive.dialects.exchange import Received, ScriptIO, ScriptLoop
 from armdrive.dialects.recognition import Identity, Probe
-from armdrive.errors import PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import dialog_runner
 from armdrive.setup.dialog_runner import Clock, carry_out
@@ -196,29 +195,6 @@ class TunableLink(Link, Protocol):
         """Change the baud rate."""
 
 
-class TunableSerialLink(SerialLink):
-    """A serial port that is opened once for all baud rates: each opening may restart a board."""
-
-    def tune(self, baud: int) -> None:
-        """Change the baud rate; a raw network connection has none."""
-        if baud == self._baud or self._scheme == "socket":
-            return
-        try:
-            self._port.baudrate = baud
-        except (OSError, ValueError) as error:
-            raise PortUnavailable(
-                f"{self._name} cannot be set to {baud} baud ({error}): name another rate"
-            ) from None
-        self._baud = baud
-
-
-class TunableUdpLink(UdpLink):
-    """Datagrams, which have no baud rate."""
-
-    def tune(self, baud: int) -> None:
-        """Nothing is to be changed."""
-
-
 def examine_port(port: str, baud: int | None) -> Examination:
     """Open a port and identify its device. Raises `LinkError`.
 
@@ -236,8 +212,8 @@ def examine_port(port: str, baud: int | None) -> Examination:
 
 def _opened(port: str, baud: int) -> TunableLink:
     if scheme(port) == "udp":
-        return TunableUdpLink(*host_and_port(port))
-    return TunableSerialLink(port, baud, raise_dtr=True, keep_dtr_on_close=True)
+        return UdpLink(*host_and_port(port))
+    return SerialLink(port, baud, raise_dtr=True, keep_dtr_on_close=True)
 
 
 def examine(

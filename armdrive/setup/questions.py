@@ -33,11 +33,10 @@ from armdrive.dialog.conversation import (
 )
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
-from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio
+from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio, read_links
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.storage.files import file_name
-from armdrive.text.toml import rule_of
-from armdrive.text.toml_document import TomlEntry
+from armdrive.text.toml import TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
 
 Fill = Callable[[Draft, str], str | None]
@@ -51,18 +50,6 @@ READERS: Mapping[type[Any], Reader] = MappingProxyType(
     {bool: yes_or_no, float: plain_number, str: text}
 )
 """What reads an answer of each type; of a whole number, `whole` does."""
-
-
-def _always(_draft: Draft) -> bool:
-    return True
-
-
-def _once(_draft: Draft) -> Sequence[str]:
-    return ("",)
-
-
-def _no_choices(_draft: Draft) -> tuple[tuple[str, str], ...]:
-    return ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,23 +67,24 @@ class ArmRow:
     why: str
     read: Callable[[Draft], Reader] | None = None
     default: Fill | str | None = None
-    when: Callable[[Draft], bool] = _always
-    each: Callable[[Draft], Sequence[str]] = _once
-    choices: Callable[[Draft], tuple[tuple[str, str], ...]] = _no_choices
+    when: Callable[[Draft], bool] = lambda _draft: True
+    each: Callable[[Draft], Sequence[str]] = lambda _draft: ("",)
+    choices: Callable[[Draft], tuple[tuple[str, str], ...]] = lambda _draft: ()
     place: str = ""
     put: Callable[[Draft, Any], Entries] | None = None
 
     def questions(self, draft: Draft) -> Iterator[Question]:
         """Yield the questions of this row after these answers."""
         for one in self.each(draft) if self.when(draft) else ():
-            default = self.default
+            key, default = self.key.replace("{one}", one), self.default
+            usual = default(draft, one) if callable(default) else default
             yield Question(
-                self.key.replace("{one}", one),
                 self.words.replace("{one}", one.replace("_", " ")),
                 self.why,
                 schema_reader(draft, self.place) if self.read is None else self.read(draft),
-                default(draft, one) if callable(default) else default,
+                draft.usual_answers.get(key, usual),
                 self.choices(draft),
+                key,
             )
 
     def entries(self, draft: Draft) -> Iterator[tuple[str, Entries]]:
@@ -172,14 +160,9 @@ def _corrects(what: str, draft: Draft) -> bool:
     return draft.get(f"{what}.keep") is False
 
 
-def _lengths(draft: Draft) -> tuple[str, ...]:
-    return tuple(each.key for each in draft.template.links.lengths) if draft.template.links else ()
-
-
 def _length(draft: Draft, one: str) -> str | None:
-    links = draft.template.links
-    found = next((each.mm for each in links.lengths if each.key == one), None) if links else None
-    return None if found is None else f"{found:g}"
+    path = draft.template.lengths[one]
+    return None if draft.links is None else f"{draft.links.length_mm(path):g}"
 
 
 def _preset_length(draft: Draft, one: str) -> str:
@@ -187,7 +170,7 @@ def _preset_length(draft: Draft, one: str) -> str:
 
 
 def _own_links(draft: Draft) -> bool:
-    return draft.preset is None and draft.template.links is None
+    return draft.preset is None and not draft.template.model
 
 
 def _types_links(draft: Draft) -> bool:
@@ -211,10 +194,6 @@ def _joint_names(line: str) -> tuple[str, ...]:
     return names
 
 
-def _link_file(draft: Draft) -> Reader:
-    return draft.around.read_links
-
-
 def _published(draft: Draft) -> bool:
     preset = draft.preset
     return preset is not None and preset.verified and preset.transmission is not None
@@ -228,11 +207,6 @@ def _asks_microsteps(draft: Draft) -> bool:
 
 def _asks_gears(draft: Draft) -> bool:
     return draft.measured and not draft.published_motors
-
-
-def _gear(draft: Draft, one: str) -> str | None:
-    links = draft.template.links
-    return None if links is None else links.joints[draft.joints.index(one)].ratio
 
 
 def _known_limits(draft: Draft) -> bool:
@@ -302,10 +276,6 @@ def _adapter(line: str) -> str:
             f"{line!r} is no CAN adapter, and these drives are on a CAN bus: write it as "
             "can:slcan:/dev/ttyACM0?bitrate=500000 or can:socketcan:can0, or none for now"
         ) from None
-
-
-def _port_entry(_draft: Draft, port: str) -> Entries:
-    return (TomlEntry("port", port, "" if port else "none yet: the arm is only simulated"),)
 
 
 def _kept_dtr(_draft: Draft, keep: bool) -> Entries:
@@ -494,7 +464,7 @@ ROWS = (
         "port. To see which one is the arm's, unplug it and run `armdrive ports` again.",
         _port, "none",
         choices=lambda draft: _names(_ports(draft)), when=_on_line,
-        place="connection.port", put=_port_entry,
+        place="connection.port",
     ),
     ArmRow(
         "connection.port", "Which CAN adapter leads to its drives? (none: only simulated for now)",
@@ -502,7 +472,7 @@ ROWS = (
         "can:slcan:/dev/ttyACM0?bitrate=500000, or can:socketcan:can0. This interview opens none. "
         "`armdrive ports` lists them.",
         _port, "none", choices=lambda draft: _names(_ports(draft)), when=_on_bus,
-        place="connection.port", put=_port_entry,
+        place="connection.port",
     ),
     ArmRow(
         "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
@@ -538,7 +508,7 @@ ROWS = (
         "lengths.{one}", "Length {one}, in mm?",
         "Measured on your arm, between axes; docs/how-to/describing-the-arm.md shows the "
         "end points.",
-        LENGTH, _length, each=_lengths,
+        LENGTH, _length, each=lambda draft: tuple(draft.template.lengths),
     ),
     ArmRow(
         "links.how", "Is there a model file with the link table, or will you type it?",
@@ -548,7 +518,8 @@ ROWS = (
         when=_own_links,
     ),
     ArmRow(
-        "links.file", "Where is the model file?", "Its path; its text is copied.", _link_file,
+        "links.file", "Where is the model file?", "Its path; its text is copied.",
+        fixed(read_links),
         when=lambda draft: _own_links(draft) and draft.get("links.how") == "file",
     ),
     ArmRow(
@@ -587,7 +558,7 @@ ROWS = (
     ArmRow(
         "gear.{one}", "Gear of the {one} motor, turns of the motor for one of the joint?",
         "A gearbox as 20:1, teeth as 60/16 (joint over motor), or both: 60/16 * 5.18:1.",
-        fixed(ratio), _gear, when=_asks_gears, each=lambda draft: draft.motors,
+        fixed(ratio), when=_asks_gears, each=lambda draft: draft.motors,
     ),
     ArmRow(
         "limits.keep", "Keep the known limits of the joints?",
@@ -644,8 +615,7 @@ ROWS = (
     ArmRow(
         "homing.own", "Does the arm home by its own switches?",
         "The controller then drives each motor to its switch when `armdrive home` asks for it.",
-        fixed(yes_or_no),
-        lambda draft, _one: "yes" if draft.template.homes else "no",
+        fixed(yes_or_no), "no",
         when=lambda draft: draft.dialect.abilities.own_homing,
         place="{dialect}.", put=_homes_itself,
     ),

@@ -14,6 +14,7 @@ from enum import Enum, auto
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import Connection
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
 from armdrive.dialects.recognition import Identity, says_something_readable
 from armdrive.dialog.conversation import Finding, any_problem, note, ok, problem
@@ -35,21 +36,18 @@ CHECK_WIRING = (
 NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dtr_on_close = true"
 
 
-@dataclass(frozen=True, slots=True)
-class Expected:
-    """What an arm file or the command line says of the port; None and empty if nothing."""
+def of_examination(
+    found: Examination, baud: int | None = None, wire: Connection | None = None
+) -> list[Finding]:
+    """Return the findings of an examination, at the only `baud` that was tried if there is one.
 
-    dialect: str = ""
-    baud: int | None = None
-    spared_reset: bool = False
-
-
-def of_examination(found: Examination, expected: Expected) -> list[Finding]:
-    """Return the findings of an examination."""
+    `wire` is the connection of the arm file, if one says what is expected at the port.
+    """
     if found.identity is None:
-        return [*_unrecognised(found, expected)]
+        return [*_unrecognised(found, baud)]
     listed = [_identified(found.identity, found.baud)]
-    listed += _differing(found, expected)
+    if wire is not None:
+        listed += _differing(found.identity, wire.dialect)
     if found.echoes:
         listed.append(
             problem(
@@ -59,7 +57,7 @@ def of_examination(found: Examination, expected: Expected) -> list[Finding]:
             )
         )
     if found.restarted:
-        listed.append(_restarted(found, expected))
+        listed.append(_restarted(found, wire))
     return listed
 
 
@@ -70,20 +68,19 @@ def _identified(identity: Identity, baud: int | None) -> Finding:
     return ok(f"it speaks {identity.dialect}: {identity.firmware}{at}")
 
 
-def _differing(found: Examination, expected: Expected) -> list[Finding]:
-    identity = found.identity
-    if identity is None or not identity.dialect or expected.dialect in ("", identity.dialect):
+def _differing(identity: Identity, expected: str) -> list[Finding]:
+    if identity.dialect in ("", expected):
         return []
     return [
         problem(
-            f"{expected.dialect} was expected, and {identity.dialect} answers",
+            f"{expected} was expected, and {identity.dialect} answers",
             f'say dialect = "{identity.dialect}" in the arm file (--dialect {identity.dialect}), '
             "or connect the other arm",
         )
     ]
 
 
-def _restarted(found: Examination, expected: Expected) -> Finding:
+def _restarted(found: Examination, wire: Connection | None) -> Finding:
     if found.baud is None:
         return note(
             "the board greeted when the connection was opened: if it is behind a serial server, it "
@@ -92,12 +89,12 @@ def _restarted(found: Examination, expected: Expected) -> Finding:
     what = (
         "the board restarted when its port was opened: motors lose their current, and an arm sags"
     )
-    if expected.spared_reset:
+    if wire is not None and wire.raise_dtr and wire.keep_dtr_on_close:
         return note(f"{what}; the first opening after plugging in always does that")
     return note(what, NEVER_RESET)
 
 
-def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
+def _unrecognised(found: Examination, baud: int | None) -> list[Finding]:
     received = found.everything
     tried = sorted({each.baud for each in found.replies})
     at = "" if len(tried) < 2 else f" at {' and '.join(map(str, tried))} baud"
@@ -109,11 +106,9 @@ def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
             )
         ]
     if not received:
-        if expected.baud is None:
+        if baud is None:
             return [problem(f"no device answers{at}", f"{CHECK_WIRING}; try another --baud")]
-        return [
-            problem(f"no device answers at {expected.baud} baud", f"{CHECK_WIRING}, and the rate")
-        ]
+        return [problem(f"no device answers at {baud} baud", f"{CHECK_WIRING}, and the rate")]
     if says_something_readable(received):
         return [
             problem(
@@ -387,7 +382,7 @@ def survey_port(
         found = prober.examine_port(report.port, only_baud)
     finally:
         holding.release()
-    report.add(of_examination(found, _expected(config, only_baud)))
+    report.add(of_examination(found, only_baud, None if config is None else config.connection))
     report.more |= _results(report, closed, found, compared=config is not None)
     identity = found.identity
     if identity is None or not identity.dialect:
@@ -406,17 +401,11 @@ def _only_baud(config: ArmConfig | None, baud: int | None) -> int | None:
     return None if wire.baud == DIALECTS[wire.dialect].baud else wire.baud
 
 
-def _expected(config: ArmConfig | None, only_baud: int | None) -> Expected:
-    if config is None:
-        return Expected(baud=only_baud)
-    wire = config.connection
-    return Expected(wire.dialect, only_baud, wire.raise_dtr and wire.keep_dtr_on_close)
-
-
 def _results(
     report: Report, closed: ClosedPort, found: Examination, *, compared: bool
 ) -> dict[str, Any]:
     identity = found.identity
+    usb_serial = closed.info.serial_number or ""
     has_file = bool(report.arm or closed.owners)
     return {
         "dialect": identity.dialect if identity else "",
@@ -424,7 +413,7 @@ def _results(
         "baud": found.baud if identity else None,
         "restarted": found.restarted,
         "next": next_steps(
-            report.port, found, arm=report.arm, owners=closed.owners, compared=compared
+            report.port, found, arm=report.arm, owners=closed.arms, compared=compared
         ),
-        "arm_file": [] if has_file else arm_file_lines(report.port, found, closed.usb_serial),
+        "arm_file": [] if has_file else arm_file_lines(report.port, found, usb_serial),
     }

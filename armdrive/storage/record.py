@@ -10,8 +10,9 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import threading
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
@@ -28,8 +29,8 @@ from armdrive.storage.files import (
     remove_durably,
     replace_durably,
 )
-from kinematics.errors import finite
-from kinematics.spaces import Motors
+from armdrive.text.reading import parse_json
+from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, setting
 
 # A record, and its text: JSON with a checksum, parsed strictly.
 #
@@ -58,13 +59,13 @@ class Record:
 
     arm: str
     calibration: str
-    offset: tuple[int, ...]
-    registers: tuple[int, ...]
-    coordinates: tuple[float, ...]
-    trust: str
-    reason: str
+    offset: tuple[int, ...] = setting(low=-STEPS_MOST, high=STEPS_MOST)
+    registers: tuple[int, ...] = setting(low=-STEPS_MOST, high=STEPS_MOST)
+    coordinates: tuple[float, ...] = setting(low=-COORDINATE_MOST, high=COORDINATE_MOST)
+    trust: str = setting(words=tuple(each.value for each in Trust))
+    reason: str = setting()
     in_motion: bool = False
-    taken: tuple[int, ...] = ()
+    taken: tuple[int, ...] = setting((), low=-STEPS_MOST, high=STEPS_MOST)
     unsure: tuple[int, ...] = ()
 
     @property
@@ -84,7 +85,7 @@ class Record:
 
 def to_text(record: Record) -> bytes:
     """Return the text of a record."""
-    entries = {"format": FORMAT, **asdict(record)}
+    entries = {FORMAT_KEY: FORMAT, **asdict(record)}
     for name in _OPTIONAL:
         if not entries[name]:
             del entries[name]
@@ -98,46 +99,40 @@ def from_text(text: bytes) -> Record:
     if not text.strip(b" \r\n\t\x00"):
         raise StateFileError("it is empty")
     try:
-        return _checked(_of_our_format(json.loads(text.decode("utf-8"))))
-    except (ValueError, TypeError, RecursionError) as error:
-        raise StateFileError(f"it is damaged: {error}") from None
-    except KeyError as error:
-        raise StateFileError(f"it is damaged: the entry {error} is missing") from None
+        return _checked(_of_our_format(parse_json(text.decode("utf-8"), _damaged)))
+    except ValueError as error:  # bytes that are no UTF-8
+        raise _damaged(str(error)) from None
 
 
-def _of_our_format(entries: Any) -> dict[str, Any]:
+def _damaged(why: str) -> StateFileError:
+    return StateFileError(f"it is damaged: {why}")
+
+
+def _of_our_format(entries: object) -> dict[str, Any]:
     if not isinstance(entries, dict):
-        raise TypeError("it is not a JSON object")
-    number = entries.pop("format", None)
+        raise _damaged("it is not a JSON object")
+    number = entries.pop(FORMAT_KEY, None)
     if type(number) is not int:
-        raise TypeError("it does not say its format")
-    if number > FORMAT:
-        raise StateFileError(f"a newer armdrive wrote it (format {number!s:.9}, not {FORMAT})")
-    if number < FORMAT:
-        raise StateFileError(f"an older armdrive wrote it (format {number!s:.9}, not {FORMAT})")
+        raise _damaged("it does not say its format")
+    if number != FORMAT:
+        writer = "a newer" if number > FORMAT else "an older"
+        raise StateFileError(f"{writer} armdrive wrote it (format {number!s:.9}, not {FORMAT})")
     return entries
 
 
 def _checked(entries: dict[str, Any]) -> Record:
-    if entries.pop(_CHECK) != checksum({"format": FORMAT, **entries}):
-        raise ValueError("its checksum does not match")
-    record = Record(
-        arm=_text(entries.pop("arm")),
-        calibration=_text(entries.pop("calibration")),
-        offset=_steps(entries.pop("offset")),
-        registers=_steps(entries.pop("registers")),
-        coordinates=tuple(map(_coordinate, _items(entries.pop("coordinates")))),
-        trust=Trust(entries.pop("trust")).value,
-        reason=_text(entries.pop("reason")),
-        in_motion=_flag(entries.pop("in_motion")),
-        **{name: _steps(entries.pop(name)) for name in _OPTIONAL if name in entries},
-    )
-    if entries:
-        raise ValueError(f"its entry {min(entries)!r:.40} is unknown")
-    if len(record.offset) != len(record.registers):
-        raise ValueError("it has a different number of registers and offsets")
+    if _CHECK not in entries:
+        raise _damaged(f"the entry {_CHECK!r} is missing")
+    if entries.pop(_CHECK) != checksum({FORMAT_KEY: FORMAT, **entries}):
+        raise _damaged("its checksum does not match")
+    problems = Problems()
+    record = TomlTable(entries, "", problems).section(Record)
+    if record is None or problems.found:
+        raise _damaged("; ".join(problems.found))
+    if not 1 <= len(record.offset) == len(record.registers) <= MOST_MOTORS:
+        raise _damaged("it has a different number of registers and offsets")
     if not set(record.unsure) <= set(range(len(record.taken))):
-        raise ValueError("its entry 'unsure' names motors that 'taken' does not have")
+        raise _damaged("its entry 'unsure' names motors that 'taken' does not have")
     return record
 
 
@@ -145,39 +140,6 @@ def checksum(entries: Mapping[str, Any]) -> str:
     """Return a checksum of the entries, independent of their layout in the file."""
     plain = json.dumps(entries, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(plain.encode()).hexdigest()
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"{value!r:.40} is not text")
-    value.encode("utf-8")  # raises for a lone surrogate
-    return value
-
-
-def _flag(value: object) -> bool:
-    if not isinstance(value, bool):
-        raise TypeError(f"{value!r:.40} is neither true nor false")
-    return value
-
-
-def _items(value: object) -> list[object]:
-    if not isinstance(value, list) or not 1 <= len(value) <= MOST_MOTORS:
-        raise TypeError(f"{value!r:.40} is not a list of 1 to {MOST_MOTORS} numbers")
-    return value
-
-
-def _steps(value: object) -> tuple[int, ...]:
-    steps = Motors(_items(value))  # type: ignore[arg-type]
-    if steps.largest > STEPS_MOST:
-        raise ValueError("a number of steps is beyond any motor's travel")
-    return steps
-
-
-def _coordinate(value: object) -> float:
-    number = finite("a coordinate", value)
-    if abs(number) > COORDINATE_MOST:
-        raise ValueError(f"the coordinate {number:g} is out of any arm's range")
-    return number
 
 
 BAD = ".bad"  # ending of an unusable file, which is kept when a new one replaces it
@@ -275,6 +237,139 @@ class FileRecorder:
             put_aside(self._files, self.path, self.aside)
         remove_durably(self._files, self.path)
         self._refused = False
+
+
+# Writes records to the disk: at once on simulated time, otherwise in a thread of its own.
+#
+# Records are numbered in the order of `put`. If several are waiting, only the newest is written, so
+# that a slow disk never builds up a queue. The `WriteOutcome` reports the latest attempt.
+
+
+@dataclass(frozen=True, slots=True)
+class WriteOutcome:
+    """The result of the latest attempt to write; `error` says why it failed.
+
+    `kept` is the newest record known to be on the disk, and `kept_number` its number.
+    """
+
+    number: int = 0
+    error: str = ""
+    kept: Record | None = None
+    kept_number: int = 0
+
+
+class RecordWriter:
+    """Writes records to the disk, and removes an old record that would mislead the next program.
+
+    Without `wake`, `put` writes at once: simulated time stands still meanwhile, and runs repeat.
+    With `wake`, a thread writes and calls `wake` after each record. The thread exists only while
+    records are waiting. It is not a daemon, so that the last record is written even if a program
+    ends without closing its arm.
+    """
+
+    def __init__(self, recorder: PositionRecorder, wake: Callable[[], None] | None = None) -> None:
+        self.outcome = WriteOutcome()
+        self._recorder = recorder
+        self._wake = wake
+        # The records that may be on the disk; an unusable one is only noted by `_refused`.
+        self._left: set[Record] = set()
+        self._refused = False
+        self._ended = False
+        self._number = 0
+        self._turn = threading.Condition()
+        self._waiting: Record | None = None
+        self._at_work = False
+
+    # -- what an earlier program has left -----------------------------------------------------
+
+    def found(self, record: Record) -> None:
+        """Note the record that is on the disk."""
+        self._left = {record}
+
+    def refused(self) -> None:
+        """Note that the disk holds an unusable record, which the next program may misread."""
+        self._refused = True
+        self._recorder.refuse()
+
+    # -- accepting records --------------------------------------------------------------------
+
+    def put(self, record: Record) -> int:
+        """Accept a record for writing; return its number."""
+        with self._turn:
+            self._number += 1
+            if self._wake is None:
+                self._write(record, self._number)
+            else:
+                self._waiting = record
+                if not self._at_work:
+                    self._at_work = True
+                    self._start(self._wake)
+            return self._number
+
+    def finish(self, timeout_s: float) -> bool:
+        """Wait until nothing is left to write, then write nothing more; return False on a timeout.
+
+        A write that is still in progress on a slow disk takes no effect.
+        """
+        with self._turn:
+            ended = self._turn.wait_for(lambda: not self._at_work, timeout_s)
+        self._ended = True
+        return ended
+
+    def _start(self, wake: Callable[[], None]) -> None:
+        try:
+            name = "armdrive-record"
+            threading.Thread(target=self._work, args=(wake,), name=name, daemon=False).start()
+        except RuntimeError:  # out of threads, or the interpreter is shutting down
+            self._work(wake)
+
+    def _work(self, wake: Callable[[], None]) -> None:
+        while (job := self._next()) is not None:
+            self._write(*job)
+            wake()
+
+    def _next(self) -> tuple[Record, int] | None:
+        with self._turn:
+            record, self._waiting = self._waiting, None
+            if record is None:
+                self._at_work = False
+                self._turn.notify_all()
+                return None
+            return record, self._number
+
+    # -- writing ------------------------------------------------------------------------------
+
+    def _write(self, record: Record, number: int) -> None:
+        """Write a record to the disk, and report the outcome, which may be a failure."""
+        if self._ended:
+            return
+        try:
+            self._recorder.save(record, lambda: not self._ended)
+        except Exception as error:  # any failure has to reach the wire's thread
+            self.outcome = replace(self.outcome, number=number, error=self._failed(record, error))
+        else:
+            self._left, self._refused = {record}, False
+            self.outcome = WriteOutcome(number, "", record, number)
+
+    def _failed(self, record: Record, error: Exception) -> str:
+        """Remove the old record from the disk if the next program would wrongly restore it."""
+        words = str(error)
+        if self._refused or any(_misleads(one, record) for one in self._left):
+            try:
+                self._recorder.remove()
+            except OSError as another:
+                words += f", and the old position is still there ({another})"
+            else:
+                self._left, self._refused = set(), False
+        self._left.add(record)  # the new record may still be on the disk: only the last step failed
+        return words
+
+
+def _misleads(left: Record, now: Record) -> bool:
+    """Return whether the next program would restore a position that this one no longer trusts."""
+    if not left.would_restore:
+        return False
+    return now.trust not in RESTORING or now.offset != left.offset
 
 
 # The log of verifications: a file of JSON lines in the state folder.

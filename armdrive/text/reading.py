@@ -126,7 +126,7 @@ _TOML_PART = (
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|$)'  # several lines, with escapes
     r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|$)"  # several lines, as they are
     r'|"(?:[^"\\\n]|\\.)*+"?|'
-    r"'[^'\n]*+'?|#[^\n]*+|[A-Za-z0-9_+-]++|[^\s]|\n"
+    r"'[^'\n]*+'?|#[^\n]*+|[A-Za-z0-9_+-]++|[^\s]|\n\s*+"
 )
 _JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*+"?|[A-Za-z0-9_+.-]++|[^\s]', re.DOTALL)
 
@@ -187,11 +187,9 @@ def is_there(path: Path) -> bool:
         return False
 
 
-def read_toml(
-    path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES
-) -> dict[str, Any]:
+def read_toml(path: Path, what: str, failure: Failure) -> dict[str, Any]:
     """Return a TOML file as its table. Raises as `read_text` and `parse_toml` do."""
-    text = read_text(path, what, failure, most_bytes=most_bytes)
+    text = read_text(path, what, failure)
     return parse_toml(text, lambda words: failure(f"{what} {path} is not valid TOML: {words}"))
 
 
@@ -250,7 +248,7 @@ def _require_shallow(tokens: Iterator[str] | list[str], failure: Failure) -> Non
             depth -= 1
         elif sign == ".":
             dots += 1
-        elif sign in ("=", ",", "\n"):
+        elif sign[0] in "=,\n":
             dots = 0
         elif len(sign) > LONGEST_NUMBER and sign[0] in "+-.0123456789":
             raise failure(f"a number has more than {LONGEST_NUMBER} digits")

@@ -15,6 +15,7 @@ import functools
 import json
 import math
 import re
+import textwrap
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
@@ -109,13 +110,9 @@ def setting(
     low: float = -math.inf,
     high: float = math.inf,
     words: tuple[str, ...] = (),
-    hint: str = "",
 ) -> Any:
-    """Declare a key of a section: what it means, its bounds, or the words that it may be.
-
-    `hint` is added to the error of a number out of bounds.
-    """
-    return field(default=default, metadata={_RULE: Rule(low, high, words, hint, means)})
+    """Declare a key of a section: what it means, its bounds, or the words that it may be."""
+    return field(default=default, metadata={_RULE: Rule(low, high, words, help=means)})
 
 
 def rule_of(key: Field[Any]) -> Rule:
@@ -289,6 +286,8 @@ def _convert(wanted: Any, value: object, where: str) -> Any:
     """Check one value against its annotation; whole numbers are fine where floats belong."""
     origin, inner = typing.get_origin(wanted), typing.get_args(wanted)
     if origin in (types.UnionType, typing.Union):
+        if value is None and types.NoneType in inner:  # never in TOML, but a null in JSON
+            return None
         kinds = [one for one in inner if one is not type(None)]
         plain = isinstance(value, int | float) and not isinstance(value, bool)
         return _convert(float if plain and float in kinds else kinds[0], value, where)
@@ -421,3 +420,61 @@ def _float(given: float) -> str:
     if given == int(given) and abs(given) < 1e15:
         return str(int(given))
     return repr(given)
+
+
+# A document for people: sections whose lines carry comments.
+#
+# Plain text is written rather than a document edited, which would need a further library.
+
+COMMENT_AT = 30
+"""The column that comments begin in, where the line before them is shorter."""
+
+WIDTH = 96
+"""The longest line of a heading."""
+
+
+@dataclass(frozen=True, slots=True)
+class TomlEntry:
+    """One key with its value, and what a reader should know of it."""
+
+    key: str
+    value: Any
+    comment: str = ""
+
+
+FORMAT_ENTRY = TomlEntry(FORMAT_KEY, FORMAT)
+"""The first key of every file that armdrive writes for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class TomlSection:
+    """A table of a document; the first one has no name, and one of an array says so."""
+
+    name: str
+    entries: tuple[TomlEntry, ...]
+    comment: str = ""
+    array: bool = field(default=False)
+
+
+def document(sections: Iterable[TomlSection], heading: str = "") -> str:
+    """Return the text of a document, one line at the end."""
+    lines = [each for line in heading.splitlines() for each in textwrap.wrap(line, WIDTH)]
+    blocks = ["\n".join(f"# {line}" for line in lines)] if lines else []
+    blocks += [_section(each) for each in sections if each.entries]
+    return "\n\n".join(blocks) + "\n"
+
+
+def _section(section: TomlSection) -> str:
+    lines = []
+    if section.name:
+        brackets = f"[[{section.name}]]" if section.array else f"[{section.name}]"
+        lines.append(_commented(brackets, section.comment))
+    lines += [
+        _commented(f"{key(each.key)} = {value(each.value)}", each.comment)
+        for each in section.entries
+    ]
+    return "\n".join(lines)
+
+
+def _commented(line: str, comment: str) -> str:
+    return f"{line.ljust(COMMENT_AT - 1)} # {comment}" if comment else line

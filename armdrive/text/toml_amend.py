@@ -17,8 +17,7 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import InlineTable, Item, SingleKey, Table
 
 from armdrive.errors import ArmFileError
-from armdrive.text.toml import require_format, value
-from armdrive.text.toml_document import COMMENT_AT
+from armdrive.text.toml import COMMENT_AT, require_format, value
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ gives details. The status byte is the answer to `F` in Lawicel's protocol.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache, lru_cache
@@ -124,8 +125,6 @@ def not_heard(why: str) -> str:
 
 BITS = 47  # a frame with an 11-bit id and no data, including the 3 idle bits after it
 EXTENDED_BITS = 67  # the same with a 29-bit id
-STUFFED = 34  # of BITS, those up to the end of the CRC, which are subject to stuffing
-EXTENDED_STUFFED = 54
 _POLYNOMIAL = 0x4599
 _CRC_BITS = 15
 _CRC_MASK = (1 << _CRC_BITS) - 1
@@ -141,63 +140,42 @@ def frame_bits(frame: Frame) -> int:
     return plain + _stuff_bits(bits << _CRC_BITS | crc, count + _CRC_BITS)
 
 
-def most_frame_bits(data_bytes: int, *, extended: bool = False) -> int:
-    """Return the greatest length in bits of a frame with this many data bytes."""
-    plain = (EXTENDED_BITS if extended else BITS) + 8 * data_bytes
-    stuffed = (EXTENDED_STUFFED if extended else STUFFED) + 8 * data_bytes
-    return plain + (stuffed - 1) // (_RUN - 1)
-
-
 def _fields(frame: Frame) -> tuple[int, int]:
     """Return the bits from the start of the frame to the end of its data, and their number."""
-    remote = int(frame.remote)
+    remote, data = int(frame.remote), frame.data
     if frame.extended:  # SOF, 11 id bits, SRR, IDE, 18 id bits, RTR, r1, r0
         head = (frame.can_id >> 18) << 2 | 0b11
         head = (head << 18 | frame.can_id & 0x3FFFF) << 3 | remote << 2
         count = 35
     else:  # SOF, 11 id bits, RTR, IDE, r0
         head, count = frame.can_id << 3 | remote << 2, 15
-    bits = head << 4 | len(frame.data)
-    for byte in frame.data:
-        bits = bits << 8 | byte
-    return bits, count + 4 + 8 * len(frame.data)
+    bits = (head << 4 | len(data)) << 8 * len(data) | int.from_bytes(data, "big")
+    return bits, count + 4 + 8 * len(data)
 
 
 def _crc(bits: int, count: int) -> int:
-    crc = 0
+    crc, by_byte = 0, _crc_table()
     for byte in bits.to_bytes(-(-count // 8), "big"):  # zeros before the first bit change nothing
-        crc = crc << 8 & _CRC_MASK ^ _crc_of(crc >> _CRC_BITS - 8 ^ byte)
+        crc = crc << 8 & _CRC_MASK ^ by_byte[crc >> _CRC_BITS - 8 ^ byte]
     return crc
 
 
 @cache
-def _crc_of(upper: int) -> int:
-    """Return a byte's contribution to the CRC; `upper` is the byte xor the CRC's top eight bits."""
-    crc = upper << _CRC_BITS - 8
-    for _ in range(8):
-        crc = crc << 1 ^ _POLYNOMIAL * (crc >> _CRC_BITS - 1 & 1)
-    return crc & _CRC_MASK
+def _crc_table() -> tuple[int, ...]:
+    """Return each byte's contribution to the CRC: of the byte xor the CRC's top eight bits."""
+    table = []
+    for upper in range(256):
+        crc = upper << _CRC_BITS - 8
+        for _ in range(8):
+            crc = crc << 1 ^ _POLYNOMIAL * (crc >> _CRC_BITS - 1 & 1)
+        table.append(crc & _CRC_MASK)
+    return tuple(table)
+
+
+_STUFFED_RUNS = re.compile("00000(?:11110000)*(?:1111)?|11111(?:00001111)*(?:0000)?")
+"""Five equal bits, then each time four of the other value: with the stuff bit these are five."""
 
 
 def _stuff_bits(bits: int, count: int) -> int:
-    before = -count % 8  # pad with alternating bits, the last one recessive like the idle bus
-    filled = (0b0101_0101 & (1 << before) - 1) << count | bits
-    stuffed, state = 0, (-1, 0)
-    for byte in filled.to_bytes((count + before) // 8, "big"):
-        more, state = _stuffed(state, byte)
-        stuffed += more
-    return stuffed
-
-
-@cache
-def _stuffed(state: tuple[int, int], byte: int) -> tuple[int, tuple[int, int]]:
-    """Return the stuff bits in one byte, and the state after it: the last bit, its run length."""
-    stuffed, (last, run) = 0, state
-    for place in range(7, -1, -1):
-        bit = byte >> place & 1
-        run = run + 1 if bit == last else 1
-        last = bit
-        if run == _RUN:  # the stuff bit starts a new run
-            stuffed += 1
-            run, last = 1, 1 - bit
-    return stuffed, (last, run)
+    runs = _STUFFED_RUNS.findall(f"{bits:0{count}b}")
+    return sum([(len(run) - 1) // (_RUN - 1) for run in runs])

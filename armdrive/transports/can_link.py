@@ -19,8 +19,7 @@ from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.can_threads import CanReader, CanWriter, Watch
 from armdrive.transports.link import Bell, Link
-from armdrive.transports.open_errors import NOT_INSTALLED, can_refusal, is_down, unknown_interface
-from armdrive.transports.ports import device_names
+from armdrive.transports.ports import NOT_INSTALLED, can_refusal, is_down, unknown_interface
 from firmware_protocol.frames import Unpacker, pack
 
 if TYPE_CHECKING:
@@ -159,7 +158,7 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
     except ArmError:
         raise
     except Exception as error:  # every backend has its own kinds
-        raise can_refusal(found, error, device_names) from None
+        raise can_refusal(found, error) from None
     return bus, _name(found, settings)
 
 

@@ -24,7 +24,7 @@ from armdrive.transports.can_health import (
     of_error_frame,
     of_status,
 )
-from armdrive.transports.open_errors import gone_words, number_of
+from armdrive.transports.ports import gone_words, number_of
 from firmware_protocol.frames import DATA_MAX, Frame
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from armdrive.errors import LinkLost, PortUnavailable
 from armdrive.transports.address import TCP_SCHEMES, host_and_port, scheme
 from armdrive.transports.link import Bell, Link
-from armdrive.transports.open_errors import no_connection, refusal
-from armdrive.transports.ports import device_names
+from armdrive.transports.ports import no_connection, refusal
 
 if sys.platform != "win32":
     import termios
@@ -58,7 +57,7 @@ class SerialLink(Link):
             _close_spy(made)
             if self._scheme in TCP_SCHEMES:
                 raise no_connection(port, error) from None
-            raise refusal(_device(port, made, self._scheme), error, device_names) from None
+            raise refusal(_device(port, made, self._scheme), error) from None
         self._port = made
         self._bell = Bell()
         if keep_dtr_on_close:
@@ -92,6 +91,21 @@ class SerialLink(Link):
             if not data:
                 raise self._lost(error) from None
         return bytes(data)
+
+    def tune(self, baud: int) -> None:
+        """Change the baud rate; a raw network connection has none. Raises `PortUnavailable`.
+
+        Opening the port again might restart the board.
+        """
+        if baud == self._baud or self._scheme == "socket":
+            return
+        try:
+            self._port.baudrate = baud
+        except (OSError, ValueError) as error:
+            raise PortUnavailable(
+                f"{self._name} cannot be set to {baud} baud ({error}): name another rate"
+            ) from None
+        self._baud = baud
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until bytes arrive, `wake` is called, or the timeout."""

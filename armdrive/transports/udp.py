@@ -6,7 +6,7 @@ import socket
 
 from armdrive.errors import LinkLost
 from armdrive.transports.link import Bell, Link
-from armdrive.transports.open_errors import no_connection
+from armdrive.transports.ports import no_connection
 
 LONGEST_BYTES = 65507  # most data in one datagram over IPv4
 MOST_DATAGRAMS = 64  # a limit per read, so that a flood cannot block the engine
@@ -58,6 +58,9 @@ class UdpLink(Link):
             if not data:
                 raise self._lost(error) from None
         return bytes(data)
+
+    def tune(self, baud: int) -> None:
+        """Do nothing: datagrams have no baud rate."""
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until a datagram arrives, `wake` is called, or the timeout."""

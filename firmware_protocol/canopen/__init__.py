@@ -21,6 +21,13 @@ from firmware_protocol.canopen.drives import supported_modes as supported_modes
 from firmware_protocol.canopen.drives import supported_word as supported_word
 from firmware_protocol.canopen.drives import transition as transition
 from firmware_protocol.canopen.drives import way as way
+from firmware_protocol.canopen.host import COMMAND_PDO as COMMAND_PDO
+from firmware_protocol.canopen.host import REPORT_PDO as REPORT_PDO
+from firmware_protocol.canopen.host import DriveReport as DriveReport
+from firmware_protocol.canopen.host import Host as Host
+from firmware_protocol.canopen.host import HostEvent as HostEvent
+from firmware_protocol.canopen.host import SdoAnswered as SdoAnswered
+from firmware_protocol.canopen.host import drive_pdos as drive_pdos
 from firmware_protocol.canopen.objects import CONSUMER_HEARTBEAT as CONSUMER_HEARTBEAT
 from firmware_protocol.canopen.objects import CONTROLWORD as CONTROLWORD
 from firmware_protocol.canopen.objects import DEVICE_NAME as DEVICE_NAME

@@ -9,7 +9,7 @@ from configparser import Error, RawConfigParser, SectionProxy
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from firmware_protocol.canopen.services import checked_node
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
@@ -18,16 +18,22 @@ Value: TypeAlias = bool | int | float | str | bytes
 """An object's value: bool, int, float, ASCII text, or bytes without a known meaning."""
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """The address of an object in a dictionary: index and sub-index."""
+class _IndexAndSub(NamedTuple):
+    index: int  # type: ignore[assignment] # hides a method of tuples
+    sub: int
 
-    index: int
-    sub: int = 0
 
-    def __post_init__(self) -> None:
-        whole("index", self.index, 0, 0xFFFF)
-        whole("sub", self.sub, 0, 0xFF)
+class Place(_IndexAndSub):
+    """The address of an object in a dictionary: index and sub-index.
+
+    A tuple, because its hash is needed for every value of every PDO.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, index: int, sub: int = 0) -> Place:
+        """Make an address. Raises `BadField` if a number is out of range."""
+        return super().__new__(cls, whole("index", index, 0, 0xFFFF), whole("sub", sub, 0, 0xFF))
 
     def __str__(self) -> str:
         """Format as in manuals: `6040:00`."""
@@ -241,7 +247,7 @@ class Dictionary:
         self, entries: Iterable[ObjectEntry], records: Mapping[int, str] | None = None
     ) -> None:
         self._entries: dict[Place, ObjectEntry] = {}
-        for entry in sorted(entries, key=lambda entry: (entry.place.index, entry.place.sub)):
+        for entry in sorted(entries, key=lambda entry: entry.place):
             if entry.place in self._entries:
                 raise BadField("place", str(entry.place), "of one object alone")
             self._entries[entry.place] = entry

@@ -239,11 +239,15 @@ class ObjectStore:
 
     def set(self, place: Place, value: Value) -> None:
         """Set an object from inside the device, regardless of its access. Raises `BadField`."""
-        kind = self._entry(place).type
+        self.put(self._entry(place), value)
+
+    def put(self, entry: ObjectEntry, value: Value) -> None:
+        """Set an object that was found in the dictionary, like `set`."""
+        kind = entry.type
         if (limits := kind.limits) is not None:  # fast path for values from PDOs
-            self._values[place] = whole(kind.name, value, *limits)
+            self._values[entry.place] = whole(kind.name, value, *limits)
         else:
-            self._values[place] = kind.unpack(kind.pack(value))  # rounded as on the bus
+            self._values[entry.place] = kind.unpack(kind.pack(value))  # rounded as on the bus
 
     def read(self, place: Place) -> bytes | AbortCode:
         """Return an object's bytes for a client, or the abort code."""

@@ -260,9 +260,9 @@ class Status:
 
     def __post_init__(self) -> None:
         one_of("code", self.code, Code)
-        outcomes = set(_TABLES.get(self.code, {}).values())
+        outcomes = _TABLES.get(self.code, {}).values()
         if self.outcome not in outcomes:
-            words = ", ".join(sorted(outcome.name for outcome in outcomes)) or "none"
+            words = ", ".join(sorted({outcome.name for outcome in outcomes})) or "none"
             raise BadField("outcome", self.outcome, f"for {self.code.name} one of: {words}")
         if (self.code is Code.REPORT) != (self.reading in READ_CODES):
             raise BadField("reading", self.reading, "a reading's Code, for Code.REPORT alone")
@@ -270,9 +270,10 @@ class Status:
     @property
     def payload(self) -> bytes:
         """The code of the reading, if any, and the number."""
-        numbers = {outcome: key for key, outcome in reversed(_TABLES[self.code].items())}
+        table = _TABLES[self.code]
+        number = next(key for key, outcome in table.items() if outcome is self.outcome)
         about = b"" if self.reading is None else bytes((self.reading,))
-        return about + bytes((numbers[self.outcome],))
+        return about + bytes((number,))
 
     @classmethod
     def of(cls, code: Code, payload: bytes) -> Status:

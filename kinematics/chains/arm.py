@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeGuard
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import ClosedForm, closed_form
@@ -20,18 +19,19 @@ from kinematics.chains.generated import Generated, generated
 from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task_of
 from kinematics.chains.inverse import Effort, First, Reason, Solution, descend, middle, solve_goal
 from kinematics.chains.links import Convention, JointKind
-from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence, require
+from kinematics.errors import KinematicsError, require
 from kinematics.frames.orientations import Quaternion, quaternion_of
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, homogeneous, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, norm, subtract
-from kinematics.geometry import Hand, NotFollowed, Point, Tool
+from kinematics.geometry import Constraint, Hand, NotFollowed, Point, Tool, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,
     LimitViolation,
     few_turns_each,
     refuse_worst,
+    widened_to,
 )
 from kinematics.paths.curves import (
     Line,
@@ -129,7 +129,7 @@ class ChainArm:
             return joints
         found = self._hunt(pose, seed)
         if not found.ok:
-            raise chain_refusal(self.chain, self.task, pose, found)
+            raise _refusal(self, pose, found)
         return self.joints_of(found.joints)
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
@@ -141,7 +141,7 @@ class ChainArm:
         joints = self.joints_of(found.joints)
         turned = max(abs(b - a) for a, b in zip(seed, joints, strict=True))
         if not found.ok or turned > AT_ONCE_RAD:
-            raise step_refusal(self.chain, self.task, pose, found, seed, self.fk(seed))
+            raise _step_refusal(self, pose, found, seed)
         return joints
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
@@ -158,8 +158,9 @@ class ChainArm:
             goal = self.goal(pose)
         except KinematicsError:
             return None
-        if _is_exact(self.closed, goal):
-            found = self.closed.nearest(goal, seed.angles_rad)
+        closed = self.exact_form(goal)
+        if closed is not None:
+            found = closed.nearest(goal, seed.angles_rad)
         else:
             found = near_posture(self.chain, goal, seed.angles_rad)
         return None if found is None else self.joints_of(found)
@@ -167,11 +168,17 @@ class ChainArm:
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose in reach, the hand held as asked where it can be, that was found."""
         found = self._hunt(pose, seed)
-        return pose if found.ok else nearest_of(self.chain, self.task, pose, found)
+        return pose if found.ok else _nearest_of(self, pose, found)
 
     def goal(self, pose: Pose) -> Goal:
         """Return what a pose asks of the hand."""
         return goal_of(pose, self.task, self.centre)
+
+    def exact_form(self, goal: Goal) -> ClosedForm | None:
+        """Return the closed form if it gives all postures for a goal as they are; else None."""
+        closed = self.closed
+        exact = closed is not None and closed.structure.exact and closed.solves(goal)
+        return closed if exact else None
 
     def joints_of(self, values: Sequence[float]) -> Joints:
         """Return joint values by this arm's names."""
@@ -202,7 +209,12 @@ class ChainArm:
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose."""
-        return chain_line(self.chain, self.task, start, self.fk(start), goal)
+        origin = self.fk(start)
+        first: Hand = (origin.pitch_rad, origin.roll_rad)
+        if self.task is HandTask.WHOLE:
+            first = _four(quaternion_of(self.hand_axes(start)))
+        tip = origin.x_mm, origin.y_mm, origin.z_mm
+        return straight_between(ChainFollower(self._widened(start), first), tip, first, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this much."""
@@ -236,6 +248,13 @@ class ChainArm:
     def _hunt(self, pose: Pose, seed: Joints | None) -> Solution:
         near = None if seed is None else self._values(seed)
         return solve_goal(self.chain, self.goal(pose), near, first=HAND_FIRST, effort=EFFORT)
+
+    def _widened(self, start: Joints) -> ChainArm:
+        """Return the arm with its limits widened to a posture beyond them."""
+        if not self.chain.violations(start.angles_rad):
+            return self
+        wide = widened_to(self.limits, start)
+        return ChainArm(self.chain.within((one.low_rad, one.high_rad) for one in wide))
 
     def _values(self, joints: Joints) -> tuple[float, ...]:
         require("joints", joints, Joints, JOINTS_EXAMPLE)
@@ -308,23 +327,16 @@ is no sum of joint angles here, stays within some thousandths of a rad of the li
 
 @dataclass(frozen=True, slots=True)
 class ChainFollower:
-    """The posture near the one before; `chain` has limits widened to the start."""
+    """The posture near the one before; `arm` has limits widened to the start."""
 
-    chain: Chain
-    closed: ClosedForm | None
-    task: HandTask
+    arm: ChainArm
     first: Hand
     posture = ""
 
-    @property
-    def centre(self) -> Vector:
-        """A point of the base axis, from which outwards is counted."""
-        return position_of(self.chain.base)
-
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand; refuses a yaw that is missing or cannot be taken."""
-        goal = goal_of(pose, self.task, self.centre)
-        if self.task is HandTask.WHOLE:
+        goal = self.arm.goal(pose)
+        if self.arm.has_yaw:
             turn = _four(quaternion_of(rotation_of(goal.frame)))
             opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
             return tuple(-part for part in turn) if opposite else turn
@@ -332,47 +344,30 @@ class ChainFollower:
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
         """Return the hand at a share of the turn from one to another."""
-        if self.task is HandTask.WHOLE and share < 1.0:
+        if self.arm.has_yaw and share < 1.0:
             return _turned(a, b, share)
         return in_proportion(a, b, share)
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
-        if self.task is HandTask.WHOLE:
+        if self.arm.has_yaw:
             frame = homogeneous(Quaternion.of(*hand).rotation(), tip)
-            return pose_of(frame, self.task, self.centre)
+            return pose_of(frame, self.arm.task, self.arm.centre)
         return Pose(*tip, *hand)
 
     def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
         """Return the posture near the one before; raises `NotFollowed`."""
-        goal = goal_of(self.pose(tip, hand), self.task, self.centre)
-        near = None
-        if _is_exact(self.closed, goal):
-            near = self.closed.nearest(goal, before.angles_rad)
+        goal = self.arm.goal(self.pose(tip, hand))
+        closed = self.arm.exact_form(goal)
+        near = None if closed is None else closed.nearest(goal, before.angles_rad)
         if near is None:
-            found = descend(self.chain, goal, before.angles_rad)
+            found = descend(self.arm.chain, goal, before.angles_rad)
             if not found.ok:
                 raise NotFollowed(_reason(found))
             near = found.joints
-        joints = Joints(near, self.chain.joint_names)
+        joints = self.arm.joints_of(near)
         refuse_leap(before, joints, LARGEST_TURN_RAD)
         return joints
-
-
-def _is_exact(closed: ClosedForm | None, goal: Goal) -> TypeGuard[ClosedForm]:
-    """Whether a closed form gives all postures for a goal as they are, not only near them."""
-    return closed is not None and closed.structure.exact and closed.solves(goal)
-
-
-def chain_line(chain: Chain, task: HandTask, start: Joints, origin: Pose, goal: Pose) -> Line:
-    """Return the line to a pose from a posture, whose own pose is `origin`."""
-    first: Hand = (origin.pitch_rad, origin.roll_rad)
-    if task is HandTask.WHOLE:
-        first = _four(quaternion_of(rotation_of(chain.fk(start.angles_rad))))
-    wide = _widened(chain, start)
-    follower = ChainFollower(wide, closed_form(wide), task, first)
-    tip = origin.x_mm, origin.y_mm, origin.z_mm
-    return straight_between(follower, tip, first, goal)
 
 
 def _four(turn: Quaternion) -> Hand:
@@ -391,14 +386,6 @@ def _turned(a: Hand, b: Hand, share: float) -> Hand:
     sine = math.sin(half)
     first, second = math.sin((1.0 - share) * half) / sine, math.sin(share * half) / sine
     return tuple(first * one + second * two for one, two in zip(a, b, strict=True))
-
-
-def _widened(chain: Chain, start: Joints) -> Chain:
-    """Return the chain with its limits widened to a posture beyond them."""
-    if not chain.violations(start.angles_rad):
-        return chain
-    pairs = zip(chain.limits, start, strict=True)
-    return chain.within((min(low, angle), max(high, angle)) for (low, high), angle in pairs)
 
 
 def _reason(found: Solution) -> str:
@@ -445,62 +432,51 @@ HELD_RAD = 1e-6
 """An angle of the hand nearer to the asked one than this is the asked one."""
 
 
-def chain_refusal(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Unreachable:
+def _refusal(arm: ChainArm, pose: Pose, found: Solution) -> Unreachable:
     """Return the error that explains the best posture found for a pose."""
-    nearest = nearest_of(chain, task, pose, found)
+    nearest = _nearest_of(arm, pose, found)
     if found.reason is Reason.BEYOND_REACH:
-        centre, radius = chain.reach_sphere
+        centre, radius = arm.chain.reach_sphere
         away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), centre)
         reason = (
             f"the tip would be {away - radius:.1f} mm beyond the {radius:.1f} mm that all links "
             "together span"
         )
-        return _refused(Constraint.TOO_FAR, reason, away, radius, "mm", pose, nearest)
+        return Unreachable(
+            reason, Constraint.TOO_FAR, away, radius, "mm", goal=pose, nearest=nearest
+        )
     if found.reason is Reason.JOINT_LIMIT and found.violations:
         worst = max(found.violations, key=lambda one: one.excess)
-        reason = limit_sentence(worst.joint, worst.value, worst.bound)
-        return _refused(
-            Constraint.JOINT_LIMIT,
-            reason,
-            worst.value,
-            worst.bound,
-            "rad",
-            pose,
-            nearest,
-            joint=worst.joint,
+        return Unreachable.by_limit(worst.joint, worst.value, worst.bound, pose, nearest)
+    return _not_found(pose, nearest, found)
+
+
+def _step_refusal(arm: ChainArm, pose: Pose, found: Solution, seed: Joints) -> Unreachable:
+    """Return the error for a small step that leads nowhere near the posture it starts from."""
+    if found.ok:
+        here = arm.fk(seed)
+        name, turn = largest_turn(seed, arm.joints_of(found.joints))
+        reason = leap_sentence(name, turn, "the posture is singular here")
+        return Unreachable(reason, Constraint.NO_POSTURE, turn, 0.0, "rad", goal=pose, nearest=here)
+    nearest = _nearest_of(arm, pose, found)
+    if found.at_limit:
+        joint = found.at_limit[0]
+        value = found.joints[arm.joint_names.index(joint)]
+        reason = f"the {joint.replace('_', ' ')} is at its limit of {math.degrees(value):.1f}°"
+        limit = Constraint.JOINT_LIMIT
+        return Unreachable(
+            reason, limit, value, value, "rad", goal=pose, nearest=nearest, joint=joint
         )
     return _not_found(pose, nearest, found)
 
 
-def step_refusal(
-    chain: Chain, task: HandTask, pose: Pose, found: Solution, seed: Joints, here: Pose
-) -> Unreachable:
-    """Return the error for a small step that leads nowhere near the posture it starts from.
-
-    `here` is the pose of that posture.
-    """
-    if found.ok:
-        name, turn = largest_turn(seed, Joints(found.joints, chain.joint_names))
-        reason = leap_sentence(name, turn, "the posture is singular here")
-        return _refused(Constraint.NO_POSTURE, reason, turn, 0.0, "rad", pose, here)
-    if found.at_limit:
-        joint = found.at_limit[0]
-        index = chain.joint_names.index(joint)
-        value, nearest = found.joints[index], nearest_of(chain, task, pose, found)
-        reason = f"the {joint.replace('_', ' ')} is at its limit of {math.degrees(value):.1f}°"
-        return _refused(
-            Constraint.JOINT_LIMIT, reason, value, value, "rad", pose, nearest, joint=joint
-        )
-    return _not_found(pose, nearest_of(chain, task, pose, found), found)
-
-
-def nearest_of(chain: Chain, task: HandTask, pose: Pose, found: Solution) -> Pose:
+def _nearest_of(arm: ChainArm, pose: Pose, found: Solution) -> Pose:
     """Return the pose of the best posture found, in the goal's own angles where they are held.
 
     A tip on the other side of the base axis than the goal holds another pitch and roll, although
     its hand points where the goal's does.
     """
-    reached = pose_of(found.frame, task, position_of(chain.base))
+    reached = pose_of(found.frame, arm.task, arm.centre)
     pairs = (
         (pose.pitch_rad, reached.pitch_rad),
         (pose.roll_rad, reached.roll_rad),
@@ -525,26 +501,4 @@ def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
         reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
         if certain:
             reason = f"with the hand held like this, every posture stays {away:.2f} mm away"
-    return _refused(Constraint.NO_POSTURE, reason, value, 0.0, unit, pose, nearest)
-
-
-def _refused(
-    constraint: Constraint,
-    reason: str,
-    value: float,
-    bound: float,
-    unit: str,
-    goal: Pose,
-    nearest: Pose,
-    joint: str | None = None,
-) -> Unreachable:
-    return Unreachable(
-        reason,
-        constraint=constraint,
-        joint=joint,
-        value=value,
-        bound=bound,
-        unit=unit,
-        goal=goal,
-        nearest=nearest,
-    )
+    return Unreachable(reason, Constraint.NO_POSTURE, value, 0.0, unit, goal=pose, nearest=nearest)

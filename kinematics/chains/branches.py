@@ -16,9 +16,8 @@ from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, X, Z, functions_of
-from kinematics.chains.layout import Layout
 from kinematics.chains.placing import PLACING, Placed, carried, first_by_height, height_of, triangle
-from kinematics.chains.structure import Family, FirstThree, Structure
+from kinematics.chains.structure import Family, FirstThree, Layout, Structure
 from kinematics.chains.subproblems import (
     Turn,
     across,

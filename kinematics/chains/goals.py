@@ -39,7 +39,7 @@ from kinematics.frames.vectors import (
     unit,
 )
 from kinematics.geometry import AXIS_MM
-from kinematics.spaces import POSE_EXAMPLE, Pose, RollFrame
+from kinematics.spaces import POSE_EXAMPLE, Pose
 
 VERTICAL = 1e-9
 """A horizontal part smaller than this gives no heading."""
@@ -166,30 +166,27 @@ def pose_goal(
     *,
     pitch_free: bool = False,
     roll_free: bool = False,
-    roll_frame: RollFrame = RollFrame.HAND,
     centre: Vector = (0.0, 0.0, 0.0),
 ) -> Goal:
     """Return the goal of a five-axis pose: the hand in the plane of the base axis and the tip.
 
     `centre` is a point of the base axis. A tip on that axis leaves the plane free, and with it
-    the heading; its pitch and roll then count in the plane the hand lies in. `roll_frame` TABLE
-    counts the roll from the table: the heading is added.
+    the heading; its pitch and roll then count in the plane the hand lies in.
     """
     require("a pose", pose, Pose, POSE_EXAMPLE)
     away = _heading(subtract((pose.x_mm, pose.y_mm, pose.z_mm), centre), AXIS_MM)
     on_axis, outwards = away is None, away or X_AXIS
-    roll = pose.roll_rad + roll_frame.value * math.atan2(outwards[1], outwards[0])
-    frame = hand_frame(pose, outwards, roll)
+    frame = hand_frame(pose, outwards)
     left_out = {Part.PITCH} if pitch_free else set()
     left_out |= {Part.ROLL} if roll_free else set()
     left_out |= {Part.HEADING} if on_axis else set()
     return Goal(frame, outwards, ALL_PARTS - left_out)
 
 
-def hand_frame(pose: Pose, outwards: Vector, roll_rad: float) -> Transform:
-    """Return the frame of a hand at a pose's place and pitch, in the plane outwards."""
+def hand_frame(pose: Pose, outwards: Vector) -> Transform:
+    """Return the frame of a hand at a pose's place, pitch and roll, in the plane outwards."""
     hand, up = _elevated(outwards, pose.pitch_rad), upwards(outwards, pose.pitch_rad)
-    return homogeneous(_rolled(hand, up, roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
+    return homogeneous(_rolled(hand, up, pose.roll_rad), (pose.x_mm, pose.y_mm, pose.z_mm))
 
 
 def upwards(outwards: Vector, pitch_rad: float) -> Vector:
@@ -335,7 +332,7 @@ def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
         return pose_goal(pose, centre=centre)
     heading = pose.yaw_rad or 0.0
     outwards = (math.cos(heading), math.sin(heading), 0.0)
-    frame = hand_frame(pose, outwards, pose.roll_rad)
+    frame = hand_frame(pose, outwards)
     if task is HandTask.WHOLE:
         return Goal(frame, outwards)
     return Goal(frame, _heading(z_axis_of(frame)) or outwards, HEADING_FREE)

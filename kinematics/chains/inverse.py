@@ -26,7 +26,7 @@ from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import turn_into
-from kinematics.spaces import Pose, RollFrame
+from kinematics.spaces import Pose
 
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
@@ -70,12 +70,31 @@ class Solution:
     violations: tuple[JointViolation, ...]
     at_limit: tuple[str, ...]
     starts: int
-    sentence: str
 
     @property
     def ok(self) -> bool:
         """Whether everything asked is met."""
         return not self.missed
+
+    @property
+    def sentence(self) -> str:
+        """What is missed, by how much, and why."""
+        if self.ok:
+            return self.reason.value
+        parts = [f"position by {self.residual_mm:.3g} mm"] if Part.POSITION in self.missed else []
+        parts += [
+            f"{part.value} by {math.degrees(miss):.3g}°"
+            for part, miss in self.misses_rad
+            if part in self.missed
+        ]
+        text = f"missed: {', '.join(parts)}; {self.reason.value}"
+        if self.reason is Reason.JOINT_LIMIT:
+            text += ": " + "; ".join(
+                limit_sentence(one.joint, one.value, one.bound, one.unit) for one in self.violations
+            )
+        if self.reason is Reason.NOT_FOUND:
+            text += f" ({self.starts} starts, which is no proof that there is none)"
+        return text
 
 
 def _account(
@@ -120,7 +139,6 @@ def _account(
         broken if missed else (),
         _at_limit(chain, joints),
         starts,
-        _sentence(reason, missed, residual_mm, misses, broken, starts),
     )
 
 
@@ -163,30 +181,6 @@ def _at_limit(chain: Chain, joints: Sequence[float]) -> tuple[str, ...]:
         for name, value, bounds in zip(chain.joint_names, joints, chain.limits, strict=True)
         if min(abs(value - bound) for bound in bounds) <= LIMIT_TOLERANCE_MM
     )
-
-
-def _sentence(
-    reason: Reason,
-    missed: set[Part],
-    residual_mm: float,
-    misses: Sequence[tuple[Part, float]],
-    broken: Sequence[JointViolation],
-    starts: int,
-) -> str:
-    if not missed:
-        return reason.value
-    said = [f"position by {residual_mm:.3g} mm"] if Part.POSITION in missed else []
-    said += [
-        f"{part.value} by {math.degrees(miss):.3g}°" for part, miss in misses if part in missed
-    ]
-    text = f"missed: {', '.join(said)}; {reason.value}"
-    if reason is Reason.JOINT_LIMIT:
-        text += ": " + "; ".join(
-            limit_sentence(one.joint, one.value, one.bound, one.unit) for one in broken
-        )
-    if reason is Reason.NOT_FOUND:
-        text += f" ({starts} starts, which is no proof that there is none)"
-    return text
 
 
 First = Sequence[frozenset[Part]]
@@ -248,22 +242,16 @@ def solve_pose_ik(
     *,
     pitch_free: bool = False,
     roll_free: bool = False,
-    roll_frame: RollFrame = RollFrame.HAND,
     first: First = POSITION_FIRST,
     effort: Effort = DEFAULT_EFFORT,
 ) -> Solution:
     """Return the posture for a five-axis pose, the hand in the plane of base axis and tip.
 
     `pitch_free` and `roll_free` leave that angle to the arm; with `first` = `PITCH_FIRST` the
-    pitch is kept where the position cannot be. `roll_frame` says what the roll is counted from.
+    pitch is kept where the position cannot be.
     """
-    goal = pose_goal(
-        pose,
-        pitch_free=pitch_free,
-        roll_free=roll_free,
-        roll_frame=roll_frame,
-        centre=position_of(chain.base),
-    )
+    centre = position_of(chain.base)
+    goal = pose_goal(pose, pitch_free=pitch_free, roll_free=roll_free, centre=centre)
     return solve_goal(chain, goal, seed, first=first, effort=effort)
 
 

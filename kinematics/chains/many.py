@@ -10,6 +10,7 @@ There is no inverse of many goals. The closed form in numpy was a second one bes
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import TypeAlias
@@ -20,8 +21,9 @@ import numpy.typing as npt
 from kinematics.chains.chain import Chain
 from kinematics.chains.code_lines import functions_of
 from kinematics.chains.generated import generated
-from kinematics.chains.reach import Spread, spans_of, spread_over
+from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
+from kinematics.limits import Span, Spread, spread_over
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -100,3 +102,23 @@ def _one_of_each_cell(places: Array, cells: int) -> Array:
     ends = (*places.argmin(axis=0), *places.argmax(axis=0))
     found: Array = places[np.unique([*first[first >= 0], *ends])]
     return found
+
+
+def spans_of(chain: Chain) -> tuple[Span, ...]:
+    """Return the joints' limits; a joint that turns without end takes one turn.
+
+    Raises `KinematicsError` for a sliding joint without limits.
+    """
+    return tuple(_span(chain, index) for index in range(len(chain)))
+
+
+def _span(chain: Chain, index: int) -> Span:
+    link = chain.links[index]
+    if math.isfinite(link.low) and math.isfinite(link.high):
+        return link.low, link.high
+    if link.kind is JointKind.REVOLUTE:
+        return -math.pi, math.pi
+    raise KinematicsError(
+        f"joint {chain.joint_names[index]!r} slides without limits, so its reach has no end: "
+        "give its link low and high"
+    )

@@ -12,8 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from kinematics.chains.code_lines import ZERO, CodeLines, Term, Vector3, Z
-from kinematics.chains.layout import Layout
-from kinematics.chains.structure import FirstThree
+from kinematics.chains.structure import FirstThree, Layout
 from kinematics.chains.subproblems import (
     Linear,
     Turn,

@@ -19,41 +19,45 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import KinematicsError, Unreachable, finite, require
+from kinematics.errors import KinematicsError, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
     ArmBuild,
+    Dimensions,
     FrameAngles,
     FrameSolution,
     Lengths,
     build,
+    elbow_triangle,
     forward_frame,
     frame_solution,
+    plane_tip,
     solve_frame,
     solve_pose,
+    wrist_distance,
 )
-from kinematics.five_axis.follow import line_from
-from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
+from kinematics.five_axis.nearest import nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import Transform, check_transform, rotation_of
-from kinematics.geometry import AXIS_MM, ArmGeometry
+from kinematics.geometry import AXIS_MM, ArmGeometry, Hand, NotFollowed, Point, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,
     LimitViolation,
     few_turns_each,
     refuse_worst,
+    turn_near,
+    widened_to,
     wrap,
 )
-from kinematics.paths.curves import Line
+from kinematics.paths.curves import Line, in_proportion, straight_between
 from kinematics.spaces import (
     JOINT_NAMES,
     JOINTS_EXAMPLE,
     POSE_EXAMPLE,
     Joints,
     Pose,
-    RollFrame,
 )
 
 
@@ -138,16 +142,13 @@ class FiveAxisArm:
         """The lengths, which give joint angles their meaning."""
         return self.lengths
 
-    def fk(self, joints: Joints, roll_frame: RollFrame = RollFrame.HAND) -> Pose:
+    def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture; pitch and roll within (-pi, pi].
 
         A wrist roll of more than half a turn is therefore reported as the same direction nearer
         to zero; `ik` with the posture as its seed finds the turn again.
         """
-        angles = _directions(joints)
-        x, y, z, pitch, roll = closed_form.forward(angles, self.lengths)
-        if roll_frame is RollFrame.TABLE:
-            roll = angles[4] - angles[0]  # the same from the front and from the back
+        x, y, z, pitch, roll = closed_form.forward(_directions(joints), self.lengths)
         return Pose(x, y, z, wrap(pitch), wrap(roll))
 
     def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
@@ -171,9 +172,7 @@ class FiveAxisArm:
         """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
         refuse_worst(self.violations(joints))
 
-    def branches(
-        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
-    ) -> tuple[Branch, ...]:
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
         """Return every posture for a pose: base front and back, elbow up and down.
 
         Normally four. If the tip is on the base axis there are two: the base is then free and taken
@@ -185,31 +184,35 @@ class FiveAxisArm:
         require("a pose", pose, Pose, POSE_EXAMPLE)
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
-        found = closed_form.inverse(goal, self.lengths, float(roll_frame.value), near)
+        found = closed_form.inverse(goal, self.lengths, near)
         base_free = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
         return tuple(
             self._branch(back, down, _turned(angles, self.limits, near), base_free)
             for back, down, angles in found
         )
 
-    def solve(
-        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
-    ) -> Joints | None:
+    def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return the posture within limits nearest to the seed, or None: `ik` without reasons.
 
-        Nearest is by the sum of the squares of the joints' changes.
+        Nearest is by the sum of the squares of the joints' changes. On the base axis, where the
+        base is free and no direction is outwards, a pitch and its mirror image are the same
+        elevation of the hand: the mirror image is used if only it can be held.
         """
-        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
-        table_roll = 0.0 if roll_frame is RollFrame.HAND else 1.0
-        found = solve_pose(goal, self._build, table_roll, _seed(seed, self.limits))
+        x, y, z, pitch, roll = pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
+        near = _seed(seed, self.limits)
+        found = solve_pose((x, y, z, pitch, roll), self._build, near)
+        if found is None and math.hypot(x, y) <= AXIS_MM:
+            mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
+            found = solve_pose(mirrored, self._build, near)
         return None if found is None else _joints(found)
 
-    def solve_angles(self, goal: Angles, near: Angles, table_roll: float = 0.0) -> Angles | None:
-        """Return what `solve` does on bare floats, for loops: x, y, z, pitch, roll to angles.
+    def solve_angles(self, goal: Angles, near: Angles) -> Angles | None:
+        """Return the posture for x, y, z, pitch and roll on bare floats, for loops.
 
-        The floats are not checked, and the seed's base must be within its limits.
+        The floats are not checked, and the seed's base must be within its limits. A goal on the
+        base axis is not mirrored as `solve` does.
         """
-        return solve_pose(goal, self._build, table_roll, near)
+        return solve_pose(goal, self._build, near)
 
     def transform(self, joints: Joints) -> Transform:
         """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
@@ -228,35 +231,22 @@ class FiveAxisArm:
         """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
         return solve_frame(goal, self._build, near)
 
-    def ik(
-        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
-    ) -> Joints:
-        """Return the posture within the limits nearest to the seed (measured as in `solve`).
+    def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
+        """Return what `solve` does: the posture within the limits nearest to the seed.
 
         Raises `Unreachable`, which says which constraint fails, by how much, and which reachable
         pose is nearest. A wrist roll of more than half a turn is found if the seed is nearer to it.
-        An angle less than 1e-7 rad beyond a limit becomes the limit. On the base axis, where the
-        base is free and no direction is outwards, a pitch and its mirror image are the same
-        elevation of the hand: the mirror image is used if only it can be held. Raises
-        `KinematicsError` for a pose with a yaw, which `solve` and `branches` ignore.
+        An angle less than 1e-7 rad beyond a limit becomes the limit. Raises `KinematicsError` for
+        a pose with a yaw, which `solve` and `branches` ignore.
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
         if pose.yaw_rad is not None:
             raise KinematicsError(
                 "this arm has five joints: it cannot take a yaw, which follows from the position"
             )
-        joints = self.solve(pose, seed, roll_frame)
-        if joints is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM:
-            turned = Pose(
-                pose.x_mm,
-                pose.y_mm,
-                pose.z_mm,
-                wrap(math.pi - pose.pitch_rad),
-                wrap(pose.roll_rad + math.pi),
-            )
-            joints = self.solve(turned, seed, roll_frame)
+        joints = self.solve(pose, seed)
         if joints is None:
-            raise self._refusal(pose, seed, roll_frame)
+            raise self._refusal(pose, seed)
         return joints
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
@@ -264,11 +254,8 @@ class FiveAxisArm:
         return self.ik(pose, seed)
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return what `ik` does, or None instead of an error."""
-        try:
-            return self.ik(pose, seed)
-        except KinematicsError:
-            return None
+        """Return what `solve` does; it is fast enough for every small step."""
+        return self.solve(pose, seed)
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the reachable pose nearest to this one; see `nearest`."""
@@ -312,15 +299,15 @@ class FiveAxisArm:
             0.0,
         )
 
-    def _refusal(self, pose: Pose, seed: Joints | None, roll_frame: RollFrame) -> Unreachable:
+    def _refusal(self, pose: Pose, seed: Joints | None) -> Unreachable:
         """Return why no posture was found: the violation of the branch that comes closest."""
-        instead = nearest(self, pose, seed, roll_frame).pose
-        branches = self.branches(pose, seed, roll_frame)
+        instead = nearest(self, pose, seed).pose
+        branches = self.branches(pose, seed)
         if not branches:
             return span_refusal(pose, self.lengths, instead)
         best = min(branches, key=lambda branch: branch.excess_rad)
         worst = max(best.violations, key=lambda violation: violation.excess_rad)
-        return limit_refusal(pose, worst, instead)
+        return Unreachable.by_limit(worst.joint, worst.value_rad, worst.bound_rad, pose, instead)
 
     def _branch(self, back: bool, down: bool, angles: Angles, base_free: bool) -> Branch:
         return Branch(
@@ -419,3 +406,130 @@ def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:
 def _named(branch: Branch) -> Posture:
     name = f"elbow {branch.elbow.value}, base {branch.base.value}"
     return Posture(name, branch.joints, branch.violations)
+
+
+# One posture, kept along a straight line or any other curve of the tip.
+# A hand is its pitch (seen outwards, of any turn) and the angle of the wrist roll.
+
+STRAIGHT_RAD = 1e-6
+"""An elbow nearer to straight than this is on neither side; the side allowed by its range is used.
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FiveAxisFollower:
+    """The branch on which a curve is followed.
+
+    `back` says that the tip is behind the base axis, and `elbow_sign` whether the elbow's angle is
+    above or below zero: the branch. `ranges` are the arm's limits, widened to the start where it
+    lies outside them. The wrist roll is the pose's roll and `roll_offset`.
+    """
+
+    lengths: Lengths
+    first: Hand
+    back: bool
+    elbow_sign: float
+    roll_offset: float
+    ranges: tuple[JointRange, ...]
+
+    @property
+    def posture(self) -> str:
+        """The branch in words."""
+        up = (self.elbow_sign < 0.0) != self.back
+        return f"elbow {'up' if up else 'down'}, base {'back' if self.back else 'front'}"
+
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand: pitch and roll turn the shorter way round.
+
+        The roll takes the longer way if the wrist's range forbids the shorter one.
+        """
+        pitch = turn_near(pose.pitch_rad, near[0])
+        change = wrap(pose.roll_rad + self.roll_offset - near[1])
+        if not self._rolls_to(near[1] + change):
+            other = change - math.copysign(math.tau, change)
+            change = other if self._rolls_to(near[1] + other) else change
+        return pitch, near[1] + change
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn: pitch and roll in proportion."""
+        return in_proportion(a, b, share)
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand, with pitch and roll of any turn."""
+        return Pose(*tip, hand[0], hand[1] - self.roll_offset)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture, with the base's turn nearest to the previous posture.
+
+        Raises `NotFollowed` if the wrist is out of reach or a joint beyond its range.
+        """
+        x, y, z = tip
+        pitch, roll = hand
+        height, upper, fore, length = self.lengths
+        old_base, old_shoulder, old_elbow, old_wrist, _ = before.angles_rad
+        r = math.hypot(x, y)
+        base = old_base
+        if r > AXIS_MM:
+            base += math.remainder(math.atan2(y, x) + math.pi * self.back - base, math.tau)
+        if self.back:
+            r, pitch = -r, math.pi - pitch
+        wrist_r, wrist_z = r - length * math.cos(pitch), z - height - length * math.sin(pitch)
+        pair = elbow_triangle(wrist_r, wrist_z, upper, fore, old_shoulder)
+        if pair is None:
+            raise NotFollowed(self._span(tip, hand[0]))
+        shoulder, elbow = pair[self.elbow_sign > 0.0]
+        shoulder += math.tau * round((old_shoulder - shoulder) / math.tau)
+        elbow += math.tau * round((old_elbow - elbow) / math.tau)
+        wrist = pitch - shoulder - elbow
+        wrist += math.tau * round((old_wrist - wrist) / math.tau)
+        return Joints(self._limited((base, shoulder, elbow, wrist, roll)))
+
+    def _limited(self, angles: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the angles, snapped to limits that they exceed by rounding only."""
+        snapped = []
+        for name, angle, bounds in zip(JOINT_NAMES, angles, self.ranges, strict=True):
+            inside = bounds.clamp(angle)
+            if abs(angle - inside) > LIMIT_TOLERANCE_RAD:
+                raise NotFollowed(
+                    f"the {name.replace('_', ' ')} would pass its limit of "
+                    f"{math.degrees(inside):.1f}°"
+                )
+            snapped.append(inside)
+        return tuple(snapped)
+
+    def _span(self, tip: Point, pitch: float) -> str:
+        x, y, z = tip
+        distance = wrist_distance(math.hypot(x, y), z, pitch, self.lengths)
+        _, upper, fore, _ = self.lengths
+        longest = upper + fore
+        if distance > longest:
+            return f"the wrist would be further away than the {longest:.1f} mm that the arm spans"
+        return f"the wrist would be nearer to the shoulder than {abs(upper - fore):.1f} mm"
+
+    def _rolls_to(self, angle: float) -> bool:
+        return abs(self.ranges[4].clamp(angle) - angle) <= LIMIT_TOLERANCE_RAD
+
+
+def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
+    """Return the line to a pose, with the turns of pitch and roll and its branch chosen.
+
+    It begins in the posture `start`, whose pose is `origin`.
+    """
+    r, _, _ = plane_tip(start[1], start[2], start[3], arm.lengths)
+    follower = FiveAxisFollower(
+        arm.lengths,
+        (origin.pitch_rad, start[4]),
+        r < -AXIS_MM,
+        _elbow_sign(wrap(start[2]), arm.limits[2]),
+        start[4] - origin.roll_rad,
+        widened_to(arm.limits, start),
+    )
+    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    return straight_between(follower, tip, follower.first, goal)
+
+
+def _elbow_sign(elbow: float, bounds: JointRange) -> float:
+    """Return the side to which the forearm is bent: that of the start, or the allowed one."""
+    if abs(elbow) > STRAIGHT_RAD:
+        return math.copysign(1.0, elbow)
+    return -1.0 if bounds.low_rad < -STRAIGHT_RAD else 1.0

@@ -55,7 +55,7 @@ def plane_tip(
 
 
 def forward(angles: Angles, lengths: Lengths) -> tuple[float, float, float, float, float]:
-    """Return x, y, z, pitch and roll (in the hand's frame), neither angle wrapped.
+    """Return x, y, z, pitch and roll, neither angle wrapped.
 
     A tip behind the base axis is described as one in front of the opposite direction: pitch P
     in the arm's plane is pi - P seen outwards, and the roll's reference turns by pi.
@@ -111,16 +111,12 @@ def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
 
 
 def inverse(
-    goal: tuple[float, float, float, float, float],
-    lengths: Lengths,
-    table_roll: float,
-    seed: Angles,
+    goal: tuple[float, float, float, float, float], lengths: Lengths, seed: Angles
 ) -> list[tuple[bool, bool, Angles]]:
     """Return every branch as (base is back, elbow is down, angles); none if out of reach.
 
-    The angles are of any turn. `table_roll` is 1 if the goal's roll is given in the table's frame,
-    and 0 for the hand's. A tip on the base axis leaves the base free: it takes the seed's base and
-    has only front branches, whose pitch is the convention on the axis.
+    The angles are of any turn. A tip on the base axis leaves the base free: it takes the seed's
+    base and has only front branches, whose pitch is the convention on the axis.
 
     The back branches mirror the front ones in the base axis: the links are in the same place,
     driven from the other side.
@@ -135,7 +131,6 @@ def inverse(
     )
     if pair is None:
         return []
-    roll += table_roll * base
     found: list[tuple[bool, bool, Angles]] = []
     for down, (shoulder, elbow) in zip((False, True), pair, strict=True):
         wrist = pitch - shoulder - elbow
@@ -195,9 +190,9 @@ def build(lengths: Lengths, bounds: tuple[Span, ...]) -> ArmBuild:
 
 
 def solve_pose(
-    goal: tuple[float, float, float, float, float], arm: ArmBuild, table_roll: float, near: Angles
+    goal: tuple[float, float, float, float, float], arm: ArmBuild, near: Angles
 ) -> Angles | None:
-    """Return the posture for x, y, z, pitch and roll; see `closed_form.inverse` for the terms."""
+    """Return the posture within limits nearest to `near` for x, y, z, pitch and roll, or None."""
     x, y, z, pitch, roll = goal
     r = hypot(x, y)
     on_axis = r <= AXIS_MM
@@ -207,7 +202,7 @@ def solve_pose(
         r - arm.hand * cos(pitch),
         z - arm.height - arm.hand * sin(pitch),
         pitch,
-        roll + table_roll * base,
+        roll,
         not on_axis,
         arm,
         near,

@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from kinematics.errors import Constraint, Unreachable, limit_sentence
 from kinematics.five_axis.closed_form import (
     Angles,
     Dimensions,
@@ -22,9 +21,9 @@ from kinematics.five_axis.closed_form import (
     plane_tip,
     wrist_distance,
 )
-from kinematics.geometry import AXIS_MM
-from kinematics.limits import JointRange, LimitViolation, wrap
-from kinematics.spaces import Joints, Pose, RollFrame
+from kinematics.geometry import AXIS_MM, Constraint, Unreachable
+from kinematics.limits import JointRange, wrap
+from kinematics.spaces import Joints, Pose
 
 # The nearest point that the arm can reach in its own plane, with the hand's pitch held.
 #
@@ -79,6 +78,21 @@ class Arc:
     ds: float
     e0: float
     de: float
+
+
+def plane_problems(
+    arm: Dimensions, pitch_rad: float, goal: tuple[float, float], side: int, clearance_mm: float
+) -> Iterator[PlaneProblem]:
+    """Yield the problem of a goal in the arm's plane for every turn of a pitch seen outwards."""
+    plane_pitch = wrap(pitch_rad if side > 0 else math.pi - pitch_rad)
+    _, shoulder, elbow, wrist, _ = arm.limits
+    low = shoulder.low_rad + elbow.low_rad + wrist.low_rad
+    high = shoulder.high_rad + elbow.high_rad + wrist.high_rad
+    first = math.ceil((low - plane_pitch) / math.tau)
+    last = math.floor((high - plane_pitch) / math.tau)
+    for turn in range(first, last + 1):
+        pitch = plane_pitch + turn * math.tau
+        yield PlaneProblem(arm.lengths, shoulder, elbow, wrist, pitch, goal, side, clearance_mm)
 
 
 def nearest_in_plane(problem: PlaneProblem) -> tuple[float, PlaneAngles] | None:
@@ -211,52 +225,30 @@ class Nearest:
     distance_mm: float
 
 
-def nearest(
-    arm: Dimensions,
-    pose: Pose,
-    seed: Joints | None = None,
-    roll_frame: RollFrame | None = None,
-) -> Nearest:
+def nearest(arm: Dimensions, pose: Pose, seed: Joints | None = None) -> Nearest:
     """Return the reachable pose nearest in position to `pose`, with its pitch and roll.
 
     If no posture within limits has this roll, the result has the nearest roll that the wrist can
-    take at the base angle nearest to the goal. If none has this pitch, the result has the nearest
-    possible pitch (to 1e-9 rad), and the nearest position at that pitch. The roll is in the hand's
-    frame unless `roll_frame` says otherwise.
+    take. If none has this pitch, the result has the nearest possible pitch (to 1e-9 rad), and the
+    nearest position at that pitch.
     """
-    table_roll = float(roll_frame.value) if roll_frame else 0.0
     near = seed.angles_rad if seed else (0.0,) * len(arm.limits)
-    for keep_roll in (True, False):
-        found = _held(arm, pose, near, table_roll, keep_roll)
-        if found:
-            return found
-    return _at_nearest_pitch(arm, pose, near, table_roll)
+    return _held(arm, pose, near) or _at_nearest_pitch(arm, pose, near)
 
 
-def _held(
-    arm: Dimensions, pose: Pose, near: tuple[float, ...], table_roll: float, keep_roll: bool
-) -> Nearest | None:
-    """Return the nearest pose of exactly this pitch, or None."""
-    found = [
-        candidate
-        for side in (1, -1)
-        for candidate in _on_side(arm, pose, near, table_roll, keep_roll, side)
-    ]
-    return min(found, key=lambda candidate: candidate.distance_mm, default=None)
+def _held(arm: Dimensions, pose: Pose, near: tuple[float, ...]) -> Nearest | None:
+    """Return the nearest pose of exactly this pitch, or None; its roll is kept if it can be."""
+    found = [candidate for side in (1, -1) for candidate in _on_side(arm, pose, near, side)]
+    kept = [candidate for candidate in found if candidate.pose.roll_rad == pose.roll_rad]
+    return min(kept or found, key=lambda candidate: candidate.distance_mm, default=None)
 
 
-def _at_nearest_pitch(
-    arm: Dimensions, pose: Pose, near: tuple[float, ...], table_roll: float
-) -> Nearest:
+def _at_nearest_pitch(arm: Dimensions, pose: Pose, near: tuple[float, ...]) -> Nearest:
     """Return the nearest pose of the nearest possible pitch; some pitch can always be held."""
 
     def at(change: float) -> Nearest | None:
         turned = replace(pose, pitch_rad=wrap(pose.pitch_rad + change))
-        for keep_roll in (True, False):
-            found = _held(arm, turned, near, table_roll, keep_roll)
-            if found:
-                return found
-        return None
+        return _held(arm, turned, near)
 
     steps = math.ceil(math.pi / PITCH_SCAN_RAD)
     for step in range(1, steps + 1):
@@ -285,47 +277,21 @@ def _edge(at: Callable[[float], Nearest | None], start: float, step: float) -> f
     return start + held * step
 
 
-def _on_side(
-    arm: Dimensions,
-    pose: Pose,
-    near: tuple[float, ...],
-    table_roll: float,
-    keep_roll: bool,
-    side: int,
-) -> Iterator[Nearest]:
+def _on_side(arm: Dimensions, pose: Pose, near: tuple[float, ...], side: int) -> Iterator[Nearest]:
     """Yield the nearest poses with the tip before (1) or behind (-1) the base axis."""
     outwards = math.atan2(pose.y_mm, pose.x_mm)
     if math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM:
         outwards = near[0] if side > 0 else near[0] - math.pi
     half_turn = 0.0 if side > 0 else math.pi
-    roll = pose.roll_rad + half_turn * (1.0 - table_roll)
-    ranges = _base_ranges(arm, roll, table_roll) if keep_roll else (arm.limits[0],)
-    for bounds in ranges:
-        base = bounds.nearest(outwards + half_turn, near[0])
-        wrist_roll = arm.limits[4].nearest(roll + table_roll * base, near[4])
-        for angles in _planar(arm, pose, base, wrist_roll, side):
-            yield _answer(arm, pose, angles, roll + table_roll * base - wrist_roll)
-
-
-def _planar(
-    arm: Dimensions, pose: Pose, base: float, wrist_roll: float, side: int
-) -> Iterator[Angles]:
-    """Yield the nearest posture in the plane of one base angle, for every turn of the pitch."""
-    cos_base, sin_base = math.cos(base), math.sin(base)
-    goal = pose.x_mm * cos_base + pose.y_mm * sin_base, pose.z_mm
-    plane_pitch = wrap(pose.pitch_rad if side > 0 else math.pi - pose.pitch_rad)
-    _, shoulder, elbow, wrist, _ = arm.limits
-    low = shoulder.low_rad + elbow.low_rad + wrist.low_rad
-    high = shoulder.high_rad + elbow.high_rad + wrist.high_rad
+    roll = pose.roll_rad + half_turn
+    base = arm.limits[0].nearest(outwards + half_turn, near[0])
+    wrist_roll = arm.limits[4].nearest(roll, near[4])
+    goal = pose.x_mm * math.cos(base) + pose.y_mm * math.sin(base), pose.z_mm
     clearance = 0.0 if side > 0 else BEHIND_MM
-    first = math.ceil((low - plane_pitch) / math.tau)
-    last = math.floor((high - plane_pitch) / math.tau)
-    for turn in range(first, last + 1):
-        pitch = plane_pitch + turn * math.tau
-        problem = PlaneProblem(arm.lengths, shoulder, elbow, wrist, pitch, goal, side, clearance)
+    for problem in plane_problems(arm, pose.pitch_rad, goal, side, clearance):
         found = nearest_in_plane(problem)
         if found:
-            yield (base, *found[1], wrist_roll)
+            yield _answer(arm, pose, (base, *found[1], wrist_roll), roll - wrist_roll)
 
 
 def _answer(arm: Dimensions, pose: Pose, angles: Angles, roll_missed: float) -> Nearest:
@@ -337,39 +303,7 @@ def _answer(arm: Dimensions, pose: Pose, angles: Angles, roll_missed: float) -> 
     return Nearest(Pose(x, y, z, pose.pitch_rad, roll), Joints(angles), distance)
 
 
-def _base_ranges(arm: Dimensions, roll: float, table_roll: float) -> tuple[JointRange, ...]:
-    """Return the base angles at which the wrist can give this roll; empty if there are none."""
-    base, wrist_roll = arm.limits[0], arm.limits[4]
-    if not table_roll:
-        turned = wrist_roll.turned(roll, 0.0)
-        return (base,) if wrist_roll.clamp(turned) == turned else ()
-    first = math.floor((wrist_roll.low_rad - roll - base.high_rad) / math.tau)
-    last = math.ceil((wrist_roll.high_rad - roll - base.low_rad) / math.tau)
-    found = []
-    for turn in range(first, last + 1):  # wrist roll = roll + base + turn
-        offset = roll + turn * math.tau
-        low = max(base.low_rad, wrist_roll.low_rad - offset)
-        high = min(base.high_rad, wrist_roll.high_rad - offset)
-        if low <= high:
-            found.append(JointRange(low, high))
-    return tuple(found)
-
-
 # Why a pose cannot be reached, by how much, and the alternative.
-
-
-def limit_refusal(pose: Pose, worst: LimitViolation, instead: Pose) -> Unreachable:
-    """Return the error for a pose all of whose postures violate a limit; the best, this one."""
-    return Unreachable(
-        limit_sentence(worst.joint, worst.value_rad, worst.bound_rad),
-        constraint=Constraint.JOINT_LIMIT,
-        joint=worst.joint,
-        value=worst.value_rad,
-        bound=worst.bound_rad,
-        unit="rad",
-        goal=pose,
-        nearest=instead,
-    )
 
 
 def span_refusal(pose: Pose, lengths: Lengths, instead: Pose) -> Unreachable:
@@ -387,13 +321,5 @@ def span_refusal(pose: Pose, lengths: Lengths, instead: Pose) -> Unreachable:
         else f"the wrist would be {gap:.1f} mm nearer to the shoulder than the {bound:.1f} mm "
         "at which forearm folds back on upper arm"
     )
-    return Unreachable(
-        reason,
-        constraint=Constraint.TOO_FAR if too_far else Constraint.TOO_NEAR,
-        joint=None,
-        value=distance,
-        bound=bound,
-        unit="mm",
-        goal=pose,
-        nearest=instead,
-    )
+    constraint = Constraint.TOO_FAR if too_far else Constraint.TOO_NEAR
+    return Unreachable(reason, constraint, distance, bound, "mm", goal=pose, nearest=instead)

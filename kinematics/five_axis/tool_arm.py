@@ -13,10 +13,10 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import Constraint, KinematicsError, Unreachable
+from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
-from kinematics.geometry import ArmGeometry, Hand, NotFollowed, Point, Tool
+from kinematics.geometry import ArmGeometry, Constraint, Hand, NotFollowed, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
 from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
 from kinematics.spaces import Joints, Pose
@@ -100,11 +100,8 @@ class ToolArm:
         return self.ik(pose, seed)
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
-        """Return what `ik` does, or None without reasons."""
-        try:
-            return self.ik(pose, seed)
-        except KinematicsError:
-            return None
+        """Return what `solve` does, which is quick enough for every small step."""
+        return self.solve(pose, seed)
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose of the tool for which the finger tips are nearest to what is asked."""
@@ -179,11 +176,10 @@ class ToolArm:
         return Unreachable(
             f"the tool is {across:.1f} mm beside the arm's plane, and the point only {r:.1f} "
             "mm from the base axis",
-            constraint=Constraint.TOO_NEAR,
-            joint=None,
-            value=r,
-            bound=across,
-            unit="mm",
+            Constraint.TOO_NEAR,
+            r,
+            across,
+            "mm",
             goal=pose,
             nearest=self.nearest_pose(pose, seed),
         )

@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles
-from kinematics.five_axis.nearest import Arc, PlaneProblem, arcs
-from kinematics.limits import JointRange, wrap
+from kinematics.five_axis.nearest import Arc, arcs, plane_problems
+from kinematics.limits import JointRange
 
 NUDGE_MM = 0.02
 """How far to either side of a boundary its reach is asked; what is thinner is not seen."""
@@ -100,17 +100,8 @@ class _Track:
 
 def _tracks(arm: FiveAxisArm, pitch_rad: float) -> Iterator[_Track]:
     """Yield the arcs of tips before and behind the axis, both ways round, and the axis itself."""
-    _, shoulder, elbow, wrist, _ = arm.limits
-    low = shoulder.low_rad + elbow.low_rad + wrist.low_rad
-    high = shoulder.high_rad + elbow.high_rad + wrist.high_rad
-    for side, plane_pitch in ((1, wrap(pitch_rad)), (-1, wrap(math.pi - pitch_rad))):
-        first = math.ceil((low - plane_pitch) / math.tau)
-        last = math.floor((high - plane_pitch) / math.tau)
-        for turn in range(first, last + 1):
-            pitch = plane_pitch + turn * math.tau
-            problem = PlaneProblem(
-                arm.lengths, shoulder, elbow, wrist, pitch, (0.0, 0.0), side, 0.0
-            )
+    for side in (1, -1):
+        for problem in plane_problems(arm, pitch_rad, (0.0, 0.0), side, 0.0):
             for arc in arcs(problem):
                 yield from (_arc_track(arc, mirrored) for mirrored in (1.0, -1.0))
     longest = sum(arm.lengths[1:])

@@ -16,7 +16,6 @@ from kinematics.errors import (
     FramesNotConnected,
     KinematicsError,
     UnknownFrame,
-    nearest_word,
 )
 from kinematics.frames.orientations import turn_between
 from kinematics.frames.transforms import (
@@ -70,7 +69,7 @@ class FrameGraph:
         """
         for frame in (reference, name):
             if frame not in self._neighbours:
-                raise UnknownFrame(frame, self.frames, nearest_word(frame, self.frames))
+                raise UnknownFrame(frame, self.frames)
         seen = []
         for found, placed in self._spread(reference):
             if found == name:

@@ -31,7 +31,6 @@ from kinematics.frames.rotations import (
     Matrix3,
     columns,
     determinant,
-    from_columns,
     multiply,
     rotate,
     transpose,
@@ -43,7 +42,6 @@ from kinematics.frames.vectors import (
     cross,
     dot,
     norm,
-    reject,
     scale,
     triple,
     unit,
@@ -167,16 +165,6 @@ def third_axis(x: Vector, y: Vector, hand: Handedness = Handedness.RIGHT) -> Vec
     """
     z = unit(cross(unit(x), unit(y)))
     return z if hand is Handedness.RIGHT else scale(-1.0, z)
-
-
-def basis_along(x: Vector, towards_y: Vector) -> Matrix3:
-    """Return the right-handed orthonormal basis with X along `x` and Y as near to `towards_y`.
-
-    Raises `ZeroVector` where the two are parallel, or one is zero.
-    """
-    x = unit(x)
-    y = unit(reject(unit(towards_y), x))
-    return from_columns(x, y, cross(x, y))
 
 
 def inverse(matrix: Matrix3) -> Matrix3:

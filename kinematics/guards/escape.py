@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from kinematics.errors import Unreachable
-from kinematics.geometry import AXIS_MM, ArmGeometry
+from kinematics.geometry import AXIS_MM, ArmGeometry, Unreachable
 from kinematics.guards.guards import GuardedArm, Guards, Violation
 from kinematics.guards.links import BOX
 from kinematics.spaces import Joints, Pose
@@ -157,7 +156,7 @@ class _Search:
         try:
             self.arm.ik_near(goal, beside)
         except Unreachable as refusal:
-            return Pose.at(refusal.nearest)
+            return refusal.nearest
         return goal
 
     def on_the_way(self) -> Pose | None:

@@ -7,7 +7,7 @@ guards in public TeachMover programs. docs/how-to/guards-and-backlash.md explain
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -29,69 +29,40 @@ from kinematics.guards.links import (
 from kinematics.guards.shapes import Box
 from kinematics.spaces import Joints
 
-# The message for each violated guard.
+# The message for each violated guard. `inside` is how far the arm is beyond the bound.
 
-
-def sentence_of(reading: Reading, guarded: GuardedArm) -> str:
-    """Return the message for the guard that this reading violates."""
-    kind = BOX if reading.guard.startswith(BOX) else reading.guard
-    return _SENTENCES[kind](reading, guarded.guards)
-
-
-def _table(reading: Reading, _: Guards) -> str:
-    point = reading.quantity.removesuffix(" z")
-    return f"the {point} would be {-reading.value_mm:.1f} mm below the table"
-
-
-def _inner(reading: Reading, guards: Guards) -> str:
-    return (
-        f"the tip would be {reading.value_mm:.1f} mm from the base axis, inside the arm's body: "
-        f"below z {guards.inner_height_mm:.0f} mm it must keep {reading.bound_mm:.0f} mm away"
-    )
-
-
-def _outer(reading: Reading, _: Guards) -> str:
-    return (
-        f"the tip would be {reading.value_mm:.1f} mm from the base axis, "
-        f"beyond the guard at {reading.bound_mm:.0f} mm"
-    )
-
-
-def _hand(reading: Reading, _: Guards) -> str:
-    return (
-        f"the hand would hit the base: it points backwards with the wrist {reading.value_mm:.1f} "
-        f"mm from the base axis, where {reading.bound_mm:.0f} mm are needed"
-    )
-
-
-def _box(reading: Reading, _: Guards) -> str:
-    name = reading.guard.removeprefix(BOX)
-    return f"the {reading.quantity} would be {-reading.value_mm:.1f} mm inside the box {name!r}"
-
-
-def _base(reading: Reading, guards: Guards) -> str:
-    return (
-        f"the {reading.quantity} would be {-reading.value_mm:.1f} mm inside the base column "
-        f"(radius {guards.base_radius_mm or 0.0:g} mm, up to z {guards.base_top_mm:g} mm)"
-    )
-
-
-def _itself(reading: Reading, _: Guards) -> str:
-    one, other = reading.quantity.split(" against ")
-    return f"the {one} would be {-reading.value_mm:.1f} mm inside {other}"
-
-
-_SENTENCES: Mapping[str, Callable[[Reading, Guards], str]] = MappingProxyType(
+_SENTENCES: Mapping[str, str] = MappingProxyType(
     {
-        "table": _table,
-        "inner radius": _inner,
-        "outer radius": _outer,
-        "hand against base": _hand,
-        BOX: _box,
-        BASE_COLUMN: _base,
-        AGAINST_ITSELF: _itself,
+        "table": "the {point} would be {inside:.1f} mm below the table",
+        "inner radius": "the tip would be {value:.1f} mm from the base axis, inside the arm's "
+        "body: below z {guards.inner_height_mm:.0f} mm it must keep {bound:.0f} mm away",
+        "outer radius": "the tip would be {value:.1f} mm from the base axis, beyond the guard at "
+        "{bound:.0f} mm",
+        "hand against base": "the hand would hit the base: it points backwards with the wrist "
+        "{value:.1f} mm from the base axis, where {bound:.0f} mm are needed",
+        BOX: "the {quantity} would be {inside:.1f} mm inside the box {box!r}",
+        BASE_COLUMN: "the {quantity} would be {inside:.1f} mm inside the base column (radius "
+        "{guards.base_radius_mm:g} mm, up to z {guards.base_top_mm:g} mm)",
+        AGAINST_ITSELF: "the {one} would be {inside:.1f} mm inside {other}",
     }
 )
+
+
+def sentence_of(reading: Reading, guards: Guards) -> str:
+    """Return the message for the guard that this reading violates."""
+    one, _, other = reading.quantity.partition(" against ")
+    return _SENTENCES[BOX if reading.guard.startswith(BOX) else reading.guard].format(
+        quantity=reading.quantity,
+        point=reading.quantity.removesuffix(" z"),
+        one=one,
+        other=other,
+        box=reading.guard.removeprefix(BOX),
+        value=reading.value_mm,
+        inside=-reading.value_mm,
+        bound=reading.bound_mm,
+        guards=guards,
+    )
+
 
 __all__ = ["AngleSum", "Box", "GuardViolation", "GuardedArm", "Guards", "SumViolation", "Violation"]
 
@@ -140,22 +111,17 @@ class Guards:
 
     def violation(self, arm: ArmGeometry, joints: Joints) -> Violation | None:
         """Return the guard that a posture violates most, or None."""
-        return worst(self.violations(arm, joints))
+        broken = self.violations(arm, joints)
+        return deepest(broken) if broken else None
 
     def depth_mm(self, arm: ArmGeometry, joints: Joints) -> float:
         """Return how deep a posture is inside the guards; 0 outside all. Leaving decreases it."""
-        broken = self.violation(arm, joints)
-        return broken.excess_mm if broken else 0.0
+        return max((one.excess_mm for one in self.violations(arm, joints)), default=0.0)
 
 
-def deepest(broken: tuple[Violation, ...]) -> Violation:
+def deepest(broken: Sequence[Violation]) -> Violation:
     """Return the deepest of some violations."""
     return max(broken, key=lambda one: one.excess_mm)
-
-
-def worst(broken: tuple[Violation, ...]) -> Violation | None:
-    """Return the deepest of the violations; None if there are none."""
-    return deepest(broken) if broken else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,7 +136,9 @@ class GuardedArm:
         """Return every guard that a posture violates."""
         return (
             *(
-                GuardViolation(*reading[:4], -reading.clearance_mm, sentence_of(reading, self))
+                GuardViolation(
+                    *reading[:4], -reading.clearance_mm, sentence_of(reading, self.guards)
+                )
                 for reading in self.readings(joints)
                 if reading.room_mm < 0.0
             ),

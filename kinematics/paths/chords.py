@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from operator import mul, sub
 from typing import NamedTuple
 
-from kinematics.errors import PathBroken, positive
-from kinematics.geometry import ArmGeometry, Curve
+from kinematics.errors import positive
+from kinematics.geometry import ArmGeometry, Curve, PathBroken
 from kinematics.paths.curves import arc_between, beginning
 from kinematics.spaces import Joints, Pose
 
@@ -239,19 +239,3 @@ def arc_path(
     follower, tip = beginning(arm, start)
     arc = arc_between(follower, tip, follower.first, via, goal, sweep_rad)
     return corners(smooth(cut(arm, arc, start, tolerance_mm)))
-
-
-def circle_path(
-    arm: ArmGeometry,
-    start: Joints,
-    via: Pose,
-    through: Pose,
-    tolerance_mm: float = LINE_TOLERANCE_MM,
-) -> tuple[Joints, ...]:
-    """Return corners of the full circle through a via point and another, back to its start.
-
-    The hand is held as at the start; of the two poses only x, y and z are used. See `arc_path`.
-    """
-    here = arm.fk(start)
-    goal = replace(here, x_mm=through.x_mm, y_mm=through.y_mm, z_mm=through.z_mm)
-    return arc_path(arm, start, via, goal, tolerance_mm, sweep_rad=math.tau)

@@ -13,10 +13,10 @@ from itertools import pairwise
 from operator import add, sub
 from typing import NamedTuple, cast
 
-from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
+from kinematics.errors import KinematicsError, NoArc
 from kinematics.frames.vectors import add as plus
 from kinematics.frames.vectors import scale
-from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, Point
+from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, PathBroken, Point, Unreachable
 from kinematics.paths.chords import (
     LINE_TOLERANCE_MM,
     STILL_RAD,
@@ -29,6 +29,8 @@ from kinematics.paths.chords import (
 )
 from kinematics.paths.curves import (
     Arc,
+    Bezier,
+    Blendable,
     HandCurve,
     JointCurve,
     Line,
@@ -37,7 +39,6 @@ from kinematics.paths.curves import (
     straight_between,
 )
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
-from kinematics.paths.traces import Bezier, Blendable
 from kinematics.spaces import Joints
 
 # The parts of a route laid end to end, each from stop to stop: its curve and its chords.

@@ -412,7 +412,7 @@ def _shared_inverse(system: System, goal: tuple[float, ...], frame: Transform) -
     ledger = Ledger()
     if system.arm is not None:
         inverse = on_any_numbers(closed_form.inverse)
-        inverse(ledger.numbers(goal), system.arm.lengths, 0.0, (0.0,) * 5)
+        inverse(ledger.numbers(goal), system.arm.lengths, (0.0,) * 5)
     elif system.name == "puma":
         closed = closed_form_of(system.chain())
         if closed is not None:

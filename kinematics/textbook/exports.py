@@ -24,8 +24,6 @@ from kinematics.textbook.efficiency import on_any_numbers as on_any_numbers
 from kinematics.textbook.notation import matrix_latex as matrix_latex
 from kinematics.textbook.notation import matrix_text as matrix_text
 from kinematics.textbook.study import Study as Study
-from kinematics.textbook.symbolic_systems import symbolic_chain as symbolic_chain
-from kinematics.textbook.symbolic_systems import symbolic_system as symbolic_system
 from kinematics.textbook.symbols import Symbol as Symbol
 from kinematics.textbook.symbols import coordinate as coordinate
 from kinematics.textbook.symbols import named as named
@@ -34,5 +32,7 @@ from kinematics.textbook.systems import system as system
 from kinematics.textbook.systems.mini_movers import urdf_of_arm as urdf_of_arm
 from kinematics.textbook.systems.named import NamedBranch as NamedBranch
 from kinematics.textbook.systems.named import System as System
+from kinematics.textbook.worked_example import symbolic_chain as symbolic_chain
+from kinematics.textbook.worked_example import symbolic_system as symbolic_system
 from kinematics.textbook.worked_example import work_chain as work_chain
 from kinematics.textbook.worked_example import work_system as work_system

@@ -11,9 +11,15 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.textbook.study import ROW_NAMES, Study, named_factors
-from kinematics.textbook.symbolic_systems import symbolic_example, symbolic_sections
 from kinematics.textbook.systems.named import NamedBranch, NamedSingularity
-from kinematics.textbook.worked_example import ExampleSection, joints_text, plain, violation_text
+from kinematics.textbook.worked_example import (
+    ExampleSection,
+    joints_text,
+    plain,
+    symbolic_example,
+    symbolic_sections,
+    violation_text,
+)
 
 DIGITS = 3
 

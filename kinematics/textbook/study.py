@@ -93,8 +93,7 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
     checked = system.chain().directions(values)
     if system.arm is not None:
         return five_axis_jacobian(system, checked)
-    whole = generated(system.chain()).jacobian(checked)
-    return tuple(whole[row] for row in own_rows(system))
+    return chain_jacobian(system.chain(), checked, own_rows(system))
 
 
 _EXAMPLE_DEG = (30.0, 40.0, -60.0, -20.0, 45.0, 60.0)

@@ -28,7 +28,7 @@ from kinematics.chains.tables import table_text
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.frames.vectors import Vector, angle_between, distance
-from kinematics.textbook.notes import assignment_rules
+from kinematics.textbook.systems.named import assignment_rules
 from kinematics.textbook.worked_example import frame_text, number_text, plain
 
 NEARLY_PARALLEL_RAD = 1e-3

@@ -1,14 +1,16 @@
-"""The lecture's worked example: a study of a posture or a goal, in numbers and in words.
+"""The lecture's worked example: a study of a posture or a goal, in numbers, words and symbols.
 
-`sections` writes it in mm and degrees, and `symbolic_systems` in symbols. Lengths in mm, angles in
+`sections` writes it in mm and degrees, and `symbolic_sections` in symbols. Lengths in mm, angles in
 rad.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.closed_form import how_solved
@@ -20,16 +22,27 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of
+from kinematics.textbook.notation import (
+    GREEK,
+    PLAIN,
+    Definition,
+    definitions,
+    matrix_latex,
+    matrix_text,
+    notation,
+)
 from kinematics.textbook.study import (
     FRAME_COORDINATES,
     Study,
     Subject,
     example_posture,
+    named_factors,
     study,
     subject_of_chain,
     subject_of_system,
     table_branches,
 )
+from kinematics.textbook.symbols import coordinate, named
 from kinematics.textbook.systems.named import NamedBranch, Quantity, System, frame_coordinates
 
 
@@ -302,3 +315,161 @@ def _solved(example: Study) -> Iterator[str]:
     x, y, z = (number_text(each, "mm") for each in position_of(solution.frame))
     yield f"comes to x {x}, y {y}, z {z}"
     yield solution.sentence
+
+
+# The worked example in symbols: chains and named systems whose numbers are symbols.
+#
+# Lengths become names (d1, a2), and so do joint variables: a joint that is not named as a symbol
+# already becomes theta or d with its number, as in the notes. Lengths that are zero stay zero, and
+# constant angles stay numbers, so that what the notes leave out is left out here too.
+
+_SYMBOL = re.compile(rf"(?:[a-z]|{'|'.join(sorted(GREEK))})_?\d*")
+
+
+def joint_symbols(chain: Chain) -> tuple[Any, ...]:
+    """Return a symbol for each joint's value: its own name, or theta and d with its number."""
+    if all(_SYMBOL.fullmatch(name) for name in chain.joint_names):
+        return tuple(map(named, chain.joint_names))
+    return tuple(
+        named(f"{'theta' if kind is JointKind.REVOLUTE else 'd'}{number}")
+        for number, kind in enumerate(chain.kinds, 1)
+    )
+
+
+def symbolic_chain(chain: Chain) -> Chain:
+    """Return the chain with its constant lengths as names: d1, a2 and so on.
+
+    A revolute joint's distance is d with the link's number, a prismatic one's constant part D.
+    In Craig's convention the length in a row is the one of the link before, and numbered so.
+    """
+    shift = 0 if chain.convention.value == "standard" else 1
+    links = tuple(
+        replace(
+            link,
+            a_mm=_name(link.a_mm, f"a{number - shift}"),
+            d_mm=_name(
+                link.d_mm, f"d{number}" if link.kind is JointKind.REVOLUTE else f"D{number}"
+            ),
+        )
+        for number, link in enumerate(chain.links, 1)
+    )
+    return replace(chain, links=links)
+
+
+def symbolic_system(system: System) -> System:
+    """Return the system with its lengths as the names that its figure and derivation use."""
+    names = map(_name, system.sizes, system.length_names)
+    return replace(system, sizes=tuple(names))
+
+
+def symbolic_goal(coordinates: Sequence[str]) -> tuple[Any, ...]:
+    """Return the coordinates of a goal as symbols, their units left out: x, y, phi."""
+    return tuple(coordinate(name.rpartition("_")[0] or name) for name in coordinates)
+
+
+def _name(value: float, name: str) -> Any:
+    return named(name) if value != 0.0 else 0.0
+
+
+# A worked example in symbols: A matrices, their product, and the solutions step by step. Made by
+# running the very code that computes with numbers on symbols.
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolicBranch:
+    """A branch's name, and the steps that lead to its joint values."""
+
+    name: str
+    steps: tuple[Definition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolicExample:
+    """The A matrices of a chain's links and the tool's frame, entries of which are symbols."""
+
+    base: Transform
+    matrices: tuple[Transform, ...]
+    tool: Transform
+    product: Transform
+    branches: tuple[SymbolicBranch, ...] = ()
+
+
+def symbolic_example(subject: Subject) -> SymbolicExample:
+    """Return a subject in symbols: a named system's lengths and joints as its figure calls them.
+
+    A chain that is no named system has lengths a and d and angles theta, with the link's number,
+    and no solutions.
+    """
+    system = subject.system
+    chain = symbolic_chain(subject.chain) if system is None else symbolic_system(system).chain()
+    joints = joint_symbols(chain)
+    branches = () if system is None else tuple(_symbolic_branches(system))
+    return SymbolicExample(
+        chain.base, chain.matrices(joints), chain.tool, chain.fk(joints), branches
+    )
+
+
+def _symbolic_branches(system: System) -> Iterator[SymbolicBranch]:
+    symbolic, goal = symbolic_system(system), symbolic_goal(system.coordinates)
+    names = [PLAIN.write(symbol) for symbol in joint_symbols(system.chain())]
+    for name in system.signs:
+        solved = symbolic.solution(goal, name)
+        workings = [(quantity.symbol, quantity.value) for quantity in solved.workings]
+        joints = zip(names, solved.joints, strict=True)
+        yield SymbolicBranch(name, definitions([*workings, *joints]))
+
+
+def symbolic_sections(example: SymbolicExample, *, latex: bool = False) -> Iterator[ExampleSection]:
+    """Return the symbolic example section by section, as text or as LaTeX displays."""
+    yield ExampleSection("A matrices", tuple(_symbolic_matrices(example, latex)))
+    yield ExampleSection("Product", tuple(_product(example, latex)))
+    if example.branches:
+        yield ExampleSection("Solutions", tuple(_solutions(example.branches, latex)))
+
+
+def equation(step: Definition, *, latex: bool = False) -> str:
+    """Return a step as an equation."""
+    writer = notation(latex=latex)
+    return f"{writer.name(step.name)} = {writer.write(step.symbol)}"
+
+
+def _symbolic_matrices(example: SymbolicExample, latex: bool) -> Iterator[str]:
+    for index, (name, matrix) in enumerate(_factors(example)):
+        if index:
+            yield ""
+        yield from _matrix(name, matrix, latex)
+
+
+def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
+    written = " ".join(notation(latex=latex).name(name) for name, _ in _factors(example))
+    yield from _matrix("T", example.product, latex, f" = {written}")
+
+
+def _factors(example: SymbolicExample) -> list[tuple[str, Transform]]:
+    return named_factors(example.base, example.matrices, example.tool)
+
+
+def _matrix(name: str, matrix: Transform, latex: bool, made_of: str = "") -> list[str]:
+    if latex:
+        return [
+            rf"\[ {notation(latex=True).name(name)}{made_of} =",
+            *matrix_latex(matrix).splitlines(),
+            r"\]",
+        ]
+    return [f"{name}{made_of} =", *matrix_text(matrix).splitlines()]
+
+
+def _solutions(branches: tuple[SymbolicBranch, ...], latex: bool) -> Iterator[str]:
+    """Write the first branch in full, of the others what differs from it."""
+    first = branches[0]
+    for branch in branches:
+        known = first.steps if branch is not first else ()
+        if branch is not first:
+            yield ""
+        yield f"% {branch.name}" if latex else branch.name
+        changed = [step for step in branch.steps if step not in known]
+        if known and len(changed) < len(branch.steps):
+            yield f"{'% ' if latex else '  '}as {first.name}, but"
+        for step in changed:
+            written = equation(step, latex=latex)
+            yield rf"\[ {written} \]" if latex else f"  {written}"

@@ -11,13 +11,13 @@ from served import ServedDevice
 
 from armdrive.config.arm import ArmConfig, ConfigSource
 from armdrive.config.sections import Connection
-from armdrive.dialects.bus.tools import IDS, Listened, frame_scripts, listen, on_wire
+from armdrive.dialects.bus.tools import IDS, DriveDialog, Listened, frame_scripts, listen
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import Survey, ask_round
 from armdrive.dialog.conversation import About, AskPerson
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.setup.commissioning import CommissioningOutcome, one, walk
-from armdrive.setup.dialog_runner import DialogClock, DialogRunner, carry_out
+from armdrive.setup.dialog_runner import DialogClock, carry_out, drive_dialog
 from armdrive.setup.plan import CommissioningPlan, plan_of
 from armdrive.setup.prober import is_command
 from armdrive.setup.simulated_person import SimulatedPerson
@@ -92,7 +92,7 @@ class Person(SimulatedPerson):
 
 
 class Bench:
-    """A bus with new drives, and a talk about them."""
+    """A bus with new drives, and a dialog about them."""
 
     def __init__(
         self, config: ArmConfig | None = None, truth: ArmModel = MODEL, **settings: Any
@@ -112,23 +112,24 @@ class Bench:
     def walk(
         self, notes: dict[str, Any] | None = None, *, again: bool = False
     ) -> CommissioningOutcome:
-        """Hold the whole talk."""
-        return self.run(walk(self.plan, {} if notes is None else notes, again=again))
+        """Hold the whole dialog."""
+        return walk(self.dialog, self.plan, {} if notes is None else notes, again=again)
 
     def one(self, name: str = "shoulder", notes: dict[str, Any] | None = None) -> bool:
-        """Hold the talk about one motor alone; `self.kept` has its notes."""
+        """Hold the dialog about one motor alone; `self.kept` has its notes."""
         drive = next(each for each in self.plan.drives if each.name == name)
         notes = self.kept if notes is None else notes
-        return bool(self.run(one(self.plan, drive, notes, again=False)))
+        return one(self.dialog, self.plan, drive, notes, again=False)
 
-    def run(self, talk: Any) -> Any:
-        """Hold any talk."""
+    @property
+    def dialog(self) -> DriveDialog:
+        """A new dialog with the person."""
         scripts, keep = self.plan.scripts(), self.kept.update
-        return DialogRunner(self.twin.link, scripts, self.clock, self.person, keep).run(talk)
+        return drive_dialog(self.twin.link, scripts, self.clock, self.person, keep)
 
     def script(self, script: Callable[..., Any], *args: Any) -> Any:
         """Carry out a script on the wire."""
-        return self.run(on_wire(script, *args))
+        return self.dialog.on_wire(script, *args)
 
     def survey(self, ids: Sequence[int] = IDS) -> Survey:
         """Ask these ids who is there."""

@@ -12,11 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import LinkLost
 from armdrive.registry.simulate import simulate
+from armdrive.sim.device import DrivesOnBus
 from armdrive.sim.simulated_arm import SimulatedArm
+from armdrive.status import State, Trust
 from armdrive.transports.link import Link
 from kinematics import Joints
 
@@ -194,33 +197,83 @@ class FaultyLink(DisturbedLink):
         return data
 
 
+def arm_config(
+    dialect: str, device: dict | None = None, *, gripper: str = "", **motion
+) -> ArmConfig:
+    """Return a dialect's arm with other settings; a gripper of another kind has no motor."""
+    made = simulated_config(dialect)
+    if gripper:
+        transmission = made.model.transmission
+        assert transmission is not None
+        made = replace(
+            made,
+            gripper=replace(made.gripper, kind=gripper),
+            model=replace(made.model, transmission=transmission.without_gripper()),
+        )
+    return replace(
+        made,
+        motion=replace(made.motion, **motion),
+        device=replace(made.device, **device) if device else made.device,
+    )
+
+
 def placed(twin: SimulatedArm, joints: Joints, opening_mm: float = 20.0) -> SimulatedArm:
-    """Put a simulated arm into a posture."""
-    twin.world.drive_to(twin.world.body.transmission.to_motors(joints, opening_mm))
+    """Put a simulated arm into a posture. Drives on a bus count their shafts themselves."""
+    if isinstance(twin.board, DrivesOnBus):
+        twin.device.bring_to(joints, opening_mm)
+    else:
+        twin.world.drive_to(twin.world.body.transmission.to_motors(joints, opening_mm))
     return twin
 
 
-def sim_config(**motion):
-    config = simulated_config("teachmover")
-    return replace(config, motion=replace(config.motion, **motion))
+def driven(
+    config: ArmConfig,
+    *,
+    at: Joints | None = OVER_THE_TABLE,
+    referenced: bool = True,
+    link: type[DisturbedLink] | None = None,
+    connect: dict | None = None,
+    **options,
+) -> Arm:
+    """Connect to a fresh twin in a posture; switch it on and reference it there.
 
-
-def sim_arm(config=None, *, speed_error=0.0, blocks=(), at=None, **options) -> Arm:
-    """Connect to a fresh twin over a faulty wire (`arm.twin.link`); `at` puts and references it."""
-    config = config or simulated_config("teachmover")
-    twin = simulate(config, blocks=blocks, speed_error=speed_error)
+    `link` is put before the driver, as `arm.twin.link`, and forgets what contact has sent.
+    `connect` are options of the connection, the others are those of the twin.
+    """
+    twin = simulate(config, **options)
     if at is not None:
         placed(twin, at)
-    twin = replace(twin, link=FaultyLink(twin.link))
-    arm = Arm(connect_simulated(config, twin=twin, **options))
-    if at is not None:
+    if link is not None:
+        twin = replace(twin, link=link(twin.link))
+    arm = Arm(connect_simulated(config, twin=twin, **(connect or {})))
+    if at is not None and referenced:
+        if arm.status.state is State.DISABLED:
+            arm.enable()
         arm.declare_posture(at, opening_mm=20.0)
+        if link is not None:
+            arm.twin.link.sent.clear()
     return arm
 
 
+def sim_config(**motion) -> ArmConfig:
+    return arm_config("teachmover", **motion)
+
+
+def sim_arm(config=None, *, speed_error=0.0, blocks=(), at=None, **connect) -> Arm:
+    """Connect to a fresh TeachMover over a faulty wire; `at` puts and references it."""
+    options = {"link": FaultyLink, "connect": connect, "speed_error": speed_error}
+    return driven(config or sim_config(), at=at, blocks=blocks, **options)
+
+
 def ready_arm(config=None, **options) -> Arm:
-    """An arm that stands over the table, referenced."""
+    """A TeachMover that stands over the table, referenced."""
     return sim_arm(config, at=OVER_THE_TABLE, **options)
+
+
+def honest(arm: Arm) -> bool:
+    """Tell whether an arm stands where it is said to stand, or is not believed to."""
+    status = arm.status
+    return status.trust is not Trust.REFERENCED or arm.twin.world.motors == status.acknowledged
 
 
 def as_it_stands(arm: Arm) -> Arm:

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import replace
 from functools import partial
 
-from faults import OVER_THE_TABLE as OVER
-from faults import DisturbedLink, placed, stand_still_s
+from faults import DisturbedLink, arm_config, driven, stand_still_s
 
 from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate
 from kinematics import Pose
 
-OPENING_MM = 20.0
 PIECES = re.compile(rb"[?!~\x18\x80-\xff]|[^?!~\x18\x80-\xff\n]*\n|[^?!~\x18\x80-\xff\n]+")
 
 
@@ -38,35 +32,18 @@ class Disturbed(DisturbedLink):
         return self.messages.count(byte)
 
 
-def config(device=None, gripper=None, **motion) -> ArmConfig:
-    made = simulated_config("grbl")
-    if gripper is not None:
-        made = replace(
-            made,
-            gripper=replace(made.gripper, kind=gripper),
-            model=replace(made.model, transmission=made.model.transmission.without_gripper()),
-        )
-    return replace(
-        made,
-        motion=replace(made.motion, **motion),
-        device=replace(made.device, **(device or {})),
-    )
+config = partial(arm_config, "grbl")
+"""An arm on a GRBL board."""
 
 
 def found(made: ArmConfig | None = None, **options) -> Arm:
     """Connect to a board whose arm stands over the table, without a reference."""
-    made = made or config()
-    twin = simulate(made, **options)
-    twin = replace(placed(twin, OVER, OPENING_MM), link=Disturbed(twin.link))
-    return Arm(connect_simulated(made, twin=twin))
+    return driven(made or config(), link=Disturbed, referenced=False, **options)
 
 
 def ready(made: ArmConfig | None = None, **options) -> Arm:
     """The same, referenced; what contact has sent is forgotten."""
-    arm = found(made, **options)
-    arm.declare_posture(OVER, opening_mm=OPENING_MM)
-    arm.twin.link.sent.clear()
-    return arm
+    return driven(made or config(), link=Disturbed, **options)
 
 
 stands = partial(stand_still_s, quiet_s=0.4, look_s=0.008)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import partial
 
-from faults import OVER_THE_TABLE, DisturbedLink, placed
+from faults import DisturbedLink, arm_config, driven
 
 from armdrive.arm import Arm
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate
 from armdrive.sim.device import SimDevice
 from armdrive.sim.robko01.device import SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
@@ -89,24 +87,10 @@ class FrameLink(DisturbedLink):
         return sum(op_of(frame) in ops for frame in self.messages)
 
 
-def robko_config(*, device=None, **motion):
-    config = simulated_config("robko01")
-    settings = replace(config.device, **(device or {}))
-    return replace(config, motion=replace(config.motion, **motion), device=settings)
-
-
-def robko_arm(config=None, **options) -> Arm:
-    """Connect to a fresh twin that stands over the table, its motors still off."""
-    config = config or robko_config()
-    twin = simulate(config, **options)
-    twin = replace(placed(twin, OVER_THE_TABLE), link=FrameLink(twin.link))
-    return Arm(connect_simulated(config, twin=twin))
+robko_config = partial(arm_config, "robko01")
+"""An arm on a Robko 01's board."""
 
 
 def ready_robko(config=None, **options) -> Arm:
     """An arm that stands over the table, its motors on, referenced."""
-    arm = robko_arm(config, **options)
-    arm.enable()
-    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
-    arm.twin.link.sent.clear()
-    return arm
+    return driven(config or robko_config(), link=FrameLink, **options)

@@ -170,18 +170,20 @@ def kill(*_):
 
 @dataclass
 class At:
-    """Does something at the beginning or the end of an act."""
+    """Does something at the beginning or the end of an act, which counts from 1."""
 
     number: int
     act: Any = kill
     when: str = "begins"
+    begun: int = 0
 
     def begins(self, step, machine):
-        if (step.number, "begins") == (self.number, self.when):
+        self.begun += 1
+        if (self.begun, "begins") == (self.number, self.when):
             self.act(step)
 
     def ended(self, step, answer, took_s):
-        if (step.number, "ended") == (self.number, self.when):
+        if (self.begun, "ended") == (self.number, self.when):
             self.act(step)
 
 

@@ -21,8 +21,8 @@ import can_streaming
 import stop_latency
 from feel_benches import DenseMemoryBench
 
-from armdrive.dialects.cia402.wire import Cia402Bus
 from firmware_protocol.canopen import Command, Controlword, OperationMode
+from firmware_protocol.canopen import Host as CanopenHost
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Code, EmergencyStop, MoveAbsoluteAxis, Stop
 from firmware_protocol.mks.answers import encode
@@ -93,7 +93,7 @@ def test_stops_of_drives_are_recognised_on_the_bus():
 
 
 def test_a_quick_stop_is_recognised_on_the_bus():
-    is_stop, bus = stop_latency.STOPS["cia402"], Cia402Bus(range(1, 7))
+    is_stop, bus = stop_latency.STOPS["cia402"], CanopenHost(range(1, 7))
     mode = OperationMode.CYCLIC_POSITION
     says = {each: bus.command(3, Controlword.of(each), mode, 5) for each in Command}
     assert [each for each in Command if is_stop(says[each])] == [Command.QUICK_STOP]
@@ -111,7 +111,7 @@ def test_rounds_of_orders_begin_where_the_ids_do():
 
 
 def test_rounds_of_targets_begin_with_sync_and_drives_are_held_to_the_one_before():
-    wire, bus = can_rounds.Wire(can_rounds.SyncRounds()), Cia402Bus((1, 2))
+    wire, bus = can_rounds.Wire(can_rounds.SyncRounds()), CanopenHost((1, 2))
     word, mode = Controlword.of(Command.ENABLE_OPERATION), OperationMode.CYCLIC_POSITION
 
     def turn(time_s, target, told, nodes=(1, 2)):

@@ -35,6 +35,8 @@ class Bench(abc.ABC):
     """Whether driver, device and test keep time well enough to be held to a bound."""
     moments_s: ClassVar[tuple[float, ...]] = (0.4,)
     """When a fault comes, after a motion has been asked for: one time after the other."""
+    stops_after_s: ClassVar[tuple[float, ...]] = (0.03, 0.2, 0.55)
+    """How long a motion has been seen before it is stopped: one time after the other."""
     on_bus: ClassVar[bool] = False
     """Whether drives on a CAN bus can stand on it as well."""
     simulated: ClassVar[bool] = True
@@ -56,6 +58,11 @@ class Bench(abc.ABC):
     def __init__(self, dialect_name: str) -> None:
         self.row = dialect(dialect_name)
         self.arm: Arm | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the arm goes by in tables, the most particular name first."""
+        return (self.row.name,)
 
     # -- what a transport says ----------------------------------------------------------------
 

@@ -7,12 +7,17 @@ connecting again) and a reference make the arm work as before, and they move not
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
+from itertools import pairwise
+
 from armdrive.arm import Arm
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
 from kinematics import Motors
 
 from .bench import Bench
+from .expected_errors import MOVING, STANDING, Moment, expected_error
 from .faults import Fault
 from .going import begin_joints, joints_from, motors_at_end
 from .rows_moving import arrived
@@ -25,6 +30,9 @@ IDLE_S = 3.0
 LOOK_S = 0.1
 STATUSES = 4
 """The bound of a motion is announced at its beginning; so many looks take it in."""
+NOTICED_S = 0.6
+"""A single drive that is missing is noticed within this time; the others stop then."""
+ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 
 
 def survives_in_motion(bench: Bench, fault: Fault) -> None:
@@ -34,7 +42,7 @@ def survives_in_motion(bench: Bench, fault: Fault) -> None:
         arm = _ready(bench)
         sagged = _disturbed(bench, arm, fault, moment_s)
         bench.heal()
-        _aftermath(bench, arm, fault, sagged=sagged)
+        _aftermath(bench, arm, fault, sagged=sagged, reconnects=True)
 
 
 def survives_while_idle(bench: Bench, fault: Fault) -> None:
@@ -48,6 +56,7 @@ def survives_while_idle(bench: Bench, fault: Fault) -> None:
         seen = bench.look()
         sagged = sagged or not (seen.energised and seen.powered)
         check(sagged or seen.motors == before.motors, "a standing arm moved")
+    reports_as_expected(bench, arm, fault, STANDING)
     bench.heal()
     _aftermath(bench, arm, fault, sagged=sagged)
 
@@ -77,9 +86,13 @@ def _disturbed(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
         seen.append(each)
         if len(seen) < STATUSES:
             silent_s = max(silent_s, arm.status.silent_time_s)
-    _only_typed(handle.wait)
+    error = _only_typed(handle.wait)
     rest = bench.rest(longest_s=ENDS_S)
     seen.append(rest.end)
+    if moment_s and reports_as_expected(bench, arm, fault, MOVING, error):
+        last_s = max(b.time_s for a, b in pairwise(seen) if a.motors != b.motors)
+        on_s, most_s = last_s - start.time_s - moment_s, silent_s + NOTICED_S + bench.noise_s
+        check(on_s <= most_s, f"it moved on for {on_s:.2f} s after the fault, not {most_s:.2f}")
     sagged = not all(each.energised for each in seen)
     if not (fault.strays(bench) or sagged):
         check(
@@ -97,15 +110,40 @@ def between(seen: Seen, start: Motors, goal: Motors) -> None:
         check(inside, f"a motor was at {here}, and was commanded from {a} to {b}")
 
 
-def _only_typed(call) -> None:
-    """Let a call succeed, or fail with an error that says what is wrong."""
+def _only_typed(call: Callable[[], object]) -> str:
+    """Let a call succeed, or fail with an error that says what is wrong; return its words."""
     try:
         call()
     except ArmError as error:
         check(bool(str(error)), f"{type(error).__name__} says nothing")
+        return str(error)
+    return ""
 
 
-def _aftermath(bench: Bench, arm: Arm, fault: Fault, *, sagged: bool) -> None:
+def reports_as_expected(
+    bench: Bench, arm: Arm, fault: Fault, moment: Moment, error: str | None = None
+) -> bool:
+    """Check what is said of a fault, if the table of expected errors has a row for it.
+
+    `error` are the words of the call that the fault ended. Real ports have words of their own.
+    """
+    expected = expected_error(bench.names, fault.name, moment)
+    if expected is None or bench.real_time:
+        return False
+    status = arm.status
+    for words in (status.error, *([] if error is None else [error])):
+        check(re.search(expected.words, words) is not None, f"expected {expected.words}: {words}")
+        check("garbled" not in words, f"a fault is taken for a garbled message: {words}")
+    check(status.state in ENDED, f"{status.state} after: {fault.name}")
+    check(status.error_code == expected.code, f"{status.error_code}, not {expected.code}")
+    check(status.trust is expected.trust, f"{status.trust}, not {expected.trust}")
+    check("refused a valid motion" not in status.trust_reason, status.trust_reason)
+    return True
+
+
+def _aftermath(
+    bench: Bench, arm: Arm, fault: Fault, *, sagged: bool, reconnects: bool = False
+) -> None:
     """Look at the arm that is left behind, bring it back, and have it work."""
     before = bench.look()
     bench.sleep(IDLE_S)
@@ -113,7 +151,7 @@ def _aftermath(bench: Bench, arm: Arm, fault: Fault, *, sagged: bool) -> None:
         check(bench.look().motors == before.motors, "the arm moved by itself after the fault")
     if fault.evident:
         bench.honest(arm)
-    arm = brought_back(bench, arm)
+    arm = brought_back(bench, arm, reconnects=reconnects)
     bench.refer(arm)
     try:
         works(bench, arm)
@@ -131,15 +169,25 @@ def works(bench: Bench, arm: Arm) -> None:
     arrived(bench, arm)
 
 
-def brought_back(bench: Bench, arm: Arm) -> Arm:
-    """Reset, or connect again where the wire broke; neither moves anything."""
+def brought_back(bench: Bench, arm: Arm, *, reconnects: bool = False) -> Arm:
+    """Reset, or connect again where the wire broke; neither moves anything.
+
+    The same program `reconnects`, or another one connects.
+    """
     before = bench.look()
-    if arm.status.state is State.DISCONNECTED:
+    if arm.status.state is State.DISCONNECTED and reconnects:
+        arm.reconnect()
+        check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without asking")
+        arm.reset()
+    elif arm.status.state is State.DISCONNECTED:
         arm = bench.connect()
         check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without asking")
     elif arm.status.state is State.ERROR_STOP:
+        trust = arm.status.trust
         arm.reset()
         check(arm.status.state is not State.ERROR_STOP, "the reset left it in error-stop")
+        trusted = arm.status.trust is Trust.REFERENCED and trust is not Trust.REFERENCED
+        check(not trusted, f"the reset turned {trust} into a reference")
     bench.switch_on(arm)
     bench.sleep(0.5)
     check(bench.look().motors == before.motors, "bringing the arm back moved it")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -20,10 +21,30 @@ from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
+from .expected_errors import PROFILE
 from .fitted import fitted_config
 from .seen import Seen
 
 WAKES_S = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """An arm of a dialect with another board, other firmware or another way to drive it.
+
+    `device` are settings of the dialect's section of the arm file, `board` those of the twin.
+    """
+
+    name: str
+    dialect: str
+    device: Mapping[str, Any] = field(default_factory=dict)
+    board: Mapping[str, Any] = field(default_factory=dict)
+    differs: tuple[str, ...] = ()
+    """The families of rows in which it is unlike the dialect's other arms; of all, if empty."""
+
+    def of(self, config: ArmConfig) -> ArmConfig:
+        """Return the arm of a file, set up like this."""
+        return replace(config, device=replace(config.device, **self.device))
 
 
 class MemoryBench(Bench):
@@ -37,12 +58,18 @@ class MemoryBench(Bench):
     knows_geometry: ClassVar[bool] = True
     moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.3)
 
-    def __init__(self, dialect_name: str) -> None:
+    def __init__(self, dialect_name: str, variant: Variant | None = None) -> None:
         super().__init__(dialect_name)
-        self._config = simulated_config(dialect_name)
+        self._variant = variant or Variant(dialect_name, dialect_name)
+        self._config = self._variant.of(simulated_config(dialect_name))
         self._folder = tempfile.TemporaryDirectory(prefix="conformance-")
         self._record_file = Path(self._folder.name) / "record.json"
         self.begin_anew()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The variant's name, and the dialect's."""
+        return self._variant.name, self.row.name
 
     @property
     def config(self) -> ArmConfig:
@@ -103,15 +130,11 @@ class MemoryBench(Bench):
         super().leave()
         self._record_file.unlink(missing_ok=True)
         self._now_s = 0.0
-        self.twin: SimulatedArm = self.make_twin()
-
-    def make_twin(self) -> SimulatedArm:
-        """Return a new twin of the arm on the bench."""
-        return simulate(self._config)
+        self.twin: SimulatedArm = simulate(self._config, **self._variant.board)
 
     def fit(self, lines: str) -> None:
         """Put the twin of an arm file on the bench."""
-        self._config = fitted_config(self.row, lines, self._config.name)
+        self._config = self._variant.of(fitted_config(self.row, lines, self._config.name))
         self.begin_anew()
 
     def later(self, time_s: float, call: Callable[[], object]) -> None:
@@ -157,12 +180,22 @@ class ThoroughMemoryBench(MemoryBench):
     moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, 0.32, 0.45, 0.67)
 
 
-class SmallGrblBench(MemoryBench):
-    """The simulated GRBL board of the smaller 8-bit build: other buffers, words and lines."""
-
-    def __init__(self) -> None:
-        super().__init__("grbl")
-
-    def make_twin(self) -> SimulatedArm:
-        """Make a twin with the firmware of an ATmega328P, and as many axes as the arm needs."""
-        return simulate(self._config, firmware="grbl")
+MOTION, STOPS = ("move", "Cartesian", "gripper"), ("jog", "stop", "pause")
+SLOW = {"speed_error": 0.4}
+VARIANTS = (
+    Variant("grbl on an ATmega328P", "grbl", board={"firmware": "grbl"}),
+    Variant("grblHAL", "grbl", board={"firmware": "grblhal"}, differs=(*MOTION, *STOPS)),
+    Variant("FluidNC", "grbl", board={"firmware": "fluidnc"}, differs=(*MOTION, *STOPS)),
+    Variant("grbl in degrees", "grbl", {"unit": "degrees"}, differs=MOTION),
+    Variant("a Robko on an ESP32", "robko01",
+            {"board": "esp32", "acceleration_steps_s2": 700.0},
+            {"board": "esp32", "acceleration": 700.0}, (*MOTION, *STOPS)),
+    Variant("a slow Robko", "robko01", board=SLOW, differs=STOPS),
+    Variant("a slow Armdroid", "armdroid", board=SLOW, differs=STOPS),
+    Variant("an Armdroid whose numbers are not checked", "armdroid", {"check_numbers": False},
+            SLOW, STOPS),
+    Variant("a slow TeachMover", "teachmover", board=SLOW, differs=STOPS),
+    Variant("MKS drives in bursts", "mks", {"segment_s": 0.0}, differs=("fault",)),
+    Variant(PROFILE, "cia402", {"strategy": "profile"}, differs=("fault",)),
+)  # fmt: skip
+"""Arms that the suite is held against besides the one of each dialect's preset."""

@@ -12,7 +12,7 @@ from .behaviour import Behaviour, cartesian, finger_motor
 from .bench import Bench
 from .going import first_jog
 from .rows_moving import arrived
-from .rows_stopping import MOMENTS_S, MOVES_S, settled, within_bound
+from .rows_stopping import MOVES_S, settled, within_bound
 from .seen import check
 
 HOLD_S = 0.4
@@ -56,7 +56,7 @@ def unreferenced_jogs_are_slow(bench: Bench) -> None:
 
 def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
     arm = bench.ready()
-    for after_s in MOMENTS_S[:2]:
+    for after_s in bench.stops_after_s[:2]:
         hold_until_under_way(bench, arm, first_jog(arm), 1.0, for_s=1.0)
         bench.sleep(after_s)
         status, seen = arm.status, bench.look()

@@ -60,8 +60,8 @@ MUTANTS = (
             "        self._drop(len(self._lines) - self.unanswered)\n"
         ),
         tests=tests_of(
-            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_every_kind_of_motion_ends_where_it_should",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[a joint motion arrives, and its read-back says so-grbl]",
         ),
     ),
     Mutant(
@@ -115,8 +115,8 @@ MUTANTS = (
         old="                (state in HELD and not sub_state)\n",
         new="                state in HELD\n",
         tests=tests_of(
-            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_a_stopped_arm_stands_in_time_and_keeps_its_position",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[a joint motion stops within its bound-grbl]",
         ),
     ),
     Mutant(

@@ -125,7 +125,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/tui/test_desk.py",
-            "test_losing_the_focus_ends_a_hold_and_disarms",
+            "test_what_ends_a_hold_at_once",
         ),
     ),
     Mutant(

@@ -178,7 +178,7 @@ MUTANTS = (
     Mutant(
         name="a line's joints pass their limits",
         promise="no joint passes its limit on a line",
-        path="kinematics/five_axis/follow.py",
+        path="kinematics/five_axis/arm.py",
         old="            if abs(angle - inside) > LIMIT_TOLERANCE_RAD:",
         new="            if False:",
         tests=tests_of(
@@ -414,14 +414,14 @@ MUTANTS = (
         ),
         new="",
         tests=tests_of(
-            "tests/armdrive/dialects/mks/test_mks_arm.py",
-            "test_homing_finds_the_switches_in_the_order_of_the_arm_file",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[the switches are sought in the arm file's order-mks]",
         ),
     ),
     Mutant(
         name="a line takes another elbow than the one it starts with",
         promise="a line keeps one posture",
-        path="kinematics/five_axis/follow.py",
+        path="kinematics/five_axis/arm.py",
         old="        _elbow_sign(wrap(start[2]), arm.limits[2]),\n",
         new="        -1.0,\n",
         tests=tests_of(
@@ -432,7 +432,7 @@ MUTANTS = (
     Mutant(
         name="a line of an arm that faces away turns its base",
         promise="a line keeps one posture",
-        path="kinematics/five_axis/follow.py",
+        path="kinematics/five_axis/arm.py",
         old="        r < -AXIS_MM,\n",
         new="        False,\n",
         tests=tests_of(

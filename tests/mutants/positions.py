@@ -135,7 +135,7 @@ MUTANTS = (
         old="    if core.early_evidence is not None:",
         new="    if False:",
         tests=tests_of(
-            "tests/armdrive/dialects/armdroid/test_armdroid_sagging.py",
+            "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             ("test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_believed"),
         ),
     ),
@@ -183,8 +183,8 @@ MUTANTS = (
         ),
         new="        if core.position.fell:",
         tests=tests_of(
-            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[leaving an emergency stop moves nothing-grbl]",
         ),
     ),
     Mutant(
@@ -227,7 +227,7 @@ MUTANTS = (
         old="AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,",
         new="AlertKind.SWITCHED_OFF: None,",
         tests=tests_of(
-            "tests/armdrive/dialects/armdroid/test_armdroid_sagging.py",
+            "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed",
         ),
     ),

@@ -73,7 +73,7 @@ MUTANTS = (
     Mutant(
         name="a record that would mislead stays where its successor cannot be written",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/storage/record_writer.py",
+        path="armdrive/storage/record.py",
         old="        if self._refused or any(_misleads(one, record) for one in self._left):",
         new="        if False:",
         tests=tests_of(
@@ -84,7 +84,7 @@ MUTANTS = (
     Mutant(
         name="a closed arm writes on",
         promise="nothing is written behind the end",
-        path="armdrive/storage/record_writer.py",
+        path="armdrive/storage/record.py",
         old=("        if self._ended:\n            return\n"),
         new="",
         tests=tests_of(
@@ -96,7 +96,7 @@ MUTANTS = (
         name="a record's check is ignored",
         promise="a damaged record is refused",
         path="armdrive/storage/record.py",
-        old='    if entries.pop(_CHECK) != checksum({"format": FORMAT, **entries}):',
+        old="    if entries.pop(_CHECK) != checksum({FORMAT_KEY: FORMAT, **entries}):",
         new="    if not entries.pop(_CHECK):",
         tests=tests_of(
             "tests/armdrive/storage/test_record_text.py",

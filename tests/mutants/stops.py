@@ -34,8 +34,8 @@ MUTANTS = (
         old=("            self._stopping()\n            self.controller.stop(hard=self.stop_hard)"),
         new="            self._stopping()",
         tests=tests_of(
-            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[leaving an emergency stop moves nothing-grbl]",
         ),
     ),
     Mutant(
@@ -50,8 +50,8 @@ MUTANTS = (
             "            if request.let_go():\n                return (yield from self._halt(trip))"
         ),
         tests=tests_of(
-            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[leaving an emergency stop moves nothing-grbl]",
         ),
     ),
     Mutant(
@@ -142,8 +142,8 @@ MUTANTS = (
         old="        self.engine.stop_hard = self.engine.stop_hard or hard\n",
         new="",
         tests=tests_of(
-            "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+            "tests/conformance/test_conformance.py",
+            "test_on_simulated_time[leaving an emergency stop moves nothing-grbl]",
         ),
     ),
     Mutant(

@@ -3,10 +3,15 @@
 import math
 
 from desk_fake import Clock, FakeArm
+from desk_planner import at_rest
+from waiting import until_seen
 
 from tui.desk import Desk
 from tui.safety import SafetyPanel
 from tui.startup import SCREENS
+
+NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}
+"""The framework's names of characters that are typed."""
 
 
 class Session:
@@ -36,11 +41,65 @@ class Session:
             self.clock.now_s += after_s
             await self.pilot.press(key)
 
+    async def keys(self, line, after_s=0.0):
+        """Press the keys of a line, one after the other; a word after a quote is typed."""
+        for word in line.split():
+            typed = [NAMES.get(each, each) for each in word[1:]]
+            await self.press(*(typed if word.startswith("'") else [word]), after_s=after_s)
+        await self.settle()
+
+    async def twice(self, key, *, wait_s=0.5):
+        """Press a key twice, and wait until that counts as confirmed."""
+        await self.press(key)
+        await self.press(key, after_s=0.2)
+        self.clock.now_s += wait_s
+        await self.settle()
+        await self.settle()
+
+    async def follow(self, rows):
+        """Press the keys of each row; then each part of the screen says what the row says."""
+        for line, shown in rows:
+            await self.keys(line)
+            self.shows(line, **shown)
+
+    def shows(self, what, /, **parts):
+        """See that parts of the screen have these words; `not_...` that they have not."""
+        for name, words in parts.items():
+            text = self.text(name.removeprefix("not_").replace("_", "-"))
+            assert (words in text) != name.startswith("not_"), (what, name, words, text)
+
+    @property
+    def screen(self):
+        return self.desk.screens.current
+
     async def arm_keys(self):
         self.clock.now_s += 10.0
         await self.press("enter")
         assert self.desk.screens.current.armed
         self.clock.now_s += 10.0
+
+    async def hold(self, key="w"):
+        """Arm the keys, and hold one until it moves the arm."""
+        await self.arm_keys()
+        await self.press(key)
+        await self.press(key, after_s=0.4)
+        self.clock.now_s += 0.03
+        self.tick()
+        assert self.arm.asked("hold")
+
+    async def resize(self, width, height):
+        await self.pilot.resize_terminal(width, height)
+
+        def laid_out():
+            return (len(self.painted[0]), len(self.painted)) == (width, height)
+
+        await until_seen(laid_out, self.pilot.pause)
+        await at_rest(self.pilot)
+
+    @property
+    def painted(self):
+        """The rows of the terminal."""
+        return [strip.text for strip in self.desk.screen._compositor.render_strips()]
 
     async def send(self, event):
         self.desk.post_message(event)

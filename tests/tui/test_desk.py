@@ -27,33 +27,35 @@ from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
     async with Session() as session:
         assert session.text("title").startswith("SIMULATED: sim (TeachMover)")
-        assert "DISARMED" in session.text("state")
-        await session.press("q")
+        session.shows("at first", state="keys DISARMED: enter arms")
+        await session.keys("q")
         assert session.arm.asked("nudge") == []
-        assert "enter arms" in session.text("state")
-
-
-async def test_a_real_arm_is_called_real_in_words():
-    async with Session(FakeArm(simulated=False, link="COM3")) as session:
+        session.arm.set(simulated=False, link="COM3")
+        await session.poll()
         assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
-        assert session.desk.screens.current.query_one(Tabs).active_tab.label_text == "F2 Jog"
+        assert session.screen.query_one(Tabs).active_tab.label_text == "F2 Jog"
 
 
-@pytest.mark.parametrize("width", [40, 80, 200])
-@pytest.mark.parametrize(("simulated", "kind"), [(True, "SIMULATED"), (False, "REAL ARM")])
-async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab(width, simulated, kind):
+def everywhere_arm(**more):
+    """An arm with what all screens need."""
     arm = busy_arm()
     arm.config = CONFIG
-    arm.set(simulated=simulated, link="/dev/serial/by-id/usb-FTDI_FT232R")
+    arm.set(**more)
     arm.points = points_of(CONFIG.name, CONFIG.model.arm, lambda: None)
-    async with Session(arm, size=(width, 24)) as session:
+    return arm
+
+
+@pytest.mark.parametrize(("simulated", "kind"), [(True, "SIMULATED"), (False, "REAL ARM")])
+async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab(simulated, kind):
+    arm = everywhere_arm(simulated=simulated, link="/dev/serial/by-id/usb-FTDI_FT232R")
+    async with Session(arm) as session:
         for entry in SCREENS:
-            await session.press(entry.key)
-            await session.settle()
+            await session.keys(entry.key)
             assert session.text("title").startswith(kind)
-            rows = [strip.text for strip in session.desk.screen._compositor.render_strips()]
-            assert kind in rows[1]
-            assert session.desk.screens.current.query_one(Tabs).active == entry.id
+            assert session.screen.query_one(Tabs).active == entry.id
+            for width in (40, 80, 200):
+                await session.resize(width, 24)
+                assert kind in session.painted[1], (entry.id, width)
 
 
 async def test_the_footer_offers_what_would_change_something():
@@ -128,19 +130,28 @@ async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
         assert session.arm.asked("nudge") == [("nudge", wanted, 0.25)]
 
 
-async def test_mode_increment_and_speed_follow_their_keys():
+SETTINGS = [
+    ("m right_square_bracket right_square_bracket minus", "speed 10%   step 2° [10 mm]"),
+    ("m left_square_bracket plus equals_sign", "speed 50%   step [1°] 10 mm"),
+]
+
+
+async def test_mode_increment_and_speed_follow_their_keys_or_a_click_on_them():
     async with Session() as session:
-        await session.press("m", "right_square_bracket", "right_square_bracket", "minus")
-        assert session.title("tip") == "Tip, Cartesian"
-        assert "speed 10%   step 2° [10 mm]" in session.text("stopping")
-        await session.press("m", "left_square_bracket", "plus", "equals_sign")
-        assert session.title("tip") == "Tip"
-        assert "speed 50%   step [1°] 10 mm" in session.text("stopping")
+        for (line, settings), title in zip(SETTINGS, ("Tip, Cartesian", "Tip"), strict=True):
+            await session.keys(line)
+            assert session.title("tip") == title
+            session.shows(line, stopping=settings)
+        footer = session.text("footer")
+        for key, step_deg in (("]", 2.0), ("[", 1.0)):
+            await session.pilot.click("#footer", offset=(footer.index(key) + 1, 0))
+            await session.poll()
+            assert session.desk.settings.step_deg == step_deg
 
 
 async def test_a_small_terminal_shows_presets_what_is_near_and_the_next_keys():
     async with Session() as session:
-        rows = [strip.text for strip in session.desk.screen._compositor.render_strips()]
+        rows = session.painted
         shown = "\n".join(rows)
         for words in (
             "1 open  2 half  3 closed  G grasp",
@@ -153,15 +164,6 @@ async def test_a_small_terminal_shows_presets_what_is_near_and_the_next_keys():
         assert " ".join(rows[-1].split()) == (
             "space STOP enter arm m mode [ ] step - + speed K park ? help ^q quit"
         )
-
-
-async def test_a_click_on_a_pair_of_keys_does_what_the_key_under_it_does():
-    async with Session() as session:
-        line = session.text("footer")
-        for key, step_deg in (("]", 5.0), ("[", 2.0)):
-            await session.pilot.click("#footer", offset=(line.index(key) + 1, 0))
-            await session.poll()
-            assert session.desk.settings.step_deg == step_deg
 
 
 async def test_one_step_is_in_mm_along_an_axis_and_in_degrees_about_it():
@@ -225,23 +227,19 @@ async def test_stop_keys_stop_disarm_and_close_whatever_is_open(dialog):
             session.arm.calls.clear()
             await session.press(key)
             assert session.arm.calls[0] == ("stop",)
-            assert not session.desk.screens.current.armed
+            assert not session.screen.armed
             assert len(session.desk.screen_stack) == 1
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40)])
 async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(size):
-    arm = busy_arm()
-    arm.config = CONFIG
-    arm.points = points_of(CONFIG.name, CONFIG.model.arm, lambda: None)
-    async with Session(arm, size=size) as session:
+    async with Session(everywhere_arm(), size=size) as session:
         for entry in SCREENS:
-            for dialog in ((), ("question_mark",), ("ctrl+p",)):
-                await session.press(entry.key, *dialog)
-                await session.settle()
+            for dialog in ("", "question_mark", "ctrl+p"):
+                await session.keys(f"{entry.key} {dialog}")
                 assert session.desk.screens.place == entry.id
-                assert len(session.desk.screen_stack) == 1 + len(dialog)
-                stop = session.desk.screens.current.query_one("#stop").region
+                assert len(session.desk.screen_stack) == 1 + bool(dialog)
+                stop = session.screen.query_one("#stop").region
                 x, y = stop.x + 1, stop.y + 1
                 session.arm.calls.clear()
                 pressed = (None, x, y, 0, 0, 1, False, False, False)
@@ -254,8 +252,8 @@ async def test_clicking_a_tab_or_a_key_of_the_last_line_does_what_its_key_does()
     async with Session(busy_arm(), size=(120, 40)) as session:
         await session.pilot.click("#tabs #log")
         await session.settle()
-        assert session.desk.screens.current.place == "log"
-        assert session.desk.screens.current.query_one(Tabs).active == "log"
+        assert session.screen.place == "log"
+        assert session.screen.query_one(Tabs).active == "log"
         find = session.text("footer").index("/ find")
         await session.pilot.click("#footer", offset=(find + 2, 0))
         await session.settle()
@@ -271,11 +269,7 @@ async def test_jog_keys_are_dead_while_a_dialog_is_open():
 
 async def test_holding_a_key_jogs_and_letting_go_stops():
     async with Session() as session:
-        await session.arm_keys()
-        await session.press("w")
-        await session.press("w", after_s=0.4)
-        session.clock.now_s += 0.03
-        session.tick()
+        await session.hold("w")
         for _ in range(20):
             await session.press("w", after_s=0.04)
         holds = session.arm.asked("hold")
@@ -287,22 +281,32 @@ async def test_holding_a_key_jogs_and_letting_go_stops():
         session.clock.now_s += 0.13
         session.tick()
         assert session.arm.calls[-1] == ("release",)
-        assert session.desk.screens.current.armed
+        assert session.screen.armed
 
 
-async def test_a_key_whose_release_the_terminal_reports_stops_the_arm_at_once():
+HOLD_ENDS = [
+    # what happens, whether the keys stay armed, what is said
+    (lambda session: session.send(KeyUp("w")), True, ""),
+    (lambda session: session.press("m"), True, ""),
+    (lambda session: session.send(events.AppBlur()), False, "focus"),
+    (lambda session: session.send(events.Paste("qqqqqqqq")), False, "pasted"),
+]
+
+
+@pytest.mark.parametrize(
+    ("end", "armed", "said"), HOLD_ENDS, ids=["key up", "another mode", "focus lost", "paste"]
+)
+async def test_what_ends_a_hold_at_once(end, armed, said):
     async with Session() as session:
-        await session.arm_keys()
-        await session.press("w")
-        await session.press("w", after_s=0.4)
-        session.clock.now_s += 0.03
-        session.tick()
-        assert session.arm.asked("hold")
+        await session.hold("w")
         await session.send(KeyUp("q"))
-        assert session.arm.asked("release") == []
-        await session.send(KeyUp("w"))
+        assert session.arm.asked("release") == [], "another key was let go"
+        nudges = session.arm.asked("nudge")
+        await end(session)
         assert session.arm.calls[-1] == ("release",)
-        assert session.desk.screens.current.armed
+        assert session.screen.armed == armed
+        assert session.arm.asked("nudge") == nudges
+        session.shows(said, messages=said)
 
 
 @pytest.mark.parametrize(
@@ -341,39 +345,14 @@ async def test_a_real_timer_ends_a_hold_by_itself():
 
 async def test_backlog_disarms_and_moves_nothing():
     async with Session() as session:
-        await session.arm_keys()
-        await session.press("w")
-        await session.press("w", after_s=0.4)
+        await session.hold("w")
         session.clock.now_s += 0.4
         session.tick()
         session.arm.calls.clear()
         await session.press(*["w"] * 12, after_s=0.002)
-        assert not session.desk.screens.current.armed
-        assert session.arm.asked("nudge") == []
-        assert session.arm.asked("hold") == []
-        assert "faster than a keyboard" in session.text("messages")
-
-
-async def test_pasted_text_disarms():
-    async with Session() as session:
-        await session.arm_keys()
-        await session.send(events.Paste("qqqqqqqq"))
-        assert not session.desk.screens.current.armed
-        assert session.arm.asked("nudge") == []
-        assert "pasted" in session.text("messages")
-
-
-async def test_losing_the_focus_ends_a_hold_and_disarms():
-    async with Session() as session:
-        await session.arm_keys()
-        await session.press("w")
-        await session.press("w", after_s=0.4)
-        session.clock.now_s += 0.03
-        session.tick()
-        await session.send(events.AppBlur())
-        assert session.arm.calls[-1] == ("release",)
-        assert not session.desk.screens.current.armed
-        assert "focus" in session.text("messages")
+        assert not session.screen.armed
+        assert session.arm.asked("nudge") == session.arm.asked("hold") == []
+        session.shows("backlog", messages="faster than a keyboard")
 
 
 async def test_the_keys_disarm_when_nobody_uses_them():
@@ -382,29 +361,18 @@ async def test_the_keys_disarm_when_nobody_uses_them():
         await session.press("q")
         session.clock.now_s += IDLE_DISARMS_S - 0.1
         await session.poll()
-        assert session.desk.screens.current.armed
+        assert session.screen.armed
         session.clock.now_s += 0.2
         await session.poll()
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
         assert "no key for 60 s" in session.text("messages")
 
 
 async def test_arming_is_refused_while_keys_pour_in():
     async with Session() as session:
         await session.press("q", "enter", after_s=0.01)
-        assert not session.desk.screens.current.armed
-        assert "let go of all keys" in session.text("messages")
-
-
-async def test_changing_the_mode_ends_what_is_held():
-    async with Session() as session:
-        await session.arm_keys()
-        await session.press("w")
-        await session.press("w", after_s=0.4)
-        session.clock.now_s += 0.03
-        session.tick()
-        await session.press("m")
-        assert session.arm.calls[-1] == ("release",)
+        assert not session.screen.armed
+        session.shows("a burst", messages="let go of all keys")
 
 
 async def test_what_somebody_asked_from_outside_is_shown():
@@ -420,6 +388,25 @@ async def test_what_somebody_asked_from_outside_is_shown():
         assert session.text("banner") == ""
 
 
+@pytest.mark.parametrize("key", ["m", "question_mark", "right_square_bracket", "f3", "v"])
+async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_back(key):
+    async with Session() as session:
+        session.desk.say("the last message")
+        session.desk.confirmation.press("moves it", session.arm.home)
+        await session.press(key)
+        assert session.desk.message != "the last message"
+        assert session.desk.confirmation.effect == ""
+
+
+async def test_a_jog_key_that_repeats_leaves_the_message_alone():
+    async with Session() as session:
+        session.desk.say("keys disarmed: they may be old")
+        session.desk.confirmation.press("moves it", session.arm.home)
+        await session.press(*["q"] * 5)
+        assert session.desk.message == "keys disarmed: they may be old"
+        assert session.desk.confirmation.effect == ""
+
+
 async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
     async with Session() as session:
         await session.press("X")
@@ -432,25 +419,28 @@ async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
         assert [call[0] for call in session.arm.calls if call[0] in ("nudge", "hold")] == []
 
 
-@pytest.mark.parametrize(("answer", "asked"), [("y", [("reference",)]), ("n", [])])
-async def test_the_reference_is_taken_only_after_a_yes(answer, asked):
-    async with Session(FakeArm(simulated=False, **unknown_position())) as session:
-        await session.press("H", "enter")
-        assert len(session.desk.screen_stack) == 2, "enter is neither yes nor no"
-        await session.press(answer)
-        await session.desk.workers.wait_for_complete()
-        assert session.arm.asked("reference") == asked
+QUESTIONS = [
+    # the key, an arm of which it asks something, what a yes asks of the arm
+    ("H", {"simulated": False, **unknown_position()}, "reference"),
+    ("C", {"trust": Trust.RESTORED, "trust_reason": "recorded"}, "restored"),
+    ("P", {}, "disable"),
+]
 
 
-@pytest.mark.parametrize(("answer", "asked"), [("y", [("restored",)]), ("n", [])])
-async def test_a_restored_position_is_confirmed_only_after_a_yes(answer, asked):
-    async with Session(FakeArm(trust=Trust.RESTORED, trust_reason="recorded")) as session:
-        assert "C confirms" in session.text("trust")
-        await session.press("C")
-        assert len(session.desk.screen_stack) == 2
-        await session.press(answer)
-        await session.desk.workers.wait_for_complete()
-        assert session.arm.asked("restored") == asked
+@pytest.mark.parametrize(("key", "arm", "asked"), QUESTIONS)
+async def test_what_moves_the_arm_or_lets_it_sag_is_done_only_after_a_yes(key, arm, asked):
+    async with Session(FakeArm(**arm)) as session:
+        if key == "C":
+            session.shows("restored", trust="C confirms")
+        for answer in ("n", "space", "y"):
+            await session.keys(f"{key} enter")
+            assert len(session.desk.screen_stack) == 2, "enter is neither yes nor no"
+            await session.keys(answer)
+            assert session.arm.asked(asked) == [(asked,)] * (answer == "y"), answer
+            assert len(session.desk.screen_stack) == 1
+        if key == "P":
+            await session.keys("P")
+            assert session.arm.asked("enable") == [("enable",)], "on at once"
 
 
 async def test_there_is_nothing_to_confirm_of_a_referenced_position():
@@ -468,33 +458,16 @@ async def test_a_simulated_arm_is_brought_to_its_reference_by_its_operator():
         assert session.arm.calls == [("home",)]
 
 
-async def test_a_stop_in_the_reference_question_is_no_yes():
-    async with Session(FakeArm(simulated=False)) as session:
-        await session.press("H", "space")
-        await session.desk.workers.wait_for_complete()
-        assert session.arm.asked("reference") == []
-
-
 async def test_refusals_are_sentences_on_the_screen():
     async with Session(StubbornArm(simulated=False)) as session:
-        await session.press("R")
-        await session.desk.workers.wait_for_complete()
-        await session.pilot.pause()
-        assert "still moving: wait" in session.text("messages")
-        await session.press("H", "y")
-        await session.desk.workers.wait_for_complete()
-        await session.pilot.pause()
-        assert "the arm moves" in session.text("messages")
+        await session.follow(
+            [("R", {"messages": "still moving: wait"}), ("H y", {"messages": "the arm moves"})]
+        )
         await session.arm_keys()
-        await session.press("q")
-        assert "no such axis" in session.text("messages")
-
-
-async def test_an_arm_without_a_known_reference_says_so():
+        await session.follow([("q", {"messages": "no such axis"})])
     async with Session(UnplaceableArm(simulated=False)) as session:
-        await session.press("H")
+        await session.follow([("H", {"messages": "no reference posture is known"})])
         assert len(session.desk.screen_stack) == 1
-        assert "no reference posture is known" in session.text("messages")
 
 
 async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
@@ -503,14 +476,12 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         await session.poll()
         assert "needs a known position" in session.text("messages")
         assert "position unknown: press H" in session.text("trust")
-        assert "position unknown: press H" in "".join(
-            session.desk.screens.current.query_one("#space").rows
-        )
+        assert "position unknown: press H" in "".join(session.screen.query_one("#space").rows)
 
 
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
     async with Session() as session:
-        view = session.desk.screens.current.query_one("#space")
+        view = session.screen.query_one("#space")
         before = view.rows
         await session.poll()
         assert view.rows == before
@@ -595,18 +566,6 @@ async def test_an_arm_with_switches_homes_only_after_a_question():
         assert session.arm.asked("home") == [("home",)]
 
 
-async def test_motors_are_switched_on_at_once_and_off_after_a_question():
-    async with Session() as session:
-        await session.press("P")
-        assert session.arm.asked("disable") == []
-        await session.press("y")
-        await session.settle()
-        assert session.arm.asked("disable") == [("disable",)]
-        await session.press("P")
-        await session.settle()
-        assert session.arm.asked("enable") == [("enable",)]
-
-
 async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
     class Flawed(FakeArm):
         def enable(self):
@@ -623,31 +582,34 @@ async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
 async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came():
     """Repeats that come at once, and are acted on one by one, are backlog all the same."""
     async with Session() as session:
-        await session.arm_keys()
-        await session.press("w")
-        await session.press("w", after_s=0.4)
-        session.clock.now_s += 0.03
-        session.tick()
+        await session.hold("w")
         session.clock.now_s += 0.9
         session.arm.calls.clear()
         came_s = session.clock.now_s
-        session.desk.screens.current.hand._age_s = lambda: session.clock.now_s - came_s
+        session.screen.hand._age_s = lambda: session.clock.now_s - came_s
         for _ in range(5):
             await session.press("w", after_s=0.2)
         assert session.arm.asked("nudge") == session.arm.asked("hold") == []
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
 
 
 async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
     async with Session() as session:
         await session.arm_keys()
-        hand, rings = session.desk.screens.current.hand, []
+        hand, rings = session.screen.hand, []
         hand.alarm = type("Alarm", (), {"after": lambda _, delay_s: rings.append(delay_s)})()
         await session.press("w")
         hand.release()
         hand._age_s = lambda: 0.5
         await session.press("w", after_s=1.0)
         assert rings[-1] >= 0.03
+
+
+async def test_an_error_names_keys_and_no_python():
+    async with Session() as session:
+        session.arm.set(state=State.ERROR_STOP, error="look at the arm, then call `reset()`")
+        await session.settle()
+        session.shows("an error", banner="then press R", not_state="reset()")
 
 
 async def test_the_cursor_of_the_palette_does_not_blink():

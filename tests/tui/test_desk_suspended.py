@@ -61,15 +61,21 @@ class Suspended(Session):
             self.desk.post_message(event)
         await self.pilot.pause()
 
+    async def type_goal(self):
+        """Go to the move screen, and type a goal."""
+        for text in ("\x1bOR", "250"):
+            await self.type(text)
+            await self.settle()
+
     async def pass_by(self, time_s):
         """Let time pass in which the desk looks about as often as it does."""
         end_s = self.clock.now_s + time_s
         while self.clock.now_s < end_s:
             self.clock.now_s = min(self.clock.now_s + POLL_S, end_s)
             self.desk.input.alive()
-            if self.desk.screens.current.hand is not None:
+            if self.screen.hand is not None:
                 self.tick()
-        if self.desk.screens.current.place != "jog":
+        if self.screen.place != "jog":
             self.desk.poll()
 
     async def hold(self, key):
@@ -84,7 +90,7 @@ class Suspended(Session):
         await self.pass_by(2.5)
         await self.type("\r")
         await self.pass_by(2.5)
-        assert self.desk.screens.current.armed
+        assert self.screen.armed
 
     async def suspend(self, time_s, *, told):
         self.clock.now_s += time_s
@@ -111,7 +117,7 @@ async def pressing(session):
     await session.type("w")
     await session.pass_by(1.0)
     await session.type("w")
-    assert session.desk.screens.current.hand._deadman.gated
+    assert session.screen.hand._deadman.gated
 
 
 @pytest.mark.parametrize("told", [True, False])
@@ -137,10 +143,10 @@ async def test_a_desk_that_goes_on_before_it_looks_at_a_key_or_its_arm_rings_no_
         await session.arm_again()
         await pressing(session)
         await session.suspend(0.2, told=True)
-        session.desk.screens.current.hand.alarm._ring()
+        session.screen.hand.alarm._ring()
         session.tick()
         assert session.moved == []
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
 
 
 async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
@@ -149,7 +155,7 @@ async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
         await session.suspend(0.2, told=True)
         await session.type("w")
         assert "this program was suspended for 0.2 s" in session.text("messages")
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
         await session.arm_again()
         await session.type("w")
         assert len(session.arm.asked("nudge")) == 1
@@ -161,11 +167,11 @@ async def test_a_key_that_is_dropped_is_never_dropped_without_a_word():
         await session.type("\r")
         await session.pass_by(0.1)
         await session.poll()
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
         assert "a key was dropped" in session.text("messages")
         await session.pass_by(1.0)
         await session.type("\r")
-        assert session.desk.screens.current.armed
+        assert session.screen.armed
 
 
 async def test_a_desk_that_took_long_to_start_takes_the_first_key():
@@ -174,7 +180,7 @@ async def test_a_desk_that_took_long_to_start_takes_the_first_key():
         session.clock.now_s += 5.0  # the rest of its start, for which another thread was needed
         session.desk.input.begin()
         await session.type("\r")
-        assert session.desk.screens.current.armed
+        assert session.screen.armed
 
 
 async def test_what_a_busy_desk_works_is_no_absence():
@@ -204,7 +210,7 @@ async def test_a_key_that_a_desk_was_kept_from_disarms_and_the_desk_says_why():
         await session.suspend(0.5, told=False)
         await session.type("w")
         assert "kept waiting for 0.5 s" in session.text("messages")
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
 
 
 async def test_a_stop_that_was_typed_meanwhile_counts():
@@ -217,10 +223,7 @@ async def test_a_stop_that_was_typed_meanwhile_counts():
 @pytest.mark.parametrize("told", [True, False])
 async def test_no_goal_is_confirmed_by_what_was_typed_meanwhile(told):
     async with Suspended(PlannerArm()) as session:
-        await session.type("\x1bOR")
-        await session.settle()
-        await session.type("250")
-        await session.settle()
+        await session.type_goal()
         assert "twice moves the arm" in session.text("going")
         await session.suspend(2.0, told=told)
         await session.type("\r")
@@ -240,10 +243,7 @@ async def test_no_goal_is_confirmed_by_what_was_typed_meanwhile(told):
 
 async def test_two_presses_just_before_a_suspension_move_nothing_behind_it():
     async with Suspended(PlannerArm()) as session:
-        await session.type("\x1bOR")
-        await session.settle()
-        await session.type("250")
-        await session.settle()
+        await session.type_goal()
         await session.type("\r")
         await session.pass_by(0.2)
         await session.type("\r")
@@ -270,7 +270,7 @@ async def test_no_question_is_answered_by_what_was_typed_meanwhile():
 async def test_no_button_is_held_by_what_the_mouse_did_meanwhile():
     async with Suspended(size=(120, 40)) as session:
         await session.arm_again()
-        caps = session.desk.screens.current.query_one("#joints", AxisTable).content_region
+        caps = session.screen.query_one("#joints", AxisTable).content_region
         await session.suspend(0.4, told=True)
         x, y = caps.x + 1, caps.y
         for kind in (events.MouseDown, events.MouseUp):

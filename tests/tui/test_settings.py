@@ -114,20 +114,22 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
     async with Session(memory=memory) as session:
         assert (session.text("stopping"), session.title("tip")) == left
         assert session.desk.looks.name == look
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
 
 
 async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3", "m", "less_than_sign", "4", "0")
-        left = session.desk.screens.current.entry.form
-        assert (left.cartesian, left.speed) == (False, 0.25)
+        left = session.screen.form
+        assert (left.cartesian, left.settings.speed) == (False, 0.25)
         await session.press("f2", "ctrl+q")
     async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3")
-        form = session.desk.screens.current.entry.form
-        assert (form.cartesian, form.speed) == (False, 0.25)
-        assert form.entries == {}, "a goal is not kept: whoever comes next has not seen it"
+        form = session.screen.form
+        assert (form.cartesian, form.settings.speed) == (False, 0.25)
+        assert not any(form.field(name).text for name in form.names), (
+            "a goal is not kept: whoever comes next has not seen it"
+        )
 
 
 def test_a_manner_that_makes_no_sense_is_the_usual_one():
@@ -156,7 +158,7 @@ async def test_the_first_screen_is_shown_until_somebody_has_read_it(tmp_path):
     async with Session(memory=path) as session:
         await session.press("enter")
         assert len(session.desk.screen_stack) == 1
-        assert not session.desk.screens.current.armed, "one enter does not arm as well"
+        assert not session.screen.armed, "one enter does not arm as well"
         await session.press("ctrl+q")
     async with Session(memory=path) as session:
         assert len(session.desk.screen_stack) == 1
@@ -190,36 +192,34 @@ async def test_the_key_goes_through_all_looks():
         assert sorted(seen) == sorted(look.theme for look in LOOKS)
 
 
-async def test_without_colours_the_look_stays_the_terminals_own(monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "1")
+@pytest.mark.parametrize(
+    ("value", "theme", "said"),
+    [("1", "ansi-dark", "NO_COLOR is set"), ("", "textual-light", "look: light")],
+)
+async def test_no_color_keeps_the_terminals_own_look_and_empty_counts_as_not_set(
+    monkeypatch, value, theme, said
+):
+    monkeypatch.setenv("NO_COLOR", value)
     async with Session() as session:
-        await session.press("T")
-        assert session.desk.theme == "ansi-dark"
-        assert "NO_COLOR is set" in session.text("messages")
+        await session.follow([("T", {"messages": said})])
+        assert session.desk.theme == theme
 
 
-async def test_an_empty_no_color_counts_as_not_set(monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "")
+async def test_the_palette_opens_disarmed_and_does_what_is_chosen_and_a_space_stops():
     async with Session() as session:
-        await session.press("T")
-        assert session.desk.theme == "textual-light"
-
-
-async def test_the_palette_opens_disarmed_and_does_what_is_chosen():
-    async with Session() as session:
+        offered = list(session.desk.get_system_commands(session.desk.screen))
+        for row in session.desk.keys.at("jog"):
+            named = any(each.title.startswith(f"{row.description or row.id} (") for each in offered)
+            listed = (row.description or row.also) and row.id != "palette"
+            assert named == bool(listed and not row.action.startswith("jog("))
         await session.arm_keys()
         await session.press("ctrl+p")
         assert len(session.desk.screen_stack) == 2
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
         session.desk.dialogs.close_all()
-        offered = session.desk.get_system_commands(session.desk.screen)
         chosen = next(each for each in offered if "Cartesian" in each.title)
         await chosen.callback()
         assert session.title("tip") == "Tip, Cartesian"
-
-
-async def test_a_space_in_the_palette_is_a_stop():
-    async with Session() as session:
         await session.press("ctrl+p", *"mo")
         session.arm.calls.clear()
         await session.press("space")
@@ -227,33 +227,18 @@ async def test_a_space_in_the_palette_is_a_stop():
         assert len(session.desk.screen_stack) == 1
 
 
-async def test_the_palette_offers_every_row_that_has_words_and_no_jog_key():
-    async with Session() as session:
-        titles = [each.title for each in session.desk.get_system_commands(session.desk.screen)]
-        for row in session.desk.keys.at("jog"):
-            named = f"{row.description or row.id} ("
-            offered = any(title.startswith(named) for title in titles)
-            listed = (row.description or row.also) and row.id != "palette"
-            assert offered == bool(listed and not row.action.startswith("jog("))
+SPOKEN = {"home": "reference", "origin": "reference", "zero": "reference", "park": "park",
+          "grip": "grasp", "estop": "e-stop", "emergency": "e-stop"}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("word", "row"),
-    [("home", "reference"), ("origin", "reference"), ("zero", "reference"), ("park", "park"),
-     ("grip", "grasp"), ("estop", "e-stop"), ("emergency", "e-stop")],
-)  # fmt: skip
-async def test_the_palette_knows_the_words_that_people_use_on_every_screen(word, row):
+async def test_the_palette_knows_the_words_that_people_use_and_does_rows_of_other_screens():
     async with Session(busy_arm()) as session:
         await session.press("f7")
         offered = [each.title for each in session.desk.get_system_commands(session.desk.screen)]
-        assert any(word in title and title.startswith(f"{row} (") for title in offered)
-
-
-async def test_what_counts_on_another_screen_is_done_there():
-    async with Session(busy_arm()) as session:
-        await session.press("f7")
+        for word, row in SPOKEN.items():
+            assert any(word in title and title.startswith(f"{row} (") for title in offered), word
         await session.desk.action_do_row("grasp")
-        assert session.desk.screens.current.place == "jog"
+        assert session.screen.place == "jog"
         assert session.arm.asked("grasp") == [], "the keys are not armed"
 
 
@@ -271,13 +256,10 @@ async def test_a_new_real_arm_starts_slowly_whatever_was_set_on_the_simulated_on
 
 
 async def test_each_arm_has_settings_of_its_own(memory):
-    async with Session(FakeArm(arm="bench", simulated=False), memory=memory) as session:
-        await session.press("plus", "ctrl+q")
-    async with Session(FakeArm(arm="lab", simulated=False), memory=memory) as session:
-        assert "speed 10%" in session.text("stopping")
-        await session.press("ctrl+q")
-    async with Session(FakeArm(arm="bench", simulated=False), memory=memory) as session:
-        assert "speed 25%" in session.text("stopping")
+    for arm, keys, percent in (("bench", ("plus",), 10), ("lab", (), 10), ("bench", (), 25)):
+        async with Session(FakeArm(arm=arm, simulated=False), memory=memory) as session:
+            session.shows(arm, stopping=f"speed {percent}%")
+            await session.press(*keys, "ctrl+q")
 
 
 def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten():
@@ -295,7 +277,7 @@ async def test_an_arm_without_a_position_begins_at_the_jog_screen(memory):
     arm = busy_arm()
     arm.set(**unknown_position())
     async with Session(arm, memory=memory) as session:
-        assert session.desk.screens.current.place == "jog"
+        assert session.screen.place == "jog"
         assert "press H to reference" in session.text("trust")
     async with Session(busy_arm(), memory=memory) as session:
-        assert session.desk.screens.current.place == "jog", "where it was left last"
+        assert session.screen.place == "jog", "where it was left last"

@@ -72,16 +72,14 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         ):
             assert word in shown
         assert session.text("footer").startswith("space STOP")
-
-
-async def test_the_program_that_is_watched_is_shown_with_the_arm():
-    async with Session(FakeHolder()) as session:
         await session.hear(
             {**status_view(FakeArm().status), "program": {"file": "stack.arm", "line": 12}}
         )
         assert "program stack.arm" in session.text("watched")
         await session.hear({**status_view(FakeArm().status), "program": {}})
         assert "program" not in session.text("watched")
+        await session.hear(status_view(FakeArm(**unknown_position()).status))
+        assert "the joints are not known" in session.text("watched")
 
 
 async def test_the_lines_of_a_program_that_runs_are_shown_with_the_current_one_lit(tmp_path):
@@ -135,12 +133,6 @@ async def test_what_is_heard_before_the_screen_is_laid_out_is_shown_afterwards()
         app._holder.said.put(END)
 
 
-async def test_an_unknown_position_is_said_to_be_none():
-    async with Session(FakeHolder()) as session:
-        await session.hear(status_view(FakeArm(**unknown_position()).status))
-        assert "the joints are not known" in session.text("watched")
-
-
 ASKED = [
     ("space", ("stop", {})),
     ("escape", ("stop", {})),
@@ -150,34 +142,28 @@ ASKED = [
 ]
 
 
-@pytest.mark.parametrize(("key", "request_"), ASKED)
-async def test_every_key_asks_for_its_own_and_no_more(key, request_):
+async def test_every_key_asks_for_its_own_and_no_more():
     async with Session(FakeHolder()) as session:
-        await session.press(key)
-        assert session.holder.asked == [request_]
+        for key, request in ASKED:
+            session.holder.asked.clear()
+            await session.press(key)
+            assert session.holder.asked == [request]
 
 
-async def test_the_tempo_goes_back_towards_what_is_asked_and_no_further():
-    async with Session(FakeHolder()) as session:
-        await session.hear(status_view(FakeArm(speed_override=0.5).status))
-        await session.press("plus")
-        await session.press("minus")
-        assert [words["percent"] for _, words in session.holder.asked] == [75, 25]
-
-
-async def test_a_stop_that_nobody_heard_is_said_loudly_with_what_to_do():
-    async with Session(FakeHolder()) as session:
-        session.holder.answer = ArmError("the program does not answer")
-        await session.press("space")
-        assert "STOP WAS NOT RECEIVED: the program does not answer" in session.text("messages")
-        assert "switch" in session.text("messages")
-
-
-async def test_a_refusal_is_shown():
+async def test_what_was_refused_or_not_received_is_said_with_what_to_do():
     async with Session(FakeHolder()) as session:
         session.holder.answer = {"error": "nothing is paused"}
         await session.press("r")
         assert "nothing is paused" in session.text("messages")
+        session.holder.answer = ArmError("the program does not answer")
+        await session.press("space")
+        assert "STOP WAS NOT RECEIVED: the program does not answer" in session.text("messages")
+        assert "switch" in session.text("messages")
+        session.holder.asked.clear()
+        await session.hear(status_view(FakeArm(speed_override=0.5).status))
+        await session.press("plus")
+        await session.press("minus")
+        assert [words["percent"] for _, words in session.holder.asked] == [75, 25]
 
 
 @pytest.mark.parametrize(
@@ -266,7 +252,7 @@ def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program,
 
 @pytest.mark.parametrize(("now", "steps", "then"), [(10, -1, 10), (100, 1, 100), (33, -1, 25)])
 def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
-    assert watch_words.tempo(now, steps) == then
+    assert watch_words.next_percent(now, steps) == then
 
 
 @pytest.mark.parametrize(

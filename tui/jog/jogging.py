@@ -77,6 +77,11 @@ class DeskJogging:
         """Whether jog keys have any effect."""
         return self._deadman.armed
 
+    @property
+    def settings(self) -> JogSettings:
+        """How jog keys move the arm now."""
+        return self._settings()
+
     def next_s(self) -> float:
         """Return when `tick` has something to do; infinite while nothing is held."""
         return min(self._deadman.next_s(), self._renew_s)
@@ -88,7 +93,7 @@ class DeskJogging:
 
     def press(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
-        if self._settings().pair_of(key) is None:
+        if self.settings.pair_of(key) is None:
             self._say(f"no axis of this arm is moved by the key {key}")
             return
         came_s = self._clock() - self._age_s()
@@ -128,7 +133,7 @@ class DeskJogging:
             return
         if self._stale.is_stale(self._clock(), of_keyboard=False):
             return
-        self.take(key, lambda: self._settings().direction_of(key))
+        self.take(key, lambda: self.settings.direction_of(key))
 
     def take(self, held: str, aim: Aim) -> None:
         """Hold a jog under this name, towards `aim`; any other one ends."""
@@ -160,7 +165,7 @@ class DeskJogging:
         now_s = self._clock()
         left_s = self._last_event_s + MOUSE_HOLDS_S - now_s
         if left_s <= 0.0:
-            source = "mouse" if self._settings().pair_of(self._button) else self._button
+            source = "mouse" if self.settings.pair_of(self._button) else self._button
             self.lift()
             self._say(f"let go: the {source} sent nothing for {MOUSE_HOLDS_S:.0f} s")
             return
@@ -171,7 +176,7 @@ class DeskJogging:
                 self._tell(self._arm.release)
             return
         self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
-        speed, for_s = self._settings().speed, min(MOUSE_HOLD_S, left_s)
+        speed, for_s = self.settings.speed, min(MOUSE_HOLD_S, left_s)
         self._tell(partial(self._arm.hold, jog, speed=speed, for_s=for_s))
 
     # -- arming -------------------------------------------------------------------------------
@@ -213,7 +218,7 @@ class DeskJogging:
 
     def carry_out(self, action: Action) -> None:
         """Have the arm do what the dead-man says."""
-        settings = self._settings()
+        settings = self.settings
         if isinstance(action, Increment):
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
         elif isinstance(action, HeldKey):

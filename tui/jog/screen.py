@@ -66,7 +66,6 @@ class Fingers:
     def __init__(self, desk: Desk, hand: DeskJogging) -> None:
         self._desk = desk
         self._hand = hand
-        self._felt = ""
 
     def preset(self, share: float) -> None:
         """Bring the fingers to a share of their range: 1 is open, 0 is closed."""
@@ -74,16 +73,16 @@ class Fingers:
         arm = self._desk.arm
         low_mm, high_mm = arm.model.gripper_range_mm
         goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
-        move = partial(arm.start, goal, stops=arm.stops)
-        self._desk.calls.make(lambda: move().wait(), lambda status: opened(status.gripper_mm))
+        self._desk.calls.make(partial(self._open, goal, arm.stops))
+
+    def _open(self, goal: GripperMove, stops: int) -> str:
+        self._desk.arm.start(goal, stops=stops).wait()
+        return opened(self._desk.arm.status.gripper_mm)
 
     def grasp(self) -> None:
         """Close the fingers on what is between them."""
         self._prepare()
-        self._desk.calls.make(self._feel, lambda _: self._felt)
-
-    def _feel(self) -> None:
-        self._felt = grasped(self._desk.arm.gripper.feel())
+        self._desk.calls.make(lambda: grasped(self._desk.arm.gripper.feel()))
 
     def _prepare(self) -> None:
         """Disarm armed keys, since the fingers move alone. Raises `BadRequest` if they are not."""

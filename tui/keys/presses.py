@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from textual import events
 from textual.message import Message
@@ -121,83 +121,60 @@ class SinglePress:
         return quiet_s >= self.pause_s
 
 
-@dataclass(slots=True)
-class DoublePress:
-    """Two presses of one key, with a pause after them; a held key does not count.
+class Confirmation:
+    """Something that is done once its key was pressed twice, with a pause after the second press.
 
-    A key that was refused may be held still: until it pauses, none of its presses counts.
+    A key that is held counts as no press, and another key starts over. A key that was refused may
+    still be held: until it pauses, none of its presses counts.
     """
 
-    clock: Callable[[], float]
-    _presses: list[float] = field(default_factory=list)
-    _refused_s: float = -math.inf
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self.taken = 0
+        """How many presses there have been, whether they counted or not."""
+        self._clock = clock
+        self._effect = ""
+        self._act: Callable[[], object] = _do_nothing
+        self._presses: list[float] = []
+        self._refused_s = -math.inf
 
     @property
-    def waiting(self) -> bool:
-        """Whether a first press waits for its second one."""
-        return len(self._presses) == 1
+    def effect(self) -> str:
+        """What a second press of the same key would do, in words; empty if none is waited for."""
+        waits = len(self._presses) == 1 and self._clock() - self._presses[0] <= ASKED_FOR_S
+        return self._effect if waits else ""
 
-    @property
-    def pressed(self) -> bool:
-        """Whether there is a press that may still count."""
-        return bool(self._presses)
-
-    def press(self) -> None:
-        """Take a press."""
-        now_s = self.clock()
+    def press(self, effect: str, act: Callable[[], object]) -> None:
+        """Take a press of the key that does this."""
+        self.taken += 1
+        now_s = self._clock()
         if now_s - self._refused_s < QUIET_S:
             self._refused_s = now_s
             return
-        if self._presses and now_s - self._presses[-1] > ASKED_FOR_S:
+        if effect != self._effect or (self._presses and now_s - self._presses[-1] > ASKED_FOR_S):
             self._presses = []
+        self._effect, self._act = effect, act
         self._presses.append(now_s)
 
     def refuse(self) -> None:
         """Take a press that there is nothing to confirm with, and everything before it back."""
         self.forget()
-        self._refused_s = self.clock()
+        self._refused_s = self._clock()
 
-    def due(self) -> bool:
-        """Return, once, whether two presses were meant; more of them were a held key."""
-        if self.waiting and self.clock() - self._presses[-1] > ASKED_FOR_S:
-            self.forget()
-        if len(self._presses) < 2 or self.clock() - self._presses[-1] < QUIET_S:
-            return False
-        meant = len(self._presses) == 2
+    def forget(self, effect: str = "") -> None:
+        """Take everything back; with an effect, only what would have that."""
+        if not effect or effect == self._effect:
+            self._presses = []
+
+    def due(self) -> Callable[[], object] | None:
+        """Return, once, what two presses have confirmed; more of them were a held key."""
+        if not self._presses:
+            return None
+        count, quiet_s = len(self._presses), self._clock() - self._presses[-1]
+        if quiet_s < QUIET_S or (count == 1 and quiet_s <= ASKED_FOR_S):
+            return None
         self.forget()
-        return meant
-
-    def forget(self) -> None:
-        """Take everything back."""
-        self._presses = []
+        return self._act if count == 2 else None
 
 
-class Confirmation:
-    """Something that is done once its key was pressed twice; another key starts over."""
-
-    def __init__(self, clock: Callable[[], float]) -> None:
-        self.effect = ""
-        """What a second press of the same key would do, in words."""
-        self._twice = DoublePress(clock)
-        self._act: Callable[[], None] | None = None
-
-    def press(self, effect: str, act: Callable[[], None]) -> None:
-        """Take a press of the key that does this."""
-        if self.effect != effect:
-            self.forget()
-        self.effect, self._act = effect, act
-        self._twice.press()
-
-    def forget(self) -> None:
-        """Take everything back."""
-        self._twice.forget()
-        self.effect = ""
-
-    def act_if_due(self) -> None:
-        """Do what two presses have confirmed, once."""
-        if self._twice.due():
-            self.forget()
-            if self._act is not None:
-                self._act()
-        elif not self._twice.pressed:
-            self.effect = ""
+def _do_nothing() -> None:
+    """Do nothing: no key was pressed yet."""

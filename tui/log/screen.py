@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import ClassVar
 
-from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
@@ -19,6 +17,7 @@ from armdrive.errors.table import CatalogueEntry, found
 from armdrive.status import Status
 from armdrive.trace.entries import Topic
 from armdrive.trace.log import LogLine
+from tui.app import TypedText
 from tui.desk import DeskScreen
 from tui.dialogs import TextDialog
 from tui.keys.keyboard import Keyboard, bindings
@@ -34,9 +33,6 @@ from tui.log.lines import (
 from tui.widgets import PlainText, panels
 
 # The dialogs: a line in full, the text that lines must have, and every error there is.
-
-LONGEST = 40
-"""Characters of a search."""
 
 
 class LineScreen(TextDialog):
@@ -56,45 +52,31 @@ class LineScreen(TextDialog):
         return f"{whole_line(self._line, width, self._keys)}\n\n{close}"
 
 
-class Typing(ModalScreen[None]):
-    """A dialog into which a text is typed. The space bar never comes here: it stops the arm."""
+class SearchDialog(ModalScreen[None]):
+    """A dialog into which a text is typed."""
 
-    text = ""
+    def __init__(self, keys: Keyboard, text: str) -> None:
+        super().__init__()
+        self._keys = keys
+        self.typing = TypedText(text, changed=self.show)
 
-    def take_typed(self, event: events.Key) -> bool:
-        """Take a character; other keys go on to the table of keys."""
-        if not event.is_printable or event.character is None or len(self.text) >= LONGEST:
-            return False
-        self.typed(self.text + event.character)
-        return True
-
-    def action_erase(self) -> None:
-        """Take the last character away."""
-        self.typed(self.text[:-1])
-
-    def action_clear(self) -> None:
-        """Take all characters away."""
-        self.typed("")
+    def show(self, text: str) -> None:
+        """Show the text as it is now, and what is found with it."""
+        raise NotImplementedError
 
     def action_close(self) -> None:
         """Go back to the log."""
         self.dismiss()
 
-    def typed(self, text: str) -> None:
-        """Take the text as it is now."""
-        self.text = text
 
-
-class FindScreen(Typing):
+class FindScreen(SearchDialog):
     """The text that every line must have; the log behind it follows as it is typed."""
 
     BINDINGS: ClassVar[list[BindingType]] = bindings("find")
 
     def __init__(self, keys: Keyboard, text: str, use: Callable[[str], None]) -> None:
-        super().__init__()
-        self._keys = keys
+        super().__init__(keys, text)
         self._use = use
-        self.text = text
 
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
@@ -103,28 +85,25 @@ class FindScreen(Typing):
 
     def on_mount(self) -> None:
         """Show what was typed before."""
-        self.typed(self.text)
+        self.show(self.typing.text)
 
-    def typed(self, text: str) -> None:
+    def show(self, text: str) -> None:
         """Show the text, and have the log follow it."""
-        super().typed(text)
         done = f"{self._keys.label('find-done')}: done"
         prompt = asked_text("only lines with", text)
         self.query_one("#find-text", PlainText).show(f"{prompt}\n{done}")
         self._use(text)
 
 
-class CatalogueScreen(Typing):
+class CatalogueScreen(SearchDialog):
     """Every error of the catalogue, found by words; the chosen one in full."""
 
     BINDINGS: ClassVar[list[BindingType]] = bindings("catalogue")
 
     def __init__(self, keys: Keyboard, text: str = "") -> None:
-        super().__init__()
-        self._keys = keys
+        super().__init__(keys, text)
         self._at = 0
         self._rows: tuple[CatalogueEntry, ...] = ()
-        self.text = text
 
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
@@ -134,15 +113,14 @@ class CatalogueScreen(Typing):
 
     def on_mount(self) -> None:
         """Show it as soon as the size is known."""
-        self.call_after_refresh(self.typed, self.text)
+        self.call_after_refresh(self.show, self.typing.text)
 
     def on_resize(self) -> None:
         """Fit it to another size."""
         self.call_after_refresh(self._fill)
 
-    def typed(self, text: str) -> None:
+    def show(self, text: str) -> None:
         """Find the errors with this text."""
-        super().typed(text)
         self._rows, self._at = found(text), 0
         self._fill()
 
@@ -154,7 +132,7 @@ class CatalogueScreen(Typing):
     def _fill(self) -> None:
         width, height = self.query_one("#catalogue").content_size
         close = self._keys.label("catalogue-close")
-        prompt = f"{asked_text('errors with', self.text)}\n{close}: close"
+        prompt = f"{asked_text('errors with', self.typing.text)}\n{close}: close"
         self.query_one("#catalogue-find", PlainText).show(prompt)
         room = height - 1 - prompt.count("\n") - 1
         listed = catalogue_text(self._rows, self._at, width, room, self._keys)
@@ -179,7 +157,6 @@ class LogScreen(DeskScreen):
     def __init__(self) -> None:
         super().__init__()
         self.log_view = LogView(self.desk, self._show_now)
-        self._saved: Path | None = None
         self._painted_s = -math.inf
 
     def compose_body(self) -> ComposeResult:
@@ -239,7 +216,4 @@ class LogScreen(DeskScreen):
     def action_save(self) -> None:
         """Write the recording, and say where it is."""
         self.desk.say("writing ...")
-        self.desk.calls.make(self._save, lambda _: f"written: {self._saved}")
-
-    def _save(self) -> None:
-        self._saved = self.desk.arm.save_recording()
+        self.desk.calls.make(lambda: f"written: {self.desk.arm.save_recording()}")

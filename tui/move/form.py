@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from textual import events
@@ -15,12 +14,13 @@ from textual.content import Content
 from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
-from armdrive.motion.frames import BASE, TOOL
+from armdrive.errors import BadRequest
+from armdrive.motion.frames import BASE
 from armdrive.moves import JointMove, LineMove, Motion, PoseMove
-from armdrive.status import Status
 from kinematics.spaces import Joints, Pose
+from tui.app import TypedText
 from tui.keys.table import words
-from tui.settings import SPEEDS, neighbour
+from tui.settings import SPEEDS, MoveSettings, neighbour
 
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
 """By how much the arrows change a field, in degrees or mm."""
@@ -36,161 +36,173 @@ TASK_UNITS: Mapping[str, str] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class FormEntry:
-    """What stands in a field: as typed, or a number from elsewhere with all its digits."""
-
-    text: str = ""
-    exact: float | None = None
-
-    @property
-    def value(self) -> float | None:
-        """The number; None of an empty field. Raises `ValueError` for what is no number."""
-        if self.exact is not None or not self.text:
-            return self.exact
-        return float(self.text)
-
-    @property
-    def shown(self) -> str:
-        """The field as people see it."""
-        return self.text if self.exact is None else f"{self.exact:.2f}"
+Present = Callable[[], Mapping[str, float]]
+"""Returns where the arm is, field by field of the present mode and frame."""
 
 
-EMPTY = FormEntry()
-
-
-@dataclass(frozen=True, slots=True)
 class GoalForm:
-    """The fields of both modes, and which of them is typed into. Every change makes a new one."""
+    """The fields of both modes, and which of them is typed into.
 
-    joints: tuple[str, ...]
-    has_yaw: bool
-    frames: tuple[str, ...]
-    cartesian: bool = True
-    line: bool = False
-    frame: str = BASE
-    speed: float = 0.5
-    step: float = 1.0
-    at: int = 0
-    entries: Mapping[str, FormEntry] = field(default_factory=dict)
+    A field is empty, typed, or filled in from elsewhere: then it has all its digits, and the first
+    key replaces it.
+    """
+
+    def __init__(
+        self,
+        joints: tuple[str, ...],
+        frames: tuple[str, ...],
+        settings: MoveSettings,
+        present: Present,
+        *,
+        has_yaw: bool = False,
+    ) -> None:
+        """`settings` are changed along with the form."""
+        self.settings = settings
+        self.line = False
+        self.frame = BASE
+        self.step = 1.0
+        self.at = 0
+        self._joints = joints
+        self._axes = tuple(TASK_UNITS)[: None if has_yaw else -1]
+        self._frames = frames
+        self._present = present
+        self._fields: dict[str, TypedText] = {}
+
+    @property
+    def cartesian(self) -> bool:
+        """Whether the goal is a pose; else it is joint angles."""
+        return self.settings.cartesian
 
     @property
     def names(self) -> tuple[str, ...]:
         """The fields of the present mode."""
-        if not self.cartesian:
-            return self.joints
-        return tuple(TASK_UNITS)[: None if self.has_yaw else -1]
+        return self._axes if self.cartesian else self._joints
 
     @property
     def name(self) -> str:
         """The field that is typed into."""
         return self.names[self.at]
 
-    def entry(self, name: str) -> FormEntry:
+    def field(self, name: str) -> TypedText:
         """Return what stands in a field of the present mode."""
-        return self.entries.get(name, EMPTY)
+        if name not in self._fields:
+            self._fields[name] = TypedText(takes=DIGITS.__contains__, longest=LONGEST)
+        return self._fields[name]
+
+    def shown(self, name: str) -> str:
+        """Return a field as people see it."""
+        field = self.field(name)
+        return f"{float(field.text):.2f}" if field.offered else field.text
 
     def unit(self, name: str) -> str:
         """Return the unit of a field."""
         return TASK_UNITS[name] if self.cartesian else "°"
 
-    # -- changes ------------------------------------------------------------------------------
+    # -- keys ---------------------------------------------------------------------------------
 
-    def moved(self, by: int) -> GoalForm:
+    def move_to_field(self, by: int) -> None:
         """Go to another field."""
-        return replace(self, at=(self.at + by) % len(self.names))
+        self.at = (self.at + by) % len(self.names)
 
-    def typed(self, character: str) -> GoalForm:
-        """Type into the field; what was put there from elsewhere is typed over."""
-        entry = self.entry(self.name)
-        text = ("" if entry.exact is not None else entry.text) + character
-        return self._with(self.name, FormEntry(text[:LONGEST]))
+    def clear(self) -> None:
+        """Empty every field: the arm would stay where it is."""
+        self._fields.clear()
 
-    def erased(self) -> GoalForm:
-        """Take the last character away; a number from elsewhere as a whole."""
-        entry = self.entry(self.name)
-        return self._with(self.name, FormEntry("" if entry.exact is not None else entry.text[:-1]))
-
-    def cleared(self) -> GoalForm:
-        """Empty every field of the present mode: all stays as it is."""
-        return replace(self, entries={})
-
-    def stepped(self, sign: int, present: float | None) -> GoalForm:
+    def change_value(self, sign: int) -> None:
         """Change the field by a step, from what stands in it or from where the arm is."""
         try:
-            value = self.entry(self.name).value
+            value = self._value(self.name)
         except ValueError:
             value = None
-        start = present if value is None else value
-        if start is None:
-            return self
-        return self._with(self.name, FormEntry(exact=round(start + sign * self.step, 4)))
+        start = self._present().get(self.name) if value is None else value
+        if start is not None:
+            self._fill({self.name: round(start + sign * self.step, 4)})
 
-    def other_mode(self) -> GoalForm:
-        """Switch between joint angles and poses; the fields are empty then."""
-        return replace(self, cartesian=not self.cartesian, at=0, entries={})
-
-    def other_way(self) -> GoalForm:
-        """Switch between a joint motion and a straight line, which only poses know."""
-        return replace(self, line=not self.line)
-
-    def next_frame(self) -> GoalForm:
-        """Mean the pose in the next frame; what was typed was meant in the last one."""
-        following = self.frames[(self.frames.index(self.frame) + 1) % len(self.frames)]
-        return replace(self, frame=following, entries={})
-
-    def with_speed(self, by: int) -> GoalForm:
-        """Go faster or more slowly."""
-        return replace(self, speed=neighbour(SPEEDS, self.speed, by))
-
-    def with_step(self, by: int) -> GoalForm:
+    def change_step(self, by: int) -> None:
         """Make the arrows' step smaller or larger."""
-        return replace(self, step=neighbour(STEPS, self.step, by))
+        self.step = neighbour(STEPS, self.step, by)
 
-    def at_joints(self, joints: Joints) -> GoalForm:
+    def change_speed(self, by: int) -> None:
+        """Move faster or more slowly."""
+        self.settings.speed = neighbour(SPEEDS, self.settings.speed, by)
+
+    def switch_mode(self) -> None:
+        """Switch between joint angles and poses; the fields are empty then."""
+        self._begin(cartesian=not self.cartesian)
+
+    def switch_line(self) -> None:
+        """Switch between a straight line and a joint motion."""
+        if not self.cartesian:
+            raise BadRequest("a straight line is of a pose: switch the mode first")
+        self.line = not self.line
+
+    def next_frame(self) -> None:
+        """Mean the pose in the next frame; what was typed was meant in the last one."""
+        if not self.cartesian:
+            raise BadRequest("frames are of poses: switch the mode first")
+        self.frame = self._frames[(self._frames.index(self.frame) + 1) % len(self._frames)]
+        self.clear()
+
+    # -- goals from elsewhere -----------------------------------------------------------------
+
+    def take_joints(self, joints: Joints) -> None:
         """Ask for these joints, with all their digits."""
-        entries = {name: FormEntry(exact=angle) for name, angle in joints.deg.items()}
-        return replace(self, cartesian=False, at=0, entries=entries)
+        self._begin(cartesian=False)
+        self._fill(joints.deg)
 
-    def at_pose(self, pose: Pose) -> GoalForm:
+    def take_pose(self, pose: Pose) -> None:
         """Ask for this pose of the base, with all its digits."""
-        entries = {name: FormEntry(exact=value) for name, value in of_pose(pose).items()}
-        return replace(self, cartesian=True, frame=BASE, at=0, entries=entries)
+        self._begin(cartesian=True)
+        self.frame = BASE
+        self._fill(of_pose(pose))
 
-    def _with(self, name: str, entry: FormEntry) -> GoalForm:
-        return replace(self, entries={**self.entries, name: entry})
+    def _begin(self, *, cartesian: bool) -> None:
+        self.settings.cartesian = cartesian
+        self.at = 0
+        self.clear()
+
+    def _fill(self, values: Mapping[str, float]) -> None:
+        for name, value in values.items():
+            field = self.field(name)
+            field.text, field.offered = repr(value), True
 
     # -- what it means ------------------------------------------------------------------------
+
+    def _value(self, name: str) -> float | None:
+        """Return a field's number; None of an empty field. Raises `ValueError` without one."""
+        text = self.field(name).text
+        return float(text) if text else None
 
     def wrong(self) -> str:
         """Say which field holds no number; nothing where all do."""
         for name in self.names:
             try:
-                value = self.entry(name).value
+                value = self._value(name)
             except ValueError:
-                return f"{name}: {self.entry(name).text!r} is no number"
+                return f"{name}: {self.field(name).text!r} is no number"
             if value is not None and not math.isfinite(value):
                 return f"{name} must be finite"
         return ""
 
-    def ask(self, present: Mapping[str, float]) -> Motion | None:
+    def goal(self) -> Motion | None:
         """Return the move; None where nothing is asked for, or not all of it is known.
 
-        `present` are the coordinates of the fields that stay empty: of the pose in the frame.
+        Fields that stay empty keep the arm's present coordinates.
         """
         if self.wrong():
             return None
-        values = {name: self.entry(name).value for name in self.names}
+        values = {name: self._value(name) for name in self.names}
         given = {name: value for name, value in values.items() if value is not None}
         if not given:
             return None
+        speed = self.settings.speed
         if not self.cartesian:
-            return JointMove({f"{name}_deg": value for name, value in given.items()}, self.speed)
-        whole = {**present, **given}
+            return JointMove({f"{name}_deg": value for name, value in given.items()}, speed)
+        whole = {**self._present(), **given}
         if not set(self.names) <= set(whole):
             return None
         kind = LineMove if self.line else PoseMove
-        return kind(pose_of(whole), self.speed, self.frame)
+        return kind(pose_of(whole), speed, self.frame)
 
 
 def of_pose(pose: Pose) -> dict[str, float]:
@@ -217,18 +229,6 @@ def pose_of(values: Mapping[str, float]) -> Pose:
     )
 
 
-def present_of(form: GoalForm, status: Status, pose: Pose | None) -> dict[str, float]:
-    """Return where the arm is, field by field; empty while that is unknown.
-
-    `pose` is the present one in the form's frame; in the tool's a goal is a change, from zero.
-    """
-    if not form.cartesian:
-        return {} if status.joints is None else dict(status.joints.deg)
-    if form.frame == TOOL:
-        return dict.fromkeys(form.names, 0.0)
-    return {} if pose is None else of_pose(pose)
-
-
 COLUMNS = (("", 12), ("goal", 12), ("", 3), ("now", 9))
 """The titles of the columns, and their widths in characters."""
 
@@ -241,10 +241,9 @@ class GoalFields(DataTable[Content], can_focus=False):
     The keys of the table of keys type and move, so that a stop is never taken as text.
     """
 
-    def __init__(self, chosen: Callable[[int], object], *, id: str) -> None:  # noqa: A002
-        """`chosen` is called with the number of the field that was clicked."""
+    def __init__(self, form: GoalForm, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id, cursor_type="row", cell_padding=0, show_cursor=True)
-        self._clicked = chosen
+        self._form = form
         self._rows: tuple[Cells, ...] = ()
 
     @property
@@ -257,8 +256,9 @@ class GoalFields(DataTable[Content], can_focus=False):
         for title, width in COLUMNS:
             self.add_column(f"{title:>{width}}", width=width)
 
-    def show_form(self, form: GoalForm, present: Mapping[str, float]) -> None:
-        """Show the fields of a form, with where the arm is; repaint only what has changed."""
+    def show_form(self, present: Mapping[str, float]) -> None:
+        """Show the fields, with where the arm is; repaint only what has changed."""
+        form = self._form
         rows = tuple(_cells(form, name, present) for name in form.names)
         if len(rows) != len(self._rows):
             self.clear()
@@ -272,16 +272,17 @@ class GoalFields(DataTable[Content], can_focus=False):
         if self.cursor_row != form.at:
             self.move_cursor(row=form.at)
 
-    def on_click(self, event: events.Click) -> None:
+    async def on_click(self, event: events.Click) -> None:
         """Choose the field that was clicked."""
         row = event.style.meta.get("row", -1)
         if 0 <= row < len(self._rows):
-            self._clicked(row)
+            by = row - self._form.at
+            await self.app.run_action(f"form.move_to_field({by})", self.screen)
 
 
 def _cells(form: GoalForm, name: str, present: Mapping[str, float]) -> Cells:
     chosen = name == form.name
     now = f"{present[name]:.1f}" if name in present else "?"
-    text = form.entry(name).shown + "_" * chosen
+    text = form.shown(name) + "_" * chosen
     return (f"{'>' if chosen else ' '} {words(name)}", f"{text:>12}", f" {form.unit(name)}",
             f"{now:>9}")  # fmt: skip

@@ -20,8 +20,10 @@ from kinematics.guards.path import Clearance
 from kinematics.spaces import Joints
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
-from tui.keys.presses import DoublePress
 from tui.move.form import GoalForm
+
+MOVES = "MOVES THE ARM"
+"""What the second press of a key does."""
 
 NOTHING_ASKED = "type into a field, or step it with the arrows"
 BAR = 24
@@ -47,7 +49,8 @@ def _manner_lines(form: GoalForm, keys: Keyboard) -> Iterator[str]:
         yield f"JOINTS [{mode}]  joint motion"
     slower, faster = keys.label("move-slower"), keys.label("move-faster")
     finer, coarser = keys.label("move-finer"), keys.label("move-coarser")
-    yield f"speed {form.speed:.0%} [{slower} {faster}]  step {form.step:g} [{finer} {coarser}]"
+    speed = f"speed {form.settings.speed:.0%} [{slower} {faster}]"
+    yield f"{speed}  step {form.step:g} [{finer} {coarser}]"
 
 
 def preview_text(preview: Preview, keys: Keyboard) -> str:
@@ -128,11 +131,6 @@ def ready_text(preview: Preview | None, keys: Keyboard) -> str:
     return f"{keys.label('move-go')} twice moves the arm like this"
 
 
-def again_text(keys: Keyboard) -> str:
-    """Say that a second press is waited for."""
-    return f"{keys.label('move-go')} AGAIN MOVES THE ARM; a change takes that back"
-
-
 def progress_text(share: float, keys: Keyboard) -> str:
     """Say how far the arm is, in a bar and a number, and how it is stopped."""
     return f"MOVING {progress_bar(share)}\n{keys.label('stop')} stops it"
@@ -168,7 +166,7 @@ class MoveProgress:
         return self.index / max(len(ahead) - 1, 1)
 
 
-Goal = Callable[[Status], Motion | None]
+Goal = Callable[[], Motion | None]
 """Returns what is asked for now; None where nothing is."""
 
 Seen = tuple[Motion | None, Any, State, str]
@@ -183,7 +181,6 @@ class PlannedMove:
         """What the goal would lead to, as soon as that is worked out."""
         self._desk = desk
         self._goal = goal
-        self._presses = DoublePress(desk.clock)
         self._seen: Seen | None = None
         self._working = False
         self._progress: MoveProgress | None = None
@@ -198,23 +195,9 @@ class PlannedMove:
         """Whether the arm is on its way."""
         return self._progress is not None
 
-    @property
-    def half_confirmed(self) -> bool:
-        """Whether a first press waits for its second one."""
-        return self._presses.waiting
-
-    def forget_press(self) -> None:
-        """Take a first press back."""
-        self._presses.forget()
-
     def follow(self, status: Status) -> Preview | None:
-        """Work out what has changed, and move if that was confirmed.
-
-        Return the preview, if it is that of the present goal and place.
-        """
+        """Work out what has changed; return the preview of the present goal and place, if any."""
         self._foresee(status)
-        if self._presses.due():
-            self._go()
         return self.preview if self._fresh(status) else None
 
     def moment(self, status: Status, fresh: Preview | None) -> Moment:
@@ -233,14 +216,14 @@ class PlannedMove:
         keys = self._desk.keys
         if self._progress is not None:
             return progress_text(self._progress.seen(status.joints), keys)
-        if self.half_confirmed:
-            return again_text(keys)
+        if effect := self._desk.confirmation.effect:
+            return f"{keys.label('move-go')} AGAIN {effect}; another key takes that back"
         return ready_text(fresh, keys)
 
     # -- the preview --------------------------------------------------------------------------
 
     def _asked(self, status: Status) -> Seen:
-        return self._goal(status), status.acknowledged, status.state, status.trust.value
+        return self._goal(), status.acknowledged, status.state, status.trust.value
 
     def _fresh(self, status: Status) -> bool:
         return self._seen == self._asked(status) and not self._working
@@ -252,7 +235,7 @@ class PlannedMove:
             return
         if status.state in (State.MOVING, State.HOMING, State.STOPPING):
             return
-        self.forget_press()
+        self._desk.confirmation.forget(MOVES)
         if asked[0] is None:
             self._seen, self.preview = asked, None
             return
@@ -284,29 +267,27 @@ class PlannedMove:
         if self.under_way:
             raise BadRequest("the arm is on its way: space stops it")
         if self.preview is None or not self._fresh(desk.link.status):
-            self._presses.refuse()
+            desk.confirmation.refuse()
             raise BadRequest(
                 "there is nothing to confirm yet: choose a goal, and look at what it would be"
             )
         if self.preview.refusal is not None:
-            self._presses.refuse()
+            desk.confirmation.refuse()
             raise BadRequest(str(self.preview.refusal))
-        self._presses.press()
+        desk.confirmation.press(MOVES, self._go)
 
     def _go(self) -> None:
         """Move as it is shown, unless what is shown is no longer so."""
         preview, desk = self.preview, self._desk
         ask = self._seen[0] if self._seen is not None else None
         if preview is None or ask is None or not self._fresh(desk.link.status):
-            desk.message = "something has changed meanwhile: look at it, and confirm again"
-            return
+            raise BadRequest("something has changed meanwhile: look at it, and confirm again")
         self._progress = MoveProgress(preview)
-        stops = desk.arm.stops
-        desk.message = ""
-        desk.calls.make(partial(self._carry_out, ask, stops), arrived)
+        desk.calls.make(partial(self._carry_out, ask, desk.arm.stops))
 
-    def _carry_out(self, ask: Motion, stops: int) -> None:
+    def _carry_out(self, ask: Motion, stops: int) -> str:
         try:
             self._desk.arm.start(ask, stops=stops).wait()
         finally:
             self._progress = None
+        return arrived(self._desk.arm.status)

@@ -12,8 +12,7 @@ from functools import partial
 from armdrive.errors import BadRequest
 from armdrive.storage.points import Point, Step, StepList
 from tui.desk import Desk
-from tui.keys.presses import Confirmation
-from tui.points.list import NameEntry, PointNaming, PointSelection
+from tui.points.list import PointNaming, PointSelection
 from tui.settings import SPEEDS, neighbour
 
 Change = Callable[[list[Step], int], str]
@@ -27,21 +26,16 @@ class StepEdits:
         self,
         desk: Desk,
         selection: PointSelection,
-        names: NameEntry,
-        confirmation: Confirmation,
         require_standstill: Callable[[], None],
     ) -> None:
         """`require_standstill` raises `BadRequest` while the arm is under way."""
         self._desk = desk
         self._selection = selection
-        self._names = names
-        self._confirmation = confirmation
         self._require_standstill = require_standstill
 
     def mark(self, by: int) -> None:
         """Mark the next step, or the one before; the first press marks the first or the last."""
         steps = self._steps().steps
-        self._confirmation.forget()
         before = self._selection.marked
         first = 0 if by > 0 else len(steps) - 1
         self._selection.mark(first if before is None else (before + by) % len(steps))
@@ -60,12 +54,12 @@ class StepEdits:
         """Take the marked step out, after a second press."""
         at, steps = self._marked()
         effect = f"takes step {at + 1} ({steps.steps[at]}) out of {self._selection.listed.name}"
-        self._confirmation.press(effect, partial(self._change, _dropped))
+        self._desk.confirmation.press(effect, partial(self._change, _dropped))
 
     def shorten(self) -> None:
         """Take away the last step of the sequence; of a name being typed, the last letter."""
-        if self._names.naming is not None:
-            self._names.erase()
+        if self._selection.naming is not None:
+            self._selection.naming.line.erase()
             return
         name, steps = self._selection.listed.name, self._steps()
         shorter = StepList(steps.steps[:-1], steps.note)
@@ -74,16 +68,18 @@ class StepEdits:
 
     def add_grip(self) -> None:
         """Ask what the fingers shall do in a further step."""
-        self._ask(PointNaming("gripper", "open", offered=True))
+        self._ask(PointNaming("gripper", "open", take=self._take, offered=True))
 
     def add_wait(self) -> None:
         """Ask how long a further step shall wait."""
-        self._ask(PointNaming("wait", "1", offered=True))
+        self._ask(PointNaming("wait", "1", take=self._take, offered=True))
 
     def change(self) -> None:
         """Ask what the marked step shall be instead."""
         at, steps = self._marked()
-        self._ask(_changing(steps.steps[at]))
+        purpose, text = _typed_for(steps.steps[at])
+        offered = purpose != "to"  # the name of a point is corrected rather than replaced
+        self._ask(PointNaming(purpose, text, take=self._take, offered=offered, changes=True))
 
     def retime(self, change: Callable[[Step], Step]) -> bool:
         """Change the way or the speed of the marked step; return whether one is marked."""
@@ -114,14 +110,14 @@ class StepEdits:
         if self._selection.listed.sequence is None:
             raise BadRequest("choose a sequence to put it into; a point begins one")
         marked = self._selection.marked
-        self._names.ask(naming, self._take)
+        self._selection.ask(naming)
         self._selection.mark(marked)
 
     def _take(self, naming: PointNaming) -> None:
         """Put the step that was typed into the chosen sequence."""
         at, steps = self._selection.marked, self._selection.listed.sequence
         if steps is None or (naming.changes and at is None):
-            self._names.clear()
+            self._selection.naming = None
             raise BadRequest(
                 "another program has changed the sequence: look at it, and mark a step"
             )
@@ -130,7 +126,7 @@ class StepEdits:
         step = naming.step(opening_mm, before.speed if before else 1.0)
         if before is not None and step.point:
             step = replace(step, how=before.how)
-        self._names.clear()  # only now: what was refused can still be corrected
+        self._selection.naming = None  # only now: what was refused can still be corrected
         if before is not None:
             self._change(partial(_changed, new=step))
             return
@@ -161,22 +157,18 @@ class StepEdits:
 class PointMotion:
     """How points are gone to: in a line or by a joint motion, and how fast."""
 
-    def __init__(self, steps: StepEdits, forget: Callable[[], None]) -> None:
-        """`forget` takes back a first press, which was meant for another motion."""
+    def __init__(self, steps: StepEdits) -> None:
         self.line = False
         self.speed = 0.5
         self._steps = steps
-        self._forget = forget
 
     def switch_line(self) -> None:
         """Switch between a straight line and a joint motion, also of a marked step."""
-        self._forget()
         if not self._steps.retime(_other_way):
             self.line = not self.line
 
     def change_speed(self, by: int) -> None:
         """Go faster or more slowly, also in a marked step."""
-        self._forget()
         if not self._steps.retime(partial(_other_speed, by=by)):
             self.speed = neighbour(SPEEDS, self.speed, by)
 
@@ -184,18 +176,9 @@ class PointMotion:
 class PointEdits:
     """Changes of the chosen point, and of the list."""
 
-    def __init__(
-        self,
-        desk: Desk,
-        selection: PointSelection,
-        names: NameEntry,
-        confirmation: Confirmation,
-        motion: PointMotion,
-    ) -> None:
+    def __init__(self, desk: Desk, selection: PointSelection, motion: PointMotion) -> None:
         self._desk = desk
         self._selection = selection
-        self._names = names
-        self._confirmation = confirmation
         self._motion = motion
         self._last_sequence = "sequence"
 
@@ -219,26 +202,26 @@ class PointEdits:
 
     def teach(self) -> None:
         """Ask for the name of the place where the arm stands."""
-        naming = PointNaming("teach", self._selection.listed.free_name(), offered=True)
-        self._names.ask(naming, self._teach)
+        free = self._selection.listed.free_name()
+        self._selection.ask(PointNaming("teach", free, take=self._teach, offered=True))
 
     def rename(self) -> None:
         """Ask for another name of the chosen point."""
         name, _ = self._chosen("choose a point to rename; sequences are renamed in the file")
-        self._names.ask(PointNaming("rename", name), self._rename)
+        self._selection.ask(PointNaming("rename", name, take=self._rename))
 
     def append(self) -> None:
         """Ask for the sequence that the chosen point is put at the end of."""
         self._chosen("choose a point to put into a sequence")
-        naming = PointNaming("append", self._last_sequence, offered=True)
-        self._names.ask(naming, self._append)
+        last = self._last_sequence
+        self._selection.ask(PointNaming("append", last, take=self._append, offered=True))
 
     def move_there(self) -> None:
         """Ask for the chosen point on the move screen, to change it there."""
         mark = self._desk.keys.label("points-step-next")
         _, point = self._chosen(f"choose a point to change; {mark} marks a step of a sequence")
         self._desk.goal = point.joints
-        self._desk.screens.go_to("move")
+        self._desk.screens.show("move")
 
     def _chosen(self, otherwise: str) -> tuple[str, Point]:
         """Return the chosen point. Raises `BadRequest` with this sentence where there is none."""
@@ -254,23 +237,23 @@ class PointEdits:
             change()
             self._desk.say(message)
 
-        self._confirmation.press(effect, act)
+        self._desk.confirmation.press(effect, act)
 
     def _teach(self, naming: PointNaming) -> None:
-        self._names.clear()
+        self._selection.naming = None
         self._desk.arm.points.teach(naming.text)
         self._desk.say(f"{naming.text} is here")
         self._selection.choose_name(naming.text)  # once the list has been read again
 
     def _rename(self, naming: PointNaming) -> None:
-        self._names.clear()
+        self._selection.naming = None
         before, name = self._selection.listed.name, naming.text
         self._desk.arm.points.rename(before, name)
         self._desk.say(f"it is {name} now")
         self._selection.choose_name(name)
 
     def _append(self, naming: PointNaming) -> None:
-        self._names.clear()
+        self._selection.naming = None
         self._last_sequence = name = naming.text
         listed, motion = self._selection.listed, self._motion
         before = listed.taught.sequences.get(name)
@@ -300,14 +283,13 @@ def _changed(steps: list[Step], at: int, new: Step) -> str:
     return f"step {at + 1} is {new} now"
 
 
-def _changing(step: Step) -> PointNaming:
-    """Return what is typed to have another step in the place of this one, with what it says."""
+def _typed_for(step: Step) -> tuple[str, str]:
+    """Return what is typed to have another step in the place of this one, and what it says."""
     if step.point:
-        return PointNaming("to", step.point, changes=True)
+        return "to", step.point
     if step.wait_s is not None:
-        return PointNaming("wait", f"{step.wait_s:g}", offered=True, changes=True)
-    typed = step.gripper if isinstance(step.gripper, str) else f"{step.gripper:g}"
-    return PointNaming("gripper", typed, offered=True, changes=True)
+        return "wait", f"{step.wait_s:g}"
+    return "gripper", step.gripper if isinstance(step.gripper, str) else f"{step.gripper:g}"
 
 
 def _other_way(step: Step) -> Step:

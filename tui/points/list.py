@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from armdrive.errors import ArmError, BadRequest
 from armdrive.programs.teaching.steps import parse_step
 from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught
+from tui.app import TypedText
 from tui.desk import Desk
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
@@ -27,28 +28,32 @@ HERE = "here"
 """Typed for an opening: as far as the fingers are open now."""
 
 
-@dataclass(frozen=True, slots=True)
 class PointNaming:
     """A name under way, and what it is for: `teach`, `rename`, `append`, or one of `STEPS`."""
 
-    purpose: str
-    text: str = ""
-    offered: bool = False
-    """Whether it is only a proposal: the first letter that is typed replaces it."""
-    changes: bool = False
-    """Whether the marked step becomes this one; else it is a further one."""
+    def __init__(
+        self,
+        purpose: str,
+        text: str = "",
+        *,
+        take: Callable[[PointNaming], None],
+        offered: bool = False,
+        changes: bool = False,
+    ) -> None:
+        """`take` uses the name once it is entered.
 
-    def takes(self, letter: str) -> bool:
-        """Tell whether it is typed with this letter."""
-        return letter in LETTERS or (letter == "." and self.purpose in STEPS)
+        With `changes` the marked step becomes this one; else it is a further one.
+        """
+        self.purpose = purpose
+        self.take = take
+        self.changes = changes
+        letters = LETTERS | {"."} if purpose in STEPS else LETTERS
+        self.line = TypedText(text, takes=letters.__contains__, offered=offered)
 
-    def typed(self, letter: str) -> PointNaming:
-        """Add a letter, or begin with it where a name was only offered."""
-        return replace(self, text=("" if self.offered else self.text) + letter, offered=False)
-
-    def erased(self) -> PointNaming:
-        """Take the last letter away; what was offered is meant then."""
-        return replace(self, text=self.text[:-1], offered=False)
+    @property
+    def text(self) -> str:
+        """The name as it stands."""
+        return self.line.text
 
     @property
     def good(self) -> bool:
@@ -157,6 +162,8 @@ class PointSelection:
     def __init__(self, desk: Desk, changed: Callable[[PointList], None]) -> None:
         """`changed` is called with the list as it was before, when another one is shown."""
         self.listed = PointList()
+        self.naming: PointNaming | None = None
+        """The name or number that is being typed."""
         self.written: StepList | None = None
         """The sequence as this desk last wrote it: its steps keep their marks."""
         self._desk = desk
@@ -195,45 +202,11 @@ class PointSelection:
         before, self.listed = self.listed, listed
         self._changed(before)
 
+    def ask(self, naming: PointNaming) -> None:
+        """Ask for a name or a number. Whatever else was begun is taken back."""
+        self._desk.disarm("a name is asked for")
+        self.naming = naming
+
     def choose_name(self, name: str) -> None:
         """Choose a point that was just written."""
         self.listed = self.listed.choosing(name)
-
-
-class NameEntry:
-    """The name or number that is being typed, and what is done with it."""
-
-    def __init__(self, disarm: Callable[[str], None]) -> None:
-        self.naming: PointNaming | None = None
-        self._disarm = disarm
-        self._take: Callable[[PointNaming], None] = _ignore
-
-    def ask(self, naming: PointNaming, take: Callable[[PointNaming], None]) -> None:
-        """Ask for a name; once it is entered, `take` uses it, and clears it if it will do."""
-        self._disarm("a name is asked for")
-        self.naming, self._take = naming, take
-
-    def clear(self) -> None:
-        """Ask for no name any more."""
-        self.naming = None
-
-    def type(self, letter: str) -> bool:
-        """Type a letter; return whether a name is asked for that is typed with it."""
-        if self.naming is None or not self.naming.takes(letter):
-            return False
-        self.naming = self.naming.typed(letter)
-        return True
-
-    def erase(self) -> None:
-        """Take away the last letter."""
-        if self.naming is not None:
-            self.naming = self.naming.erased()
-
-    def enter(self) -> None:
-        """Use the name as it stands."""
-        if self.naming is not None:
-            self._take(self.naming)
-
-
-def _ignore(naming: PointNaming) -> None:
-    """Do nothing: no name has been asked for."""

@@ -7,7 +7,6 @@ from functools import partial
 
 from armdrive.errors import BadRequest
 from armdrive.programs.teaching.sequence import Stepper
-from armdrive.status import Status
 from tui.desk import Desk
 from tui.keys.presses import STEP_QUIET_S, SinglePress
 from tui.points.list import PointList
@@ -95,25 +94,18 @@ class SequenceRun:
 
     def _begin(self, step: StepCall) -> None:
         self.busy = True
-        self._desk.message = ""
         if self.stepper is not None:
             self._desk.arm.program = partial(_program, self._name, self.stepper)
-        self._desk.calls.make(
-            partial(self._carry_out, step, self._desk.arm.stops), self._progress_words
-        )
+        self._desk.calls.make(partial(self._carry_out, step, self._desk.arm.stops))
 
-    def _carry_out(self, step: StepCall, stops: int) -> None:
+    def _carry_out(self, step: StepCall, stops: int) -> str:
         try:
             step(since=stops)  # a stop may come while this is on its way to the arm
         finally:
             self.busy = False
             self._desk.arm.program = None
-
-    def _progress_words(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
-        if self.stepper is None:
-            return ""
-        step = self.stepper.next
-        return "the sequence is at its end" if step is None else f"next: {step}"
+        following = None if self.stepper is None else self.stepper.next
+        return "the sequence is at its end" if following is None else f"next: {following}"
 
 
 def _program(name: str, stepper: Stepper) -> dict[str, object]:

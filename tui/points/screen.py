@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar
 
-from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
@@ -15,14 +14,14 @@ from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
 from armdrive.storage.points import Point, StepList
 from kinematics.geometry import ArmGeometry
+from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.presses import Confirmation
 from tui.keys.table import words
-from tui.move.planned import PlannedMove, short_text
+from tui.move.planned import MOVES, PlannedMove, short_text
 from tui.points.edit import PointEdits, PointMotion, StepEdits
-from tui.points.list import NameEntry, PointList, PointNaming, PointSelection
+from tui.points.list import PointList, PointNaming, PointSelection
 from tui.points.run import SequenceRun
 from tui.program.lines import CURRENT_STYLE, DONE_STYLE
 from tui.widgets import ChoiceList, Span, panels
@@ -124,7 +123,7 @@ def naming_text(naming: PointNaming, keys: Keyboard) -> str:
     enter, stop = keys.label("points-go"), keys.label("stop")
     reason = _WRONG.get(naming.purpose, _WRONG_NAME)
     wrong = "" if naming.good or not naming.text else f"  ({reason})"
-    hint = "  (or type another)" if naming.offered else wrong
+    hint = "  (or type another)" if naming.line.offered else wrong
     return f"{_PURPOSES[naming.purpose]}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"
 
 
@@ -142,30 +141,28 @@ class PointsScreen(DeskScreen):
     def __init__(self) -> None:
         super().__init__()
         desk = self.desk
-        self.confirmation = Confirmation(desk.clock)
         self.planned = PlannedMove(desk, self.goal)
         self.sequence = SequenceRun(desk)
         self.selection = PointSelection(desk, self._selection_changed)
-        self.names = NameEntry(self.disarm)
-        self.steps = StepEdits(
-            desk, self.selection, self.names, self.confirmation, self.sequence.require_standstill
-        )
-        self.motion = PointMotion(self.steps, self.planned.forget_press)
-        self.points = PointEdits(desk, self.selection, self.names, self.confirmation, self.motion)
+        self.steps = StepEdits(desk, self.selection, self.sequence.require_standstill)
+        self.motion = PointMotion(self.steps)
+        self.points = PointEdits(desk, self.selection, self.motion)
+
+    @property
+    def typing(self) -> TypedText | None:
+        """The name that is asked for."""
+        return None if self.selection.naming is None else self.selection.naming.line
 
     def disarm(self, reason: str) -> None:  # noqa: ARG002 - as every screen
         """Let nothing go on that is not under way; a sequence ends after its step."""
-        self.planned.forget_press()
-        self.names.clear()
-        self.confirmation.forget()
+        self.selection.naming = None
         self.sequence.disarm()
 
     def _selection_changed(self, before: PointList) -> None:
         """Take back what was asked for while something else was seen to be chosen."""
         listed = self.selection.listed
         if _shown(before) != _shown(listed):
-            self.planned.forget_press()
-            self.confirmation.forget()
+            self.desk.confirmation.forget()
         self.sequence.follow(listed, same_row=before.name == listed.name)
 
     def compose_body(self) -> ComposeResult:
@@ -173,7 +170,7 @@ class PointsScreen(DeskScreen):
         with Horizontal():
             yield from self.arm_panel()
             with VerticalScroll(id="panels", can_focus=False):
-                points = ChoiceList(self._choose, id="list")
+                points = ChoiceList("choose", id="list")
                 points.border_title = "Points and sequences"
                 yield points
                 yield from panels(
@@ -183,7 +180,7 @@ class PointsScreen(DeskScreen):
                     ahead="What the motion would be",
                 )
 
-    def goal(self, status: Status) -> Motion | None:  # noqa: ARG002 - as of every goal
+    def goal(self) -> Motion | None:
         """Return the chosen point, or that of the next step of the chosen sequence."""
         listed, stepper = self.selection.listed, self.sequence.stepper
         point, line, speed = listed.point, self.motion.line, self.motion.speed
@@ -198,8 +195,6 @@ class PointsScreen(DeskScreen):
     def show_body(self, status: Status) -> None:
         """Show the list, what is chosen, and what the motion to it would be."""
         self.selection.reread()
-        with self.desk.calls.reporting_refusals():
-            self.confirmation.act_if_due()
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, arm = self.desk.keys, self.desk.arm.model.arm
@@ -233,14 +228,15 @@ class PointsScreen(DeskScreen):
 
     def _begin_text(self, status: Status, fresh: bool) -> str:
         keys = self.desk.keys
-        if self.names.naming is not None:
-            return naming_text(self.names.naming, keys)
+        if self.selection.naming is not None:
+            return naming_text(self.selection.naming, keys)
         if self.sequence.busy:
             paused = "PAUSED: " * status.paused
             return f"{paused}UNDER WAY, {keys.label('points-pause')} pauses or goes on, space stops"
-        if self.confirmation.effect:
-            return f"AGAIN {self.confirmation.effect}"
-        if self.sequence.stepper is not None and not self.planned.half_confirmed:
+        effect = self.desk.confirmation.effect
+        if effect and effect != MOVES:
+            return f"AGAIN {effect}"
+        if self.sequence.stepper is not None:
             return f"{keys.label('points-go')} twice carries out what is left"
         return self.planned.text(status, self.planned.preview if fresh else None)
 
@@ -250,38 +246,28 @@ class PointsScreen(DeskScreen):
 
         While a name is typed, the keys are its letters.
         """
-        if self.names.naming is not None:
+        if self.selection.naming is not None:
             return tuple(row.id for row in self.desk.keys.rows if row.place == self.place)
         others = OF_SEQUENCES if self.selection.listed.sequence is None else OF_POINTS
         return tuple(f"points-{name}" for name in others)
 
     # -- keys ---------------------------------------------------------------------------------
 
-    def take_typed(self, event: events.Key) -> bool:
-        """Type the name that is asked for; other keys go on to the table of keys."""
-        with self.desk.calls.acting():
-            return event.character is not None and self.names.type(event.character)
-
     def action_choose(self, by: int) -> None:
         """Go to another row."""
         self.sequence.require_standstill()
         self.selection.show(self.selection.listed.moved(by))
 
-    def _choose(self, row: int) -> None:
-        """Go to the row that was clicked."""
-        with self.desk.calls.acting():
-            self.action_choose(row - self.selection.listed.at)
-
     def action_press_go(self) -> None:
         """Take the name, or one press of the two that move the arm."""
-        if self.names.naming is not None:
-            self.names.enter()
+        if (naming := self.selection.naming) is not None:
+            naming.take(naming)
         elif self.sequence.stepper is None:
             self.planned.press()
         else:
             self.desk.link.require()
             self.sequence.require_standstill()
-            self.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
+            self.desk.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or let it go on."""

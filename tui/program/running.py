@@ -163,9 +163,7 @@ class DeskRun:
         self.view = RunView({} if checked.program is None else checked.program.lines)
         self.view.follow(rehearsal.progress(1), share=rehearsal.share)
         self.busy = True
-        self._desk.message = ""
-        stops = self._desk.arm.stops
-        self._desk.calls.make(partial(self._carry_out, checked, stops), lambda _: self._end_words())
+        self._desk.calls.make(partial(self._carry_out, checked, self._desk.arm.stops))
 
     def disarm(self, reason: str) -> None:
         """Let the program begin no further act; a wait that is under way ends now."""
@@ -196,10 +194,10 @@ class DeskRun:
 
     # -- the run, in its thread ---------------------------------------------------------------
 
-    def _carry_out(self, checked: CheckedProgram, stops: int) -> None:
+    def _carry_out(self, checked: CheckedProgram, stops: int) -> str:
         program, arm = checked.program, self._desk.arm
         if program is None:
-            return
+            return ""
         try:
             self.view.use(arm)
             plan = plan_of(program, self._desk)
@@ -218,6 +216,7 @@ class DeskRun:
         finally:
             self.busy, self.asks, self._performer = False, "", None
             arm.program = None
+        return self._end_words()
 
     def _failed(self, error: Exception, run: ProgramRun) -> None:
         mark = mark_of(error, None if run.at is None else run.at.mark)

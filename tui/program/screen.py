@@ -19,7 +19,6 @@ from armdrive.status import State, Status
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.presses import DoublePress
 from tui.move.planned import progress_bar
 from tui.program.files import ProgramFiles
 from tui.program.lines import LinesToShow, ProgramLines
@@ -68,7 +67,7 @@ def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator
         yield f"rehearsed: {duration(found.took_s)}, {acts} acts{found.end_words}", "$success"
         go = keys.label("program-go")
         if half:
-            yield f"{go} AGAIN RUNS IT; a change takes that back", WARN
+            yield f"{go} AGAIN RUNS IT; another key takes that back", WARN
         else:
             yield f"{go} twice runs it: THE ARM MOVES", ""
     for each in found.assumptions:
@@ -120,32 +119,20 @@ class ProgramStart:
         self._desk = desk
         self._files = files
         self._run = run
-        self._presses = DoublePress(desk.clock)
-
-    @property
-    def half_confirmed(self) -> bool:
-        """Whether a first press waits for its second one."""
-        return self._presses.waiting
 
     def forget(self) -> None:
         """Forget the rehearsal and the last run: another program was chosen."""
-        self.forget_press()
+        self._desk.confirmation.forget()
         self.rehearsal.forget()
         self._run.forget()
 
-    def forget_press(self) -> None:
-        """Take a first press back."""
-        self._presses.forget()
-
     def rehearse(self) -> None:
         """Rehearse the chosen program. Nothing moves."""
-        self.forget_press()
         if self._run.busy:
             raise BadRequest("the program is running: space stops it")
         program = None if self._files.checked is None else self._files.checked.program
         if program is None:
             raise BadRequest("choose a program without mistakes first")
-        self._desk.message = ""
         self._run.forget()
         self.rehearsal.begin(program)
 
@@ -154,9 +141,9 @@ class ProgramStart:
         self._desk.link.require()
         why = self._why_not()
         if why is None:
-            self._presses.press()
+            self._desk.confirmation.press("RUNS IT", self._begin)
             return
-        self._presses.refuse()
+        self._desk.confirmation.refuse()
         if why:
             raise BadRequest(why)
         self.rehearse()
@@ -180,14 +167,11 @@ class ProgramStart:
             return ""
         return None if found.refusal is None else str(found.refusal)
 
-    def begin_if_due(self) -> None:
-        """Run the program once two presses have confirmed it, unless something has changed."""
-        if not self._presses.due():
-            return
+    def _begin(self) -> None:
+        """Run the program as two presses have confirmed, unless something has changed."""
         checked = self._files.checked
         if self._why_not() is not None or checked is None or checked.program is None:
-            self._desk.message = "something has changed meanwhile: rehearse it, and confirm again"
-            return
+            raise BadRequest("something has changed meanwhile: rehearse it, and confirm again")
         found = self.rehearsal.fresh(checked.program, self._desk.link.status)
         self.rehearsal.forget()  # what it found does not hold once the arm has moved
         if found is not None:
@@ -230,8 +214,7 @@ class ProgramScreen(DeskScreen):
         return ("program-forward",) if self.run.asks else super().first_keys(status)
 
     def disarm(self, reason: str) -> None:
-        """Take a first press back, and let a running program begin no further act."""
-        self.start.forget_press()
+        """Let a running program begin no further act."""
         self.run.disarm(reason)
 
     def compose_body(self) -> ComposeResult:
@@ -239,7 +222,7 @@ class ProgramScreen(DeskScreen):
         with Horizontal():
             yield from self.arm_panel()
             with Vertical(id="panels"):
-                programs = ChoiceList(self._choose, id="programs")
+                programs = ChoiceList("choose", id="programs")
                 programs.border_title = "Programs"
                 yield programs
                 yield ProgramLines(id="program")
@@ -253,7 +236,6 @@ class ProgramScreen(DeskScreen):
         """Show the programs, the chosen one's lines, and what becomes of it."""
         if not self.run.busy:
             self.files.follow()
-            self.start.begin_if_due()
         run, files = self.run, self.files
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
         programs = self.query_one(ChoiceList)
@@ -298,7 +280,7 @@ class ProgramScreen(DeskScreen):
             if self.start.rehearsal.working:
                 yield from rehearsing_lines(self.start.rehearsal.far)
             elif found is not None:
-                yield from rehearsed_lines(found, keys, half=self.start.half_confirmed)
+                yield from rehearsed_lines(found, keys, half=bool(self.desk.confirmation.effect))
             elif not run.outcome:
                 yield from checked_lines(keys)
         if run.stepping:
@@ -310,13 +292,7 @@ class ProgramScreen(DeskScreen):
         """Choose another program."""
         if self.run.busy:
             raise BadRequest("the program is running: space stops it")
-        self.desk.message = ""
         self.files.choose(self.files.at + by)
-
-    def _choose(self, row: int) -> None:
-        """Choose the program that was clicked."""
-        with self.desk.calls.acting():
-            self.action_choose(row - self.files.at)
 
     def action_turn_page(self, by: int) -> None:
         """Scroll the lines of the program."""

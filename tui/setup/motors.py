@@ -105,12 +105,12 @@ class MotorsStage(SetupStage):
 
     # -- what was seen ------------------------------------------------------------------------
 
-    def saw(self, what: SawMotion) -> None:
-        """Take what was seen, or which way the hand turned where that is asked."""
+    def saw(self, what: str) -> None:
+        """Take what was seen, by its name, or which way the hand turned where that is asked."""
         if self._turning:
             raise BadRequest("it turns: wait until it stands")
         self.others = ()
-        self.check.saw(what)
+        self.check.saw(SawMotion[what])
 
     def another(self) -> None:
         """Ask which motor's part moved instead."""
@@ -154,9 +154,7 @@ class MotorsStage(SetupStage):
         if not any(steps):
             raise BadRequest("every motor has been answered for")
         self._turning = True
-        self.desk.message = ""
-        stops = self.desk.arm.stops
-        self.desk.calls.make(partial(self._turn, steps, stops), None)
+        self.desk.calls.make(partial(self._turn, steps, self.desk.arm.stops))
 
     def _turn(self, steps: tuple[int, ...], stops: int) -> None:
         try:
@@ -170,5 +168,4 @@ class MotorsStage(SetupStage):
 
     def forget(self) -> None:
         """Let nothing be half chosen."""
-        super().forget()
         self.others = ()

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
-from textual import events
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
-from armdrive.setup.directions import SawMotion
 from armdrive.setup.filing import file_of
 from armdrive.status import Status
+from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import bindings
@@ -120,10 +118,15 @@ class SetupScreen(DeskScreen):
         path = file_of(self.desk.arm.config)
         self.first = Steps(self.desk, self._go, path)
         self.stage: SetupStage = self.first
-        self.stages = StageKeys(self)
+
+    @property
+    def typing(self) -> TypedText | None:
+        """The line of the stage that is typed into."""
+        return self.stage.typing
 
     def _go(self, stage: SetupStage) -> None:
         self.stage.forget()
+        self.desk.confirmation.forget()
         self.stage = stage
         if self._laid_out:
             self.query_one("#setup-panel").scroll_home(animate=False)
@@ -134,7 +137,7 @@ class SetupScreen(DeskScreen):
         return () if isinstance(self.stage, MotorsStage) else ("setup-turn", *ANSWERS)
 
     def disarm(self, reason: str) -> None:
-        """Take a first press back; a stop also leaves the step."""
+        """Let nothing be half chosen; a stop also leaves the step."""
         self.stage.forget()
         if reason == "stopped":
             self._go(self.first)
@@ -147,14 +150,12 @@ class SetupScreen(DeskScreen):
             with scrolled, Vertical(classes="panel") as panel:
                 panel.border_title = "Set up an arm"
                 yield PlainText(id="setup-head")
-                yield ChoiceList(self.stages.mark_row, id="setup-rows")
+                yield ChoiceList("mark", id="setup-rows")
                 yield PlainText(id="setup-tail")
 
     def show_body(self, status: Status) -> None:
-        """Show the stage, and do what two presses have confirmed."""
+        """Show the stage."""
         del status
-        with self.desk.calls.reporting_refusals():
-            self.stage.due()
         view, moment = self.query_one(SpaceView), self.stage.moment()
         self.query_one("#arm").display = moment is not None
         view.show(moment or Moment())
@@ -164,70 +165,7 @@ class SetupScreen(DeskScreen):
         rows.display = bool(text.rows)
         self.text("setup-tail").show(text.tail)
 
-    def take_typed(self, event: events.Key) -> bool:
-        """Type into the stage where it is typed; other keys go on to the table of keys."""
-        character = event.character
-        if not (self.stage.typing and character and character.isprintable() and character != " "):
-            return False
-        with self.desk.calls.acting():
-            self.stages.do(lambda: self.stage.type(character))
-        return True
-
-
-class StageKeys:
-    """The keys of the set-up screen. Each acts on the stage that is shown."""
-
-    def __init__(self, screen: SetupScreen) -> None:
-        self._screen = screen
-        self._desk = screen.desk
-
-    def do(self, action: Callable[[], object]) -> None:
-        """Do what a key means; the last message was about another one."""
-        self._desk.message = ""
-        action()
-
-    def enter(self) -> None:
-        """Do what is marked."""
-        self.do(self._screen.stage.enter)
-
-    def mark(self, by: int) -> None:
+    def action_mark(self, by: int) -> None:
         """Mark another line, or scroll a text."""
-        self._desk.message = ""
-        if not self._screen.stage.mark(by):
-            self._screen.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
-
-    def mark_row(self, row: int) -> None:
-        """Mark the line that was clicked."""
-        with self._desk.calls.acting():
-            self.mark(row - (self._screen.stage.text().marked or 0))
-
-    def skip(self) -> None:
-        """Go on without opening the port."""
-        self.do(self._screen.stage.on)
-
-    def back(self) -> None:
-        """Go back to the question or the list before."""
-        self.do(self._screen.stage.back)
-
-    def erase(self) -> None:
-        """Take the last character away."""
-        self.do(self._screen.stage.erase)
-
-    def turn(self) -> None:
-        """Turn the motor, or bring it back."""
-        self.do(self._motors().turn)
-
-    def saw(self, what: str) -> None:
-        """Take what was seen of the motor."""
-        motors = self._motors()
-        self.do(lambda: motors.saw(SawMotion[what]))
-
-    def another(self) -> None:
-        """Take that another motor's part moved."""
-        self.do(self._motors().another)
-
-    def _motors(self) -> MotorsStage:
-        """Return the stage that checks motors. Raises `BadRequest` at another one."""
-        if not isinstance(self._screen.stage, MotorsStage):
-            raise BadRequest("that is for checking motors: choose that step first")
-        return self._screen.stage
+        if not self.stage.mark(by):
+            self.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)

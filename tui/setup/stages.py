@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
@@ -19,14 +20,16 @@ from armdrive.setup.interview import Describing
 from armdrive.setup.ports import ClosedPort, closed_ports, look_at
 from armdrive.setup.survey import Report
 from kinematics.errors import KinematicsError
+from tui.app import TypedText
 from tui.desk import Desk
-from tui.keys.presses import DoublePress
 
 WARNING = (
     "Opening it can restart the board behind it: motors lose their current, and an arm that is "
     "raised sags. Support it first. Nothing that is sent moves it."
 )
 """The warning before a port is opened."""
+
+FOR_MOTORS = "that is for checking motors: choose that step first"
 
 Go = Callable[["SetupStage"], None]
 """Shows another stage."""
@@ -45,15 +48,16 @@ class StageText:
 class SetupStage:
     """One stage. It knows the desk and how to go on to another one, and nothing of the screen."""
 
-    typing = False
-    """Whether printable keys are typed into it."""
-
     def __init__(self, desk: Desk, go: Go, before: SetupStage | None = None) -> None:
         self.desk = desk
         self.go = go
         self.before = before
         self.marked = 0
-        self.twice = DoublePress(desk.clock)
+
+    @property
+    def typing(self) -> TypedText | None:
+        """The line that is typed into, if there is one."""
+        return None
 
     def text(self) -> StageText:
         """Say what the stage is about, what is marked, and what comes next."""
@@ -69,41 +73,42 @@ class SetupStage:
 
     def mark(self, by: int) -> bool:
         """Mark another line; tell whether there are lines to mark, and not a text to scroll."""
-        self.twice.forget()
         if self.rows():
             self.marked = (self.marked + by) % self.rows()
         return bool(self.rows())
 
-    def type(self, character: str) -> None:
-        """Type a character."""
-
-    def erase(self) -> None:
-        """Take the last character away."""
-
     def enter(self) -> None:
         """Do what is marked, or take a press of the two that it needs."""
 
-    def on(self) -> None:
+    def skip(self) -> None:
         """Go on without it."""
         raise BadRequest("there is nothing to skip here")
+
+    def turn(self) -> None:
+        """Turn a motor, or bring it back."""
+        raise BadRequest(FOR_MOTORS)
+
+    def saw(self, what: str) -> None:  # noqa: ARG002 - for the stage that checks motors
+        """Take what was seen of a motor."""
+        raise BadRequest(FOR_MOTORS)
+
+    def another(self) -> None:
+        """Take that another motor's part moved."""
+        raise BadRequest(FOR_MOTORS)
 
     def back(self) -> None:
         """Go back."""
         if self.before is not None:
             self.go(self.before)
 
-    def due(self) -> None:
-        """Do what two presses have confirmed, once."""
-
     def forget(self) -> None:
-        """Take a first press back."""
-        self.twice.forget()
+        """Let nothing be half chosen."""
 
     def again(self, what: str) -> str:
         """Say how `what` is confirmed."""
         enter = self.desk.keys.label("setup-enter")
-        if self.twice.waiting:
-            return f"{enter} ONCE MORE {what}; anything else takes it back"
+        if self.desk.confirmation.effect:
+            return f"{enter} ONCE MORE {what}; another key takes that back"
         return f"{enter}, twice: {what}"
 
 
@@ -133,17 +138,15 @@ class NewFile(SetupStage):
 
     def enter(self) -> None:
         """Take a press."""
-        self.twice.press()
+        self.desk.confirmation.press("writes it", self._write)
 
     def back(self) -> None:
         """Go back to the last question."""
         self.asking.describing.back()
         super().back()
 
-    def due(self) -> None:
+    def _write(self) -> None:
         """Write it, unless a file of that name has been written meanwhile."""
-        if not self.twice.due():
-            return
         path = arm_path(self.name)
         if path.exists():
             raise BadRequest(f"{path} exists by now, and is not overwritten")
@@ -165,14 +168,9 @@ class Closing(SetupStage):
     def enter(self) -> None:
         """Take a press towards the other desk; without one, go back to the steps."""
         if self.desk.reopens:
-            self.twice.press()
+            self.desk.confirmation.press("opens it", lambda: self.desk.open_next(self.path))
         else:
             self.go(first_of(self))
-
-    def due(self) -> None:
-        """Leave for the desk of the file."""
-        if self.twice.due():
-            self.desk.open_next(self.path)
 
 
 class Written(Closing):
@@ -230,17 +228,13 @@ class Correction(Closing):
         if self.written:
             super().enter()
         elif self.proposal.differs:
-            self.twice.press()
+            self.desk.confirmation.press("writes it", self._write)
         else:
             self.go(first_of(self))
 
-    def due(self) -> None:
-        """Write it; once that is done, open the desk on it."""
-        if self.written:
-            super().due()
-        elif self.twice.due():
-            self.proposal.write()
-            self.written = True
+    def _write(self) -> None:
+        self.proposal.write()
+        self.written = True
 
 
 class Ports(SetupStage):
@@ -249,18 +243,19 @@ class Ports(SetupStage):
     def __init__(self, desk: Desk, go: Go, before: SetupStage) -> None:
         super().__init__(desk, go, before)
         self.candidates: tuple[ClosedPort, ...] = ()
-        self.typed = ""
+        self.other = TypedText()
+        """A port that is not listed."""
         self._looking = True
         self.found: Report | None = None
         self._asked = ""
-        desk.calls.make(self._look, None)  # who holds a port is not found in a moment
+        desk.calls.make(self._look)  # who holds a port is not found in a moment
 
     def _look(self) -> None:
         try:
             found = closed_ports()
         finally:
             self._looking = False
-        self.marked = len(found) if self.typed else 0
+        self.marked = len(found) if self.other.text else 0
         self.candidates = found
 
     def rows(self) -> int:
@@ -268,14 +263,14 @@ class Ports(SetupStage):
         return len(self.candidates) + 1
 
     @property
-    def typing(self) -> bool:  # type: ignore[override]
-        """Whether the line for another port is marked."""
-        return self.marked == len(self.candidates)
+    def typing(self) -> TypedText | None:
+        """The line for another port, while that is marked."""
+        return self.other if self.marked == len(self.candidates) else None
 
     @property
     def port(self) -> str:
         """The port that is marked or typed."""
-        return self.typed if self.typing else self.candidates[self.marked].port
+        return self.other.text if self.typing else self.candidates[self.marked].port
 
     def text(self) -> StageText:
         """List the ports; of the marked one, all that is known, and what was found behind it."""
@@ -284,7 +279,7 @@ class Ports(SetupStage):
         head = f"Which port leads to the arm? {looking}"
         known = [] if self.typing else ["", *self.candidates[self.marked].lines]
         tail = "\n".join([*known, "", *self._next()]).removeprefix("\n")
-        return StageText(head, (*rows, f"another: {self.typed}_"), self.marked, tail)
+        return StageText(head, (*rows, f"another: {self.other.text}_"), self.marked, tail)
 
     def _next(self) -> list[str]:
         keys = self.desk.keys
@@ -298,16 +293,6 @@ class Ports(SetupStage):
             return [*report, "", self.again("asks again"), on]
         return [WARNING, self.again("opens it and asks who is there"), on]
 
-    def type(self, character: str) -> None:
-        """Type a port's name."""
-        self.forget()
-        self.typed += character
-
-    def erase(self) -> None:
-        """Take the last character away."""
-        self.forget()
-        self.typed = self.typed[:-1]
-
     def enter(self) -> None:
         """Go on with a port that was recognised, or take a press towards asking."""
         if self.found is not None and self.found.port == self.port and self.found.dialect:
@@ -317,18 +302,17 @@ class Ports(SetupStage):
         elif not self.port:
             raise BadRequest("type a port first: /dev/ttyUSB0, COM3, socket://HOST:PORT, can:...")
         else:
-            self.twice.press()
+            self.desk.confirmation.press("opens it", self._begin_asking)
 
-    def on(self) -> None:
+    def skip(self) -> None:
         """Describe the arm on this port, or on none yet."""
         known = {"connection.port": self.port} if self.port else {}
         self.go(InterviewAsking(self.desk, self.go, self, known))
 
-    def due(self) -> None:
+    def _begin_asking(self) -> None:
         """Ask the port, in a thread."""
-        if self.twice.due():
-            self._asked, port = self.port, self.port
-            self.desk.calls.make(lambda: self._ask(port), None)
+        self._asked = self.port
+        self.desk.calls.make(partial(self._ask, self.port))
 
     def _ask(self, port: str) -> None:
         try:
@@ -343,11 +327,14 @@ class Ports(SetupStage):
 class InterviewAsking(SetupStage):
     """The questions of `armdrive config new`, one at a time."""
 
-    typing = True
-
     def __init__(self, desk: Desk, go: Go, before: SetupStage, found: dict[str, str]) -> None:
         super().__init__(desk, go, before)
         self.describing = Describing(found)
+
+    @property
+    def typing(self) -> TypedText:
+        """The answer."""
+        return TypedText(self.describing.typed, changed=partial(setattr, self.describing, "typed"))
 
     def text(self) -> StageText:
         """Put the question, with why it is asked, its choices, and what enter would answer."""
@@ -371,14 +358,6 @@ class InterviewAsking(SetupStage):
         """Mark another choice."""
         self.describing.mark(by)
         return True
-
-    def type(self, character: str) -> None:
-        """Type a character of the answer."""
-        self.describing.type(character)
-
-    def erase(self) -> None:
-        """Take the last character away."""
-        self.describing.erase()
 
     def enter(self) -> None:
         """Answer; after the last question show the file."""

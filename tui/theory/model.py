@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
 
@@ -22,7 +22,7 @@ from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.remap import checked
 from tui.keys.table import LETTERS, STOP, DeskKey, JogPair, words
-from tui.settings import INCREMENTS
+from tui.settings import INCREMENTS, neighbour
 from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
 from tui.widgets import KeyLine, PlainText
 
@@ -97,17 +97,16 @@ def _at(names: Sequence[str], row: int) -> str:
 
 # The hand on a model: its posture, and what each key makes of it. Pure: it knows no screen.
 
-FIRST_INCREMENT = INCREMENTS.index(5.0)
-
 
 @dataclass(slots=True)
 class ModelHand:
-    """A model in a posture, the mode of its keys, and one increment in degrees or mm."""
+    """A model in a posture, and what its keys move."""
 
     subject: Subject
     values: tuple[float, ...] = ()
     cartesian: bool = False
-    increment_index: int = FIRST_INCREMENT
+    increment: float = 5.0
+    """One step, in degrees or mm."""
     pairs: tuple[JogPair, ...] = field(init=False)
     axes: tuple[str, ...] = field(init=False)
 
@@ -115,11 +114,6 @@ class ModelHand:
         self.values = self.values or example_posture(self.subject.chain)
         self.axes = axes_of(self.subject)
         self.pairs = model_pairs(self.subject.chain.joint_names, self.axes)
-
-    @property
-    def increment(self) -> float:
-        """One increment, in degrees or mm."""
-        return INCREMENTS[self.increment_index]
 
     @property
     def study(self) -> Study:
@@ -171,33 +165,19 @@ class ModelHand:
         moved = "" if self.values == chain.zero else ", or at the limit nearest to it"
         return f"every joint at zero{moved}"
 
-    def coarser(self, steps: int) -> None:
-        """Make the increment larger by this many sizes."""
-        self.increment_index = min(max(self.increment_index + steps, 0), len(INCREMENTS) - 1)
+    def switch_mode(self) -> None:
+        """Switch between joints and the hand."""
+        self.cartesian = not self.cartesian
+
+    def change_step(self, by: int) -> None:
+        """Make the increment smaller or larger."""
+        self.increment = neighbour(INCREMENTS, self.increment, by)
 
     def _amount(self, unit: str) -> float:
         return math.radians(self.increment) if unit == "rad" else self.increment
 
 
 NO_ARM = "MODEL ONLY: no arm is connected"
-
-
-class ModelAdjustments:
-    """The keys that change how jog keys move the model."""
-
-    def __init__(self, hand: ModelHand, say: Callable[[str], None]) -> None:
-        self._hand = hand
-        self._say = say
-
-    def switch_mode(self) -> None:
-        """Switch between joints and the hand."""
-        self._hand.cartesian = not self._hand.cartesian
-        self._say("")
-
-    def change_step(self, by: int) -> None:
-        """Make the increment smaller or larger."""
-        self._hand.coarser(by)
-        self._say("")
 
 
 class ModelScreen(Screen[None]):
@@ -210,7 +190,7 @@ class ModelScreen(Screen[None]):
 
     def __init__(self) -> None:
         super().__init__()
-        self.adjustments = ModelAdjustments(self.desk.hand, self.desk.say)
+        self.adjustments = self.desk.hand
 
     @property
     def desk(self) -> ModelDesk:
@@ -279,18 +259,6 @@ class ModelScreen(Screen[None]):
     def action_view(self, what: str) -> None:
         """Look at the model from elsewhere."""
         self.query_one(SpaceView).look(what)
-
-    def action_turn(self, by: int) -> None:
-        """Turn pages."""
-        self.panel.turn(by)
-
-    def action_symbols(self) -> None:
-        """Switch between numbers and symbols."""
-        self.panel.switch_symbols()
-
-    def action_axes(self) -> None:
-        """Go on from the numbers to the thirteen steps, the other convention, and back."""
-        self.panel.switch_axes()
 
 
 class ModelDesk(KeyApp):

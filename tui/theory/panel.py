@@ -392,6 +392,11 @@ class TheoryScreen(DeskScreen):
         self._key: tuple[tuple[float, ...] | None, Size] = (None, Size())
         self._shown_s = -math.inf
 
+    @property
+    def panel(self) -> TheoryPanel | None:
+        """What shows the theory; None where nothing is known of the arm's build."""
+        return None if self.subject is None else self.query_one(TheoryPanel)
+
     def compose_body(self) -> ComposeResult:
         """Lay the middle out; it says so where nothing is known of the arm's build."""
         if self.subject is None:
@@ -412,21 +417,6 @@ class TheoryScreen(DeskScreen):
             return
         self._key, self._shown_s = key, now_s
         panel.show(None if values is None else study(self.subject, values))
-
-    def action_turn(self, by: int) -> None:
-        """Turn pages."""
-        for panel in self.query(TheoryPanel):
-            panel.turn(by)
-
-    def action_symbols(self) -> None:
-        """Switch between numbers and symbols."""
-        for panel in self.query(TheoryPanel):
-            panel.switch_symbols()
-
-    def action_axes(self) -> None:
-        """Go on from the numbers to the thirteen steps, the other convention, and back."""
-        for panel in self.query(TheoryPanel):
-            panel.switch_axes()
 
 
 def _numbers(of: Study, width: int) -> str:

@@ -11,7 +11,6 @@ from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.options import (
     SPEED_HELP,
     Action,
-    Arguments,
     Declare,
     add_actions,
     add_switches,
@@ -441,17 +440,17 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
         ),
         "save": Action(
             "save the place where the arm is, under a name; moves nothing",
-            "drive.points_driving:save",
+            "drive.move:save_point",
             _naming("name", more=_point_save),
         ),
         "go": Action(
             "move the arm to a point",
-            "drive.points_driving:go",
+            "drive.move:go_to_point",
             _naming("name", more=_point_go),
         ),
         "run": Action(
             "run a sequence",
-            "drive.points_driving:run",
+            "program.teach:run_sequence",
             _naming("name", more=_point_run),
         ),
         "rename": Action(
@@ -639,21 +638,21 @@ def _verify(parser: argparse.ArgumentParser) -> None:
     add_arm_options(parser)
 
 
-ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
+ARGUMENTS: Mapping[str, Declare] = MappingProxyType(
     {
-        "disable": Arguments(_disable),
-        "enable": Arguments(_enable),
-        "home": Arguments(_home),
-        "jog": Arguments(_jog),
-        "move": Arguments(_move),
-        "pause": Arguments(_pause),
-        "pendant": Arguments(_pendant),
-        "points": Arguments(_points),
-        "record": Arguments(_record),
-        "reset": Arguments(_reset),
-        "resume": Arguments(_resume),
-        "slow": Arguments(_slow),
-        "stop": Arguments(_stop),
-        "verify": Arguments(_verify),
+        "disable": _disable,
+        "enable": _enable,
+        "home": _home,
+        "jog": _jog,
+        "move": _move,
+        "pause": _pause,
+        "pendant": _pendant,
+        "points": _points,
+        "record": _record,
+        "reset": _reset,
+        "resume": _resume,
+        "slow": _slow,
+        "stop": _stop,
+        "verify": _verify,
     }
 )

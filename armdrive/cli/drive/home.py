@@ -10,7 +10,7 @@ import tui
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
-from armdrive.cli.presenter import Result, TerminalReporter, agreed, as_json, at_terminal, say, tell
+from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
 from armdrive.cli.terminal_person import TerminalOperator, settle_trust
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view
@@ -99,8 +99,8 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     if not sure and (as_json(options) or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("not confirmed, so nothing moved: answer yes, or give --switches")
     _switch_on(arm)
-    with TerminalReporter(silent=as_json(options)) as reporter:
-        arm.home(told=lambda group: reporter.tell(f"homed: {' and '.join(group)}"))
+    with reporter(options) as report:
+        arm.home(told=lambda group: report(f"homed: {' and '.join(group)}"))
 
 
 def _declare(arm: Arm, words: list[str]) -> None:

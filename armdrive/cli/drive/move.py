@@ -1,4 +1,4 @@
-"""Planned motion on the command line; coordinates and joints that are left out do not change."""
+"""Planned motion: `armdrive move`, and `armdrive points save` and `go`."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ from armdrive.moves import (
     PoseMove,
 )
 from armdrive.status import status_view
+from armdrive.storage.points import point_view
 from kinematics.spaces import JOINT_NAMES, Pose
 
 
 def move(options: argparse.Namespace) -> Result:
-    """Move, and return where the arm is then."""
+    """Move, and return where the arm is then; what is left out of the goal does not change."""
     _check(options)
     with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
         settle_trust(arm)
@@ -130,3 +131,21 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
         roll_deg=typed("roll", here.roll_deg),
         yaw_deg=options.yaw if here.yaw_deg is None else typed("yaw", here.yaw_deg),
     )
+
+
+# Saved points.
+
+
+def save_point(options: argparse.Namespace) -> Result:
+    """Save the place where the arm is."""
+    with opened_arm(options, allow_restored=True, enabled=True) as arm:
+        point = arm.points.teach(options.name, note=options.note, again=options.again)
+    return Result({"name": options.name, **point_view(point)}, f"{options.name}: {point.joints}")
+
+
+def go_to_point(options: argparse.Namespace) -> Result:
+    """Move to a point, or preview that."""
+    kind = LineMove if options.line else PoseMove
+    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
+        settle_trust(arm)
+        return moved(arm, kind(options.name, options.speed), options)

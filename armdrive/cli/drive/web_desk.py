@@ -18,12 +18,13 @@ import secrets
 import shlex
 import socket
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, cast
 from urllib.parse import parse_qs, urlsplit
 
 from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import say
 from armdrive.errors import BadRequest
 
@@ -258,8 +259,9 @@ ENDING_S = 3.0
 
 BUSY = "a desk is open in another tab, or is just closing: close it, then reload this page"
 
-SWITCHES = ("ascii", "setup", "fresh")
-VALUES = ("keys", "model", "program", "arm", "sim", "port", "dialect", "baud", "gamepad")
+PASSED_ON = (
+    "reconnect", "ascii", "setup", "fresh", "keys", "model", "program", "gamepad", *ARM_OPTIONS,
+)  # fmt: skip
 """Options that are passed on to the desk behind a page."""
 
 
@@ -306,19 +308,8 @@ def _listen(port: int) -> socket.socket:
 
 def command(options: argparse.Namespace) -> str:
     """Return the command line of the desk behind a page; `exec` lets it replace the shell."""
-    return "exec " + shlex.join(_words(options))
-
-
-def _words(options: argparse.Namespace) -> Iterator[str]:
-    yield from (sys.executable, "-m", "armdrive", "jog", "--served")
-    if options.reconnect:
-        yield "--reconnect"
-    for name in SWITCHES:
-        if getattr(options, name):
-            yield f"--{name}"
-    for name in VALUES:
-        if (value := getattr(options, name)) is not None:
-            yield f"--{name}={value}"
+    desk = (sys.executable, "-m", "armdrive", "jog", "--served")
+    return "exec " + shlex.join((*desk, *typed_again(options, *PASSED_ON)))
 
 
 async def _serve(server: Any, web: Any, door: Door, listening: socket.socket) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.options import Arguments, add_json_option, number
+from armdrive.cli.options import Declare, add_json_option, number
 from kinematics.presets import PRESETS
 from kinematics.spaces import JOINT_NAMES
 
@@ -206,12 +206,12 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     add_json_option(parser)
 
 
-ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
+ARGUMENTS: Mapping[str, Declare] = MappingProxyType(
     {
-        "errors": Arguments(_errors),
-        "explain": Arguments(_explain),
-        "fk": Arguments(_fk),
-        "ik": Arguments(_ik),
-        "plot": Arguments(_plot),
+        "errors": _errors,
+        "explain": _explain,
+        "fk": _fk,
+        "ik": _ik,
+        "plot": _plot,
     }
 )

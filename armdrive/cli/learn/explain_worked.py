@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
+import shutil
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
-from armdrive.cli.learn.explain_axes import explain_axes
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
@@ -27,14 +29,17 @@ from armdrive.cli.learn.models import (
 from armdrive.cli.presenter import Outcome, Result, say_lines
 from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
+from armdrive.render.canvas import can_braille
+from armdrive.render.frame_steps import StepDrawing
 from armdrive.text.numbers import number
-from kinematics.chains.assignment import assign_frames
+from kinematics.chains.assignment import Assignment, assign_frames
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention
 from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
-from kinematics.frames.transforms import IN_PLACE, Transform, position_of
+from kinematics.frames.rotations import columns
+from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.presets import ArmPreset, preset
 from kinematics.spaces import Joints
 from kinematics.textbook.accuracy import (
@@ -50,17 +55,21 @@ from kinematics.textbook.accuracy import (
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
 from kinematics.textbook.notation import notation
 from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject
-from kinematics.textbook.symbolic_systems import (
-    SymbolicExample,
-    symbolic_example,
-    symbolic_sections,
-)
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.named import NamedBranch
+from kinematics.textbook.thirteen_steps import (
+    AssignmentStep,
+    assignment_steps,
+    axes_lines,
+    result_lines,
+)
 from kinematics.textbook.worked_example import (
     ExampleSection,
+    SymbolicExample,
     sections,
+    symbolic_example,
+    symbolic_sections,
     violation_text,
     work,
 )
@@ -112,13 +121,6 @@ def _refuse_contradictions(options: argparse.Namespace) -> None:
 def _urdf(word: str) -> int:
     say_lines(urdf_of_chain(find_model(word).chain).rstrip())
     return 0
-
-
-def _axes(model: Model, subject: Subject, convention: str | None) -> Result:
-    """Explain how frames and link table follow from the joint axes."""
-    chain, zero = subject.chain, subject.zero
-    kind = chain.convention if convention is None else Convention(convention)
-    return explain_axes(assign_frames(zero.axes, zero.tool, kind, subject.name), _heading(model))
 
 
 def _example(
@@ -245,6 +247,85 @@ def _goal(example: Study, values: tuple[float, ...]) -> dict[str, float]:
 
 def _rows(matrix: Transform) -> list[list[float]]:
     return [list(row) for row in matrix]
+
+
+# `explain --axes`: frames and link table found from an arm's joint axes, in drawn steps.
+
+MOST_COLUMNS, PICTURE_ROWS = 78, 20
+
+
+def _axes(model: Model, subject: Subject, convention: str | None) -> Result:
+    """Return the steps from the joint axes to frames and link table, with their pictures."""
+    chain, zero = subject.chain, subject.zero
+    kind = chain.convention if convention is None else Convention(convention)
+    found = assign_frames(zero.axes, zero.tool, kind, subject.name)
+    steps = assignment_steps(found)
+    heading = (*_heading(model), f"convention: {found.chain.convention.value}")
+    return Result(axes_view(found, steps), _axes_lines(found, steps, heading))
+
+
+def _axes_lines(
+    found: Assignment, steps: Sequence[AssignmentStep], heading: Sequence[str]
+) -> Iterator[str]:
+    drawing = StepDrawing(found)
+    braille = can_braille(sys.stdout.encoding, os.environ)
+    width = min(shutil.get_terminal_size().columns - 1, MOST_COLUMNS)
+    yield from heading
+    yield from ("", "== Given: every joint at zero, in mm")
+    yield from axes_lines(found)
+    for index, step in enumerate(steps):
+        before = steps[index - 1].stage if index else ""
+        if step.stage != before:
+            yield from ("", f"== {step.stage}")
+        yield from step.lines
+        last = index + 1 == len(steps) or steps[index + 1].stage != step.stage
+        if last and step.known.frames:
+            yield from drawing.rows(step.known, width, PICTURE_ROWS, braille=braille)
+    yield from ("", "== Link table")
+    yield from result_lines(found)
+
+
+def axes_view(found: Assignment, steps: Sequence[AssignmentStep]) -> dict[str, Any]:
+    """Return an assignment as plain data, in mm and degrees."""
+    chain = found.chain
+    normal, sliding, approach = columns(rotation_of(found.zero.tool))
+    return {
+        "name": chain.name,
+        "convention": chain.convention.value,
+        "axes": [
+            {
+                "joint": name,
+                "kind": axis.kind.value,
+                "point_mm": list(axis.line.point),
+                "direction": list(axis.line.direction),
+            }
+            for axis, name in zip(found.zero.axes, chain.joint_names, strict=True)
+        ],
+        "tip": {
+            "point_mm": list(position_of(found.zero.tool)),
+            "approach": list(approach),
+            "sliding": list(sliding),
+            "normal": list(normal),
+        },
+        "relations": [relation.value for relation in found.relations],
+        "steps": [
+            {
+                "step": step.number,
+                "stage": step.stage,
+                "text": [line.strip() for line in step.lines],
+            }
+            for step in steps
+        ],
+        "frames": [_rows(frame) for frame in found.frames],
+        "b_mm": [list(point) for point in found.points],
+        "choices": [
+            {"frame": each.frame, "step": each.step, "choice": each.sentence}
+            for each in found.choices
+        ],
+        "links": list(rows_of(chain)),
+        "base": _rows(chain.base),
+        "tool": _rows(chain.tool),
+    }
 
 
 # What each way of computing an arm costs, counted by running it (McKerrow, chapter 4, section 15).

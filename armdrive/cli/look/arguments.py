@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.arm_options import add_arm_options
-from armdrive.cli.options import Arguments, add_json_option, number, positive
+from armdrive.cli.options import Declare, add_json_option, number, positive
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import Topic
 
@@ -127,11 +127,11 @@ def _watch(parser: argparse.ArgumentParser) -> None:
     add_arm_options(parser)
 
 
-ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
+ARGUMENTS: Mapping[str, Declare] = MappingProxyType(
     {
-        "log": Arguments(_log),
-        "replay": Arguments(_replay),
-        "status": Arguments(_status),
-        "watch": Arguments(_watch),
+        "log": _log,
+        "replay": _replay,
+        "status": _status,
+        "watch": _watch,
     }
 )

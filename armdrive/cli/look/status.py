@@ -1,6 +1,8 @@
-"""Where an arm is and whether that can be trusted: once, or whenever something changes.
+"""The status of an arm: a page for `armdrive status`, a line for each change for `watch`.
 
-If another program drives the arm, that program answers.
+If another program drives the arm, that program answers. Both texts are made from the JSON form of a
+status, so that an arm looks the same whether this command is connected to it or another program
+tells about it.
 """
 
 from __future__ import annotations
@@ -8,18 +10,30 @@ from __future__ import annotations
 import argparse
 import contextlib
 import itertools
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import tui
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.control_requests import ask, one_holder
-from armdrive.cli.look.status_text import Watched, status_lines
-from armdrive.cli.presenter import Result, require_screen, show, tell
+from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, ArmInUse
-from armdrive.status import status_view
+from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.errors.table import by_code
+from armdrive.status import (
+    LABEL,
+    State,
+    StatusRow,
+    Trust,
+    coded,
+    program_line,
+    status_rows,
+    status_view,
+)
 from armdrive.storage.lock_client import holder_words, watch_holder
 
 
@@ -55,3 +69,113 @@ def watch_on_screen(name: str, *, ascii_only: bool = False) -> int:
     """Draw an arm that another program drives until the user leaves; return the exit code."""
     require_screen("watching on a screen", "leave out --screen for lines of text")
     return tui.run_watch(name, find(name).config.model, ascii_only=ascii_only)
+
+
+# A status in words.
+
+View = Mapping[str, Any]
+
+INKS: Mapping[str, Ink] = MappingProxyType(
+    {
+        State.STANDBY.value: Ink.GOOD,
+        State.MOVING.value: Ink.GOOD,
+        State.HOMING.value: Ink.CAUTION,
+        State.STOPPING.value: Ink.CAUTION,
+        State.DISABLED.value: Ink.CAUTION,
+        State.DISCONNECTED.value: Ink.BAD,
+        State.ERROR_STOP.value: Ink.BAD,
+        Trust.REFERENCED.value: Ink.GOOD,
+        Trust.RESTORED.value: Ink.CAUTION,
+        Trust.UNKNOWN.value: Ink.CAUTION,
+        Trust.SUSPECT.value: Ink.BAD,
+    }
+)
+"""The colours of the words for a state and for how far a position is trusted."""
+
+MESSAGE_INKS: Mapping[str, Ink] = MappingProxyType({"notice": Ink.CAUTION, "error": Ink.BAD})
+"""The colours of the messages of a status."""
+
+
+def inked(word: str, width: int = 0) -> Inked:
+    """Return the word for a state or a trust in its colour."""
+    return Inked(f"{word:<{width}}", INKS[word])
+
+
+def status_lines(view: View, options: argparse.Namespace) -> Iterator[Line]:
+    """Yield the page of a status: which arm it is, its status, and what to do next."""
+    kind = "SIMULATED" if view["simulated"] else "REAL"
+    yield f"{view['arm']} ({view['title']}), {kind}, {view['link']}"
+    yield ""
+    for label, word, rest in status_rows(view):
+        ink = MESSAGE_INKS.get(label) or INKS.get(word)
+        yield (f"{label:<{LABEL}}", word if ink is None else Inked(word, ink), rest)
+    yield ""
+    next_words = with_arm(presented(next_step(view), COMMAND_LINE), options)
+    yield str(StatusRow("next", next_words))
+
+
+def next_step(view: View) -> str:
+    """Return what a person does next with an arm in this state."""
+    state, trust, paused = State(view["state"]), Trust(view["trust"]), view["paused"]
+    if state is State.ERROR_STOP or (trust is Trust.SUSPECT and not view["error_code"]):
+        code = view["error_code"] or view["trust_code"]
+        return by_code(code).remedy if code else "Look at the arm, then call `reset()`."
+    if paused:
+        return "`armdrive resume` lets the arm go on."
+    if state in (State.MOVING, State.HOMING, State.STOPPING):
+        return "`armdrive stop` stops the arm, `armdrive pause` pauses it."
+    if trust is Trust.RESTORED and view["simulated"]:
+        return "`armdrive move` or `armdrive jog`: a simulated arm confirms its position by itself."
+    if trust is not Trust.REFERENCED and view["trust_code"]:
+        return by_code(view["trust_code"]).remedy
+    if state is State.DISABLED:
+        return "`armdrive enable` switches the motors on."
+    return "`armdrive move`, `armdrive jog` or `armdrive run PROGRAM`."
+
+
+# `armdrive watch`: a line for each change.
+
+STATE_WIDTH, TRUST_WIDTH = 14, 12
+COLUMNS: Mapping[str, str] = MappingProxyType(
+    {"x_mm": "x mm", "y_mm": "y mm", "z_mm": "z mm", "pitch_deg": "pitch°", "roll_deg": "roll°",
+     "yaw_deg": "yaw°"}
+)  # fmt: skip
+
+
+class Watched:
+    """Turns the statuses of a watched arm into lines: what has not changed is not repeated."""
+
+    def __init__(self) -> None:
+        self._last: tuple[Line, ...] = ()
+        self._keys: tuple[str, ...] = ()
+
+    def lines(self, view: View) -> Iterator[Line]:
+        """Yield the lines that a status adds: headings first, then news, then where the arm is."""
+        keys = tuple(view["pose"] or self._keys)
+        if keys != self._keys or not self._last:
+            self._keys = keys
+            names = "".join(f"{COLUMNS[key]:>8}" for key in keys)
+            yield f"{'time':<10}{'state':<{STATE_WIDTH}}{'position':<{TRUST_WIDTH}}{names}  gripper"
+        news, place = tuple(self._news(view)), self._place(view)
+        yield from (line for line in news if line not in self._last)
+        if place not in self._last:
+            yield (f"{time.strftime('%H:%M:%S'):<10}", *place)
+        self._last = (*news, place)
+
+    def _news(self, view: View) -> Iterator[Line]:
+        if program := program_line(view):
+            yield f"{'':<10}{program}"
+        for label, ink in MESSAGE_INKS.items():
+            if view[label]:
+                yield (f"{'':<10}", Inked(coded(view[label], view[f"{label}_code"]), ink))
+
+    def _place(self, view: View) -> tuple[str | Inked, ...]:
+        pose = view["pose"] or {}
+        numbers = [f"{round(pose[key], 1) + 0.0:.1f}" if pose else "-" for key in self._keys]
+        opening = "" if view["gripper_mm"] is None else f"{view['gripper_mm']:>6.1f} mm"
+        state = "paused" if view["paused"] else view["state"]
+        return (
+            Inked(f"{state:<{STATE_WIDTH}}", INKS[view["state"]]),
+            inked(view["trust"], TRUST_WIDTH),
+            "".join(f"{number:>8}" for number in numbers) + opening,
+        )

@@ -10,7 +10,6 @@ from types import MappingProxyType
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options, add_pace_option
 from armdrive.cli.options import (
     Action,
-    Arguments,
     Declare,
     add_actions,
     add_switches,
@@ -26,18 +25,18 @@ from armdrive.sim.world.table import TableBlock, block_of
 # --- demo
 
 
-_DEMO_EPILOG = """\
-The command checks the finished tower in the simulated world itself: it ends with exit code 1 if a
-block is out of place. The demonstration has a world of its own, so the simulated arm of the other
-commands does not change. On a real arm, chosen with --arm or --port, you put the blocks down and
-check the tower yourself.
-"""
-
-
 DEMO_SPEED = 8.0
 
 
 def _demo(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `demo`.
+
+    The command checks the finished tower in the simulated world itself: it ends with exit code 1 if
+    a block is out of place. The demonstration has a world of its own, so the simulated arm of the
+    other commands does not change. On a real arm, chosen with --arm or --port, you put the blocks
+    down and check the tower yourself.
+
+    """
     parser.add_argument(
         "--pace",
         type=positive,
@@ -57,27 +56,27 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 # --- run
 
 
-_RUN_EPILOG = """\
-A program file is rehearsed on the arm's simulated twin before its first motion. --resume continues
-an interrupted program. `armdrive pause`, `resume`, `slow 20%`, `stop`, `status` and `watch` work
-from another terminal. Ctrl-C stops the arm; a second Ctrl-C leaves at once. See
-docs/how-to/running.md.
-
-Examples:
-  armdrive run stack.arm --check                      rehearse it; moves nothing
-  armdrive run stack.arm --check --plot path.svg      with a picture of the tip's path
-  armdrive run stack.arm --step                       Enter before each motion
-  armdrive run stack.arm --loops 10 --speed 50%
-  armdrive run stack.arm --resume                     continue where it was interrupted
-  armdrive run stack.py one two --check               a script, followed by its own arguments
-"""
-
-
 PROGRAM, SCRIPT = ".arm", ".py"
 """How the files of programs end."""
 
 
 def _run(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `run`.
+
+    A program file is rehearsed on the arm's simulated twin before its first motion. --resume
+    continues an interrupted program. `armdrive pause`, `resume`, `slow 20%`, `stop`, `status` and
+    `watch` work from another terminal. Ctrl-C stops the arm; a second Ctrl-C leaves at once. See
+    docs/how-to/running.md.
+
+    Examples:
+      armdrive run stack.arm --check                      rehearse it; moves nothing
+      armdrive run stack.arm --check --plot path.svg      with a picture of the tip's path
+      armdrive run stack.arm --step                       Enter before each motion
+      armdrive run stack.arm --loops 10 --speed 50%
+      armdrive run stack.arm --resume                     continue where it was interrupted
+      armdrive run stack.py one two --check               a script, followed by its own arguments
+
+    """
     parser.add_argument(
         "program", type=Path, metavar="PROGRAM", help=f"a {PROGRAM} or {SCRIPT} file"
     )
@@ -145,20 +144,21 @@ def _loops(word: str) -> int:
 # --- shell
 
 
-_SHELL_EPILOG = """\
-Each line is checked and carried out when you enter it; a block (repeat, while, if, define ... end)
-when you enter its end. Names, subprograms and the speed remain. `help` lists the words, and
-`save stack.arm` saves the lines as a program. Ctrl-C stops the arm. See docs/how-to/running.md.
-
-Examples:
-  armdrive shell
-  armdrive shell --arm bench
-  armdrive shell --put A,250,0                a block on the simulated arm's table
-  armdrive shell < morning.txt                lines of a file; ends at the first error
-"""
-
-
 def _shell(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `shell`.
+
+    Each line is checked and carried out when you enter it; a block (repeat, while, if, define ...
+    end) when you enter its end. Names, subprograms and the speed remain. `help` lists the words,
+    and `save stack.arm` saves the lines as a program. Ctrl-C stops the arm. See
+    docs/how-to/running.md.
+
+    Examples:
+      armdrive shell
+      armdrive shell --arm bench
+      armdrive shell --put A,250,0                a block on the simulated arm's table
+      armdrive shell < morning.txt                lines of a file; ends at the first error
+
+    """
     _add_put_option(parser)
     _add_arm(parser, parser)
 
@@ -182,23 +182,6 @@ def _block(words: str) -> TableBlock:
 
 
 # --- teach
-
-
-_TEACH_EPILOG = """\
-A sequence and its points are in the arm's file of points (docs/how-to/points.md).
-
-Examples:
-  armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
-  armdrive teach here stack                 name the place where the arm stands, as the next step
-  armdrive teach add stack gripper grasp    a step at the end
-  armdrive teach insert stack 3 to above along a line at 30%
-  armdrive teach remove stack 4 6           steps 4 to 6
-  armdrive teach move stack 5 2             step 5 becomes step 2
-  armdrive teach retime stack --factor 0.5  half as fast, waits as they are
-  armdrive teach reverse stack unstack      the way back, under a new name
-
-Every action prints JSON with --json.
-"""
 
 
 def _sequence(*numbers: str, more: Declare | None = None) -> Declare:
@@ -279,14 +262,31 @@ TEACH_ACTIONS: Mapping[str, Action] = MappingProxyType({
 
 
 def _teach(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `teach`.
+
+    A sequence and its points are in the arm's file of points (docs/how-to/points.md).
+
+    Examples:
+      armdrive teach follow stack               jog the arm in another terminal; Ctrl-C here ends it
+      armdrive teach here stack                 name the place where the arm stands as the next step
+      armdrive teach add stack gripper grasp    a step at the end
+      armdrive teach insert stack 3 to above along a line at 30%
+      armdrive teach remove stack 4 6           steps 4 to 6
+      armdrive teach move stack 5 2             step 5 becomes step 2
+      armdrive teach retime stack --factor 0.5  half as fast, waits as they are
+      armdrive teach reverse stack unstack      the way back, under a new name
+
+    Every action prints JSON with --json.
+
+    """
     add_actions(parser, TEACH_ACTIONS)
 
 
-ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
+ARGUMENTS: Mapping[str, Declare] = MappingProxyType(
     {
-        "demo": Arguments(_demo, _DEMO_EPILOG),
-        "run": Arguments(_run, _RUN_EPILOG),
-        "shell": Arguments(_shell, _SHELL_EPILOG),
-        "teach": Arguments(_teach, _TEACH_EPILOG),
+        "demo": _demo,
+        "run": _run,
+        "shell": _shell,
+        "teach": _teach,
     }
 )

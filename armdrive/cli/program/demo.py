@@ -22,7 +22,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.programs.arm_access import between_steps, time_s
 from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
 from armdrive.registry import DEFAULT
 from armdrive.registry.simulate import simulate
@@ -54,7 +53,7 @@ def draw(
             _draw(arm, twin, messages[-1], pace, drawing, lines)
         finally:
             put("", control=CURSOR_ON)
-        return performance.result(), time_s(arm)
+        return performance.result(), arm.pace.now_s()
 
 
 def _draw(
@@ -68,7 +67,7 @@ def _draw(
     """Draw over the last picture; return how many lines there are now."""
     columns, rows = shutil.get_terminal_size()
     width, height = min(columns - 1, MOST_COLUMNS), max(min(rows - 4, MOST_ROWS), 4)
-    with between_steps(arm):
+    with arm.pace.lock:
         blocks = _blocks(twin)
         moment = Moment(twin.world.joints, twin.world.opening_mm)
     left = width * 3 // 5
@@ -79,7 +78,7 @@ def _draw(
     picture.append(f"{status.which}, shown {pace:g} times faster"[:width])
     if not drawing.braille:
         message = message.replace("°", " deg")
-    picture.append(f"{time_s(arm):6.1f} s  {message}"[:width])
+    picture.append(f"{arm.pace.now_s():6.1f} s  {message}"[:width])
     back = f"\x1b[{last_lines}F" if last_lines else ""
     draw_over(picture, control=back, line_end=f"{CLEAR_LINE}\n")
     return len(picture)
@@ -127,7 +126,7 @@ def run(options: argparse.Namespace) -> Result:
         with Arm(connect_simulated(config, twin=twin)) as arm:
             tell(options, arm.status.which)
             carried = perform(arm, JOBS, lambda text: show(Result({"step": text}, text), options))
-            simulated_s = time_s(arm)
+            simulated_s = arm.pace.now_s()
     wrong = misplaced(twin.world, JOBS) + [each.sentence for each in twin.world.incidents]
     return Result(
         _summary(carried, twin, wrong, simulated_s),

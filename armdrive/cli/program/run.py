@@ -28,7 +28,6 @@ from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.connect.parts import ConnectOptions, connect
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import RunStep
-from armdrive.programs.arm_access import accept_restored, time_s
 from armdrive.programs.problems import SourceLines, SourceMark, numbered_lines
 from armdrive.programs.progress import line_words
 from armdrive.programs.scripts import (
@@ -71,7 +70,7 @@ def run_script(options: argparse.Namespace) -> int:
     lines = numbered_lines(text.splitlines(), str(options.program))
     if options.check:
         # all that rehearses: a run for good does without
-        from armdrive.cli.program.run_report import check_script
+        from armdrive.cli.program.run_program import check_script
 
         return check_script(options, lines)
     return _RunningScript(options, lines).run()
@@ -91,7 +90,7 @@ class _RunningScript:
     def run(self) -> int:
         """Run it to its end, and say how it ended."""
         program, arms = self._options.program, self._connections.arms
-        with self._display as display, stopped_by_interrupt(lambda: list(arms)):
+        with self._display.shown() as display, stopped_by_interrupt(lambda: list(arms)):
             display.tell({"event": "begin", "program": str(program)}, str(program))
             try:
                 code = self._carry_out()
@@ -104,7 +103,7 @@ class _RunningScript:
                     raise
                 put_error(own_traceback(error, program))
                 return 1
-            took_s = max(map(time_s, arms), default=0.0)
+            took_s = max((arm.pace.now_s() for arm in arms), default=0.0)
             arm = arms[-1] if arms else None
             display.finished(arm, self._calls, took_s, self._how_far(), code=code)
             return code
@@ -126,7 +125,7 @@ class _RunningScript:
         """Connect to the arm of the command, with the script's options of the connection."""
         arm = connect_to_run(self._options, pace=options.simulated_pace)
         if options.allow_restored:
-            accept_restored(arm)
+            arm.core.allow_restored = True
         if options.operator is not None:
             arm.operator = options.operator
         return arm

@@ -13,7 +13,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from types import FrameType
 
@@ -26,7 +26,6 @@ from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.connect.target import Target
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.table import tagged
-from armdrive.programs.arm_access import put_blocks, silent_time_s
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State
@@ -166,7 +165,8 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True
 
 
 def _leave(arms: Iterable[Arm]) -> None:
-    _say(f"left: the arm may go on for {silent_time_s(arms):.1f} s; its position will be unknown\n")
+    goes_on_s = max((arm.core.stop_bound().silent_time_s for arm in arms), default=0.0)
+    _say(f"left: the arm may go on for {goes_on_s:.1f} s; its position will be unknown\n")
     os._exit(INTERRUPTED)
 
 
@@ -210,6 +210,15 @@ def require_table(target: Target, blocks: list[TableBlock]) -> None:
             f"--put puts blocks on the table of a simulated arm, and {target.config.name} is a "
             "real one: lay them out by hand"
         )
+
+
+def put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
+    """Put blocks on a simulated arm's table, one after the other, each on what lies there."""
+    if arm.twin is None:
+        return
+    with arm.pace.lock:
+        for block in blocks:
+            arm.twin.world.put(block)
 
 
 def make_ready(arm: Arm, options: argparse.Namespace) -> None:

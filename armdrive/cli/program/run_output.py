@@ -12,12 +12,11 @@ import os
 import shutil
 import sys
 import threading
-from collections.abc import Mapping
-from types import TracebackType
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import Result, put, put_error
+from armdrive.cli.presenter import Result, background_thread, put, put_error
 from armdrive.errors import Stopped
 from armdrive.errors.actions import COMMAND_LINE, Words, presented
 from armdrive.errors.printable import printable
@@ -131,21 +130,15 @@ class Display:
         self._paused = False
         self._lock = threading.RLock()
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._look, name="progress", daemon=True)
 
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._over.set()
-        self._thread.join()
-        self._output.wipe()
+    @contextlib.contextmanager
+    def shown(self) -> Iterator[Self]:
+        """Keep the status line up to date until the run is over."""
+        try:
+            with background_thread("progress", self._look, self._over.set):
+                yield self
+        finally:
+            self._output.wipe()
 
     # -- what happens -------------------------------------------------------------------------
 

@@ -1,15 +1,22 @@
-"""Runs a program file: rehearses it, shows it, keeps its journal, and resumes it."""
+"""Rehearses programs and scripts, and runs a program file: shows it, and keeps its journal."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import math
+import os
 import shlex
+import shutil
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.presenter import as_json
+from armdrive.cli.options import ARM_OPTIONS, typed_again
+from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
 from armdrive.cli.program.run_common import (
     RunTerminal,
     connect_to_run,
@@ -21,21 +28,30 @@ from armdrive.cli.program.run_common import (
     stopped_by_interrupt,
 )
 from armdrive.cli.program.run_output import Display, RunOutput
-from armdrive.cli.program.run_report import check, rehearsal_plan
+from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal, resumed_plan
-from armdrive.programs.problems import mark_of
+from armdrive.programs.problems import SourceLines, mark_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
 from armdrive.programs.progress import duration, line_words
 from armdrive.programs.rehearsal import (
     BEFORE_RUN_S,
+    CHECK_S,
     Patience,
     Rehearsal,
     SeenArm,
+    rehearsal_lines,
+    rehearsal_view,
     rehearse,
     require_rehearsed,
 )
-from armdrive.programs.running import Performer, ProgramRun, RunPlan
+from armdrive.programs.running import Performer, ProgramRun, RunPlan, no_machine
+from armdrive.programs.script_rehearsal import rehearse_script
+from armdrive.programs.scripts import own_traceback
+from armdrive.render.canvas import can_braille
+from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from kinematics.errors import KinematicsError
+from kinematics.geometry import Point
 
 
 def run_program(options: argparse.Namespace) -> int:
@@ -97,7 +113,7 @@ class _RunningProgram:
             self._output.place(rehearsal.at, self._program.lines, rehearsal.refusal or error)
             raise
         make_ready(self._arm, self._options)
-        with Display(self._output, self._program.lines) as display:
+        with Display(self._output, self._program.lines).shown() as display:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
@@ -150,37 +166,113 @@ class _RunningProgram:
 
 
 def resume_command(options: argparse.Namespace) -> str:
-    """Return the command that takes this run up again, as carefully as it was begun."""
-    words = ["armdrive", "run", str(options.program), *_which(options), *_how(options)]
-    return shlex.join([*words, "--resume"])
+    """Return the command that resumes this run, as carefully as it was begun."""
+    how = typed_again(options, "speed", "pace", "assume_width", "step")
+    for number, on in options.input:
+        how += ["--input", f"{number}={'on' if on else 'off'}"]
+    # without --yes, which a person has to give again
+    return shlex.join(["armdrive", "run", str(options.program), *_which(options), *how, "--resume"])
 
 
 def move_command(options: argparse.Namespace) -> str:
     """Return the beginning of a command that moves the arm of this run."""
-    speed = [] if options.speed is None else ["--speed", f"{options.speed:g}"]
-    return shlex.join(["armdrive", "move", *_which(options), *speed])
+    return shlex.join(["armdrive", "move", *_which(options), *typed_again(options, "speed")])
 
 
 def _which(options: argparse.Namespace) -> list[str]:
-    words = _given(options, "arm", "sim", "port", "dialect", "baud")
-    return words + ["--allow-restored"] * options.allow_restored
+    return typed_again(options, *ARM_OPTIONS, "allow_restored")
 
 
-def _how(options: argparse.Namespace) -> list[str]:
-    words = _given(options, "speed", "pace", "assume_width")
-    for number, on in options.input:
-        words += ["--input", f"{number}={'on' if on else 'off'}"]
-    return words + ["--step"] * options.step  # a person has to give --yes again
+# Rehearsing only: what was found, for people and for programs, and a picture of the tip's path.
+
+MOST_COLUMNS, MOST_ROWS = 110, 30
 
 
-def _given(options: argparse.Namespace, *names: str) -> list[str]:
-    words = []
-    for name in names:
-        value = getattr(options, name)
-        if value is not None:
-            words += [f"--{name.replace('_', '-')}", _text(value)]
-    return words
+def check(
+    options: argparse.Namespace,
+    lines: SourceLines,
+    planned: Callable[[Arm | None], RunPlan],
+    performed: Callable[[SeenArm, RunPlan, Patience], Rehearsal],
+) -> int:
+    """Ask the arm where it stands, let it go again, rehearse, and report what was found."""
+    try:
+        with contextlib.closing(connect_to_run(options)) as arm:
+            slow_down(arm, options)
+            seen, plan, unasked = SeenArm.of(arm), planned(arm), ""
+    except (LinkError, ArmInUse, DeviceFault) as error:
+        target = chosen_target(options)
+        seen, plan = SeenArm(target.config), planned(None)
+        unasked = f"the {target.config.title} cannot be asked where it stands ({error})"
+    output = RunOutput(as_json=as_json(options))
+    rehearsal = performed(seen, plan, Patience(CHECK_S, output.rehearsing))
+    output.wipe()
+    if isinstance(rehearsal.refusal, ArmError | KinematicsError | None):
+        return report(rehearsal, options, lines, unasked)
+    put_error(own_traceback(rehearsal.refusal, options.program))
+    return 1
 
 
-def _text(value: str | float) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
+def rehearsal_plan(
+    options: argparse.Namespace, source: Callable[[], Machine] = no_machine
+) -> RunPlan:
+    """Return what a rehearsal assumes, as the options say."""
+    return RunPlan(
+        source,
+        inputs=dict(options.input),
+        width_mm=options.assume_width,
+        settle=options.check,
+        traced=options.plot is not None,
+    )
+
+
+def report(
+    rehearsal: Rehearsal, options: argparse.Namespace, lines: SourceLines, unasked: str
+) -> int:
+    """Report a rehearsal, draw the path if that is wanted; raise what refused it."""
+    drawn = Path(options.plot) if options.plot else None
+    view = {"event": "rehearsal", "not_asked": unasked or None, **rehearsal_view(rehearsal)}
+    text = rehearsal_lines(rehearsal, lines) + [f"assumed: {unasked}"] * bool(unasked)
+    show(Result(view, text), options)
+    if drawn is not None or (options.plot is not None and not as_json(options)):
+        draw_path(rehearsal.path, f"path of the tip in {options.program.name}", drawn)
+    if drawn is not None:
+        tell(options, f"path written to {drawn}")
+    if rehearsal.refusal is not None:
+        output = RunOutput(as_json=as_json(options))
+        output.place(rehearsal.at, lines, rehearsal.refusal)
+        raise rehearsal.refusal
+    return 0
+
+
+def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
+    """Draw the tip's path from the side and from above, into a file or into the terminal."""
+    side = tuple((math.hypot(x, y), z) for x, y, z in path)
+    above = tuple((x, y) for x, y, _ in path)
+    sketches = (
+        Sketch((side,), (), "distance from the base axis", "height z"),
+        Sketch((above,), (), "x", "y"),
+    )
+    if output is not None:
+        save_sketches(sketches, title, output)
+        return
+    braille = can_braille(sys.stdout.encoding, os.environ)
+    columns, rows = shutil.get_terminal_size()
+    width = (min(columns - 1, MOST_COLUMNS) - 1) // 2
+    height = max(min(rows - 6, MOST_ROWS), 8)
+    pictures = [sketch_rows(each, width, height, braille=braille) for each in sketches]
+    for row in zip(*pictures, strict=True):
+        say(" ".join(row).rstrip())
+    for sketch in sketches:
+        say(sketch.caption)
+
+
+def check_script(options: argparse.Namespace, lines: SourceLines) -> int:
+    """Rehearse a script on the arm that the options name, and report what was found."""
+
+    def performed(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
+        # what a script prints is no JSON: it goes where the words for people go
+        prints = contextlib.redirect_stdout(sys.stderr) if as_json(options) else None
+        with prints or contextlib.nullcontext():
+            return rehearse_script(options.program, options.words, seen, plan, patience)
+
+    return check(options, lines, lambda _: rehearsal_plan(options), performed)

@@ -10,20 +10,37 @@ import argparse
 import contextlib
 import signal
 import sys
-from collections.abc import Callable, Sequence
-from types import FrameType, ModuleType, TracebackType
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from types import FrameType, MappingProxyType, ModuleType, TracebackType
 from typing import NoReturn, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import as_json, put, put_error, tell
-from armdrive.cli.program.run_common import make_ready, require_table
-from armdrive.cli.program.shell_session import Left, Shell, ask_at_prompt, known_words
-from armdrive.cli.terminal_person import settle_trust
-from armdrive.errors import ArmError, BadRequest, OperatorNeeded
+from armdrive.cli.presenter import agreed, as_json, put, put_error, tell
+from armdrive.cli.program.run_common import (
+    LOOK_EVERY_S,
+    Pressed,
+    RunTerminal,
+    make_ready,
+    put_blocks,
+    require_table,
+    stopped_by_interrupt,
+)
+from armdrive.cli.program.run_output import Display, RunOutput
+from armdrive.cli.terminal_person import ask_operator, settle_trust
+from armdrive.dialog.operator import PostureRequest
+from armdrive.errors import ArmError, BadRequest, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
-from armdrive.programs.arm_access import put_blocks
+from armdrive.errors.table import tagged
+from armdrive.programs.acts import Say
+from armdrive.programs.interpreter import to_json
+from armdrive.programs.problems import ProgramError, SourceMark, mark_of
+from armdrive.programs.program import Machine
+from armdrive.programs.session import PromptEntry
+from armdrive.programs.shell import INPUT, Answers, Left, Said, Shell, known_words
+from armdrive.setup.keyboard import raw_terminal
 from armdrive.status import State, pose_view
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
@@ -136,6 +153,123 @@ def _write_history(readline: ModuleType) -> None:
     replace_file(places.states() / HISTORY, text.decode("utf-8"))
 
 
+# What the person at the prompt answers, and what they are shown.
+
+ENTER = (b"\r", b"\n")
+
+
+@contextlib.contextmanager
+def keys_at_prompt() -> Iterator[Pressed]:
+    """Yield what tells whether Enter was pressed: not as a line, which readline would take."""
+    with raw_terminal() as terminal:
+
+        def pressed() -> bool:
+            keys = terminal.read(LOOK_EVERY_S)
+            return any(key in keys for key in ENTER)
+
+        yield pressed
+
+
+def ask_at_prompt(request: PostureRequest) -> bool:
+    """Ask whether the arm stands in a posture; Ctrl-C is a no."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return ask_operator(request)
+    except KeyboardInterrupt:
+        put("\n")
+        return False
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+WAYS_OUT: Mapping[State, str] = MappingProxyType(
+    {
+        State.ERROR_STOP: "look at the arm; `reset` leaves the error, and moves nothing",
+        State.DISABLED: "`enable` switches the motors on",
+        State.DISCONNECTED: "`reconnect` looks for the wire; `save` and `quit` need none",
+    }
+)
+"""What to type in each state in which nothing moves."""
+
+REFERENCE = "`home` references the arm"
+
+
+class ShellTerminal:
+    """Takes lines for a shell on one arm, and shows what comes of them."""
+
+    def __init__(self, arm: Arm, options: argparse.Namespace, *, typing: bool) -> None:
+        self.shell = Shell(arm, agreed, typing=typing)
+        self.output = RunOutput(
+            as_json=bool(options.json), rewrites=None if typing else False, words=SHELL
+        )
+
+    def take(self, line: str, position: int = 1) -> None:
+        """Take a line: an entry's, or one of the shell's own words.
+
+        `position` is its number in the input. Raises what the entry does, and `Left` for `quit`.
+        """
+        answers = self.shell.own_word(line)
+        if answers is not None:
+            self._show(answers, position)
+        elif (entry := self.shell.read(line, position)) is not None:
+            self._carry_out(entry)
+
+    def _show(self, answers: Answers, position: int) -> None:
+        try:
+            with stopped_by_interrupt(lambda: [self.shell.arm]):
+                for each in answers:
+                    if isinstance(each, Said):
+                        self.output.tell(each.event, each.text)
+                    else:
+                        self._carry_out(each)
+        except ArmError as error:
+            silent = self.shell.typing or self.output.as_json
+            if not (silent or isinstance(error, ProgramError)):
+                put_error(f"{SourceMark(position, 1, INPUT)}\n")
+            raise
+
+    def _carry_out(self, entry: PromptEntry) -> None:
+        """Carry an entry out, shown as it is."""
+        shell = self.shell
+        machine = shell.machine(entry)
+        shown = Display(self.output, entry.program.lines, prompt=True)
+        keys = keys_at_prompt if shell.typing else None  # lines of a pipe are no answers
+        show_values = partial(self._say_values, machine) if entry.says else None
+        person = RunTerminal(shell.arm, shown, keys, show_values)
+        with shown.shown(), stopped_by_interrupt(lambda: [shell.arm], ends=not shell.typing):
+            shown.run.use(shell.arm)
+            try:
+                shell.carry_out(entry, machine, person, [] if entry.says else [shown])
+            except BaseException as error:
+                self._failed(entry, error, shown)
+                raise
+
+    def _say_values(self, machine: Machine, text: str) -> None:
+        """Say values: to programs as such."""
+        stage = machine.next()
+        values = stage.act.values if stage is not None and isinstance(stage.act, Say) else ()
+        view = {"event": "value", "values": list(map(to_json, values)), "text": text}
+        self.output.tell(view, text)
+
+    def _failed(self, entry: PromptEntry, error: BaseException, shown: Display) -> None:
+        """Show where an entry ended early, unless it is the only line, which was just typed."""
+        at = self.shell.at
+        mark = mark_of(error, None if at is None else at.mark)
+        program = entry.program
+        seen = mark is not None and mark.file == program.file and "\n" not in program.text
+        if self.output.as_json or not (self.shell.typing and seen):
+            shown.failed(mark, error, "")
+
+    def complain(self, error: BaseException) -> None:
+        """Say what went wrong, and what can be typed now."""
+        put_error(f"armdrive: {presented(tagged(error), SHELL)}\n")
+        ways = [WAYS_OUT.get(self.shell.arm.status.state, "")]
+        ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
+        put_error("".join(f"{way}\n" for way in ways if way))
+        if self.shell.session.unfinished:
+            put_error("the line was not taken; Ctrl-C leaves the block\n")
+
+
 # Taking lines until they end: of a pipe up to the first error, at a prompt through every error.
 
 PROMPT, MORE = "> ", "... "
@@ -167,38 +301,37 @@ def _settle(arm: Arm, at_terminal: bool) -> None:
 
 def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     """Carry out all lines of standard input; the first error ends it, and is raised."""
-    shell = Shell(arm, options, typing=False)
-    shell.tell(
-        {"event": "begin", "arm": arm.config.name, "simulated": arm.simulated},
-        "",
-    )
+    terminal = ShellTerminal(arm, options, typing=False)
+    shell, tell_event = terminal.shell, terminal.output.tell
+    tell_event({"event": "begin", "arm": arm.config.name, "simulated": arm.simulated}, "")
     try:
         for position, line in enumerate(sys.stdin, 1):
-            shell.take(line.rstrip("\r\n"), position)
+            terminal.take(line.rstrip("\r\n"), position)
         shell.session.end()
     except Left:
         shell.session.abandon()
     except UnicodeDecodeError as error:
         raise BadRequest(f"the input is no text in UTF-8: {error.reason}") from None
     pose = pose_view(arm.status.pose)
-    shell.tell({"event": "end", "entries": shell.on_arm.done, "pose": pose}, "")
+    tell_event({"event": "end", "entries": shell.done, "pose": pose}, "")
     return 0
 
 
 def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
     """Take lines at a prompt until the person leaves."""
-    shell = Shell(arm, options, typing=True)
-    with TypedLines(lambda: known_words(shell)) as lines:
+    terminal = ShellTerminal(arm, options, typing=True)
+    with TypedLines(lambda: known_words(terminal.shell)) as lines:
         put("`help` lists the words; Ctrl-D or `quit` leaves\n")
-        _PromptLoop(shell, lines).run()
+        _PromptLoop(terminal, lines).run()
     return 0
 
 
 class _PromptLoop:
     """Asks for line after line, and shows what went wrong without ending."""
 
-    def __init__(self, shell: Shell, lines: TypedLines) -> None:
-        self._shell = shell
+    def __init__(self, terminal: ShellTerminal, lines: TypedLines) -> None:
+        self._terminal = terminal
+        self._shell = terminal.shell
         self._lines = lines
         self._leaving = False
         self._told = ""
@@ -242,12 +375,12 @@ class _PromptLoop:
         """Take what was typed, or pasted; after an error the rest of it is forgotten."""
         try:
             for line in text.splitlines() or [""]:
-                self._shell.take(line)
+                self._terminal.take(line)
         except Left:
             return False
         except (ArmError, KinematicsError, OSError) as error:
             self._lines.forget()
-            self._shell.complain(error)
+            self._terminal.complain(error)
         except KeyboardInterrupt:  # while no arm was there to stop
             put("\n")
         return True

@@ -1,4 +1,4 @@
-"""Teach sequences: record them as the arm is moved, and edit them step by step."""
+"""Teach sequences: record them as the arm is moved, edit them step by step, and run them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
+from armdrive.cli.terminal_person import settle_trust
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.programs.teaching import steps as editing
 from armdrive.programs.teaching.record import Choices, StepRecorder, seen_in
+from armdrive.programs.teaching.sequence import Stepper
 from armdrive.programs.teaching.steps import Edited, parse_step
+from armdrive.status import status_view
 from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Step, StepList, check_name
@@ -169,3 +172,17 @@ def here(options: argparse.Namespace) -> Result:
 def _free_name(sequence: str, taken: Mapping[str, object]) -> str:
     numbers = range(1, len(taken) + 2)
     return next(name for n in numbers if (name := f"{sequence}-{n}") not in taken)
+
+
+def run_sequence(options: argparse.Namespace) -> Result:
+    """Run a sequence, step by step."""
+    with opened_arm(options, allow_restored=options.allow_restored, enabled=True) as arm:
+        settle_trust(arm)
+        taught = arm.points.read()
+        stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)
+        stops = arm.stops
+        for _ in range(options.times):
+            stepper.rewind()
+            # a stop between two rounds ends it as well
+            stepper.run(lambda step: tell(options, f"{stepper.at + 1:>3}  {step}"), since=stops)
+        return Result(status_view(arm.status))

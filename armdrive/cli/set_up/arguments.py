@@ -8,7 +8,6 @@ from types import MappingProxyType
 
 from armdrive.cli.options import (
     Action,
-    Arguments,
     Declare,
     add_actions,
     add_json_option,
@@ -197,18 +196,19 @@ ADAPTERS = """\
 `armdrive ports` lists the adapters that are there, each with its line."""
 """How to name the adapter of a CAN bus: printed wherever one is missing."""
 
-_CAN_SETUP_EPILOG = f"""\
-Each question says what will happen; nothing is written and nothing turns without a yes. `?`
-explains, and Ctrl-C leaves: the same command continues from there. At the end it writes the arm
-file. If there is an arm file of that name, its model and ids are used; otherwise the arm is taken
-for a Mini-mover on MKS drives.
-
-The adapter, exactly:
-{ADAPTERS}
-"""
-
 
 def _can_setup(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `can setup`.
+
+    Each question says what will happen; nothing is written and nothing turns without a yes. `?`
+    explains, and Ctrl-C leaves: the same command continues from there. At the end it writes the arm
+    file. If there is an arm file of that name, its model and ids are used; otherwise the arm is
+    taken for a Mini-mover on MKS drives.
+
+    The adapter, exactly:
+
+    """
+    parser.epilog = f"{parser.epilog}\n{ADAPTERS}\n"
     parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
     parser.add_argument("--port", help="the adapter, can:slcan:/dev/ttyACM0?bitrate=500000 say")
     add_switches(
@@ -228,7 +228,6 @@ CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
             "commission new drives one at a time, and write the arm file",
             "set_up.can_setup:set_up",
             _can_setup,
-            _CAN_SETUP_EPILOG,
         ),
         "monitor": Action(
             "show what passes on a bus in words; sends nothing",
@@ -364,13 +363,13 @@ def _sim(parser: argparse.ArgumentParser) -> None:
     )
 
 
-ARGUMENTS: Mapping[str, Arguments] = MappingProxyType(
+ARGUMENTS: Mapping[str, Declare] = MappingProxyType(
     {
-        "can": Arguments(_can),
-        "completion": Arguments(_completion),
-        "config": Arguments(_config),
-        "doctor": Arguments(_doctor),
-        "ports": Arguments(_ports),
-        "sim": Arguments(_sim),
+        "can": _can,
+        "completion": _completion,
+        "config": _config,
+        "doctor": _doctor,
+        "ports": _ports,
+        "sim": _sim,
     }
 )

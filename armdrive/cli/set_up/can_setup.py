@@ -6,10 +6,9 @@ import argparse
 import contextlib
 import sys
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
@@ -19,20 +18,18 @@ from armdrive.config.sections import Connection
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import Question, WrongAnswer
-from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
+from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm, parse_arm, preset_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import CommissioningOutcome, walk
-from armdrive.setup.dialog_runner import Clock, DialogClock, DialogPerson, DialogRunner
+from armdrive.setup.dialog_runner import DialogClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
-from armdrive.storage.files import replace_file
-from armdrive.text.reading import read_text
 from armdrive.transports import opening, ports
 from armdrive.transports.address import is_can
 from armdrive.transports.link import Link
@@ -84,26 +81,10 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
         person = TerminalPerson(f"armdrive can setup {plan.name}")
-        outcome = _held(
-            link, dialog_runner.RealClock(), person, plan, notes, keep, again=options.again
-        )
+        dialog = drive_dialog(link, plan.scripts(), dialog_runner.RealClock(), person, keep)
+        outcome = walk(dialog, plan, notes, again=options.again)
     _end(config, plan, outcome, port, options)
     return DONE if outcome.finished else UNFINISHED
-
-
-def _held(
-    link: Link,
-    clock: Clock,
-    person: DialogPerson,
-    plan: CommissioningPlan,
-    notes: dict[str, kept.Notes],
-    keep: Callable[[Mapping[str, Any]], None],
-    *,
-    again: bool,
-) -> CommissioningOutcome:
-    return DialogRunner(link, plan.scripts(), clock, person, keep).run(
-        walk(plan, notes, again=again)
-    )
 
 
 @contextlib.contextmanager
@@ -136,7 +117,8 @@ def _practise(
     person = SimulatedPerson(twin, partial(tell, options), None if alone else terminal.answer)
     person.unplug_all(len(plan.drives))
     tell(options, "These drives are simulated, and new; nothing is written.")
-    outcome = _held(twin.link, DialogClock(), person, plan, {}, lambda _notes: None, again=True)
+    dialog = drive_dialog(twin.link, plan.scripts(), DialogClock(), person, lambda _notes: None)
+    outcome = walk(dialog, plan, {}, again=True)
     notes, left_out = outcome.notes, outcome.left_out
     text = propose_drives(arm_path(options.name), config, plan, notes, "", left_out).after
     view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
@@ -165,7 +147,7 @@ def _end(
     if not proposal.differs:
         say(f"{path} contains all this already.")
     elif agree(_question(path, there=there), "no leaves the file unchanged; the notes are kept."):
-        _write(path, text, there=there)
+        proposal.write(aside=f"{path.name}{BEFORE}")
         written = parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
         kept.write(plan.name, written.calibration, found)
@@ -177,13 +159,6 @@ def _question(path: Path, *, there: bool) -> str:
     if there:
         return f"Write this to {path} (the old text is kept as {path.name}{BEFORE})?"
     return f"Write this to {path}?"
-
-
-def _write(path: Path, text: str, *, there: bool) -> None:
-    if there:
-        old = path.with_name(path.name + BEFORE)
-        replace_file(old, read_text(path, "the arm file", ArmFileError).rstrip("\n"))
-    replace_file(path, text.rstrip("\n"))
 
 
 def chosen_port() -> str:
@@ -201,4 +176,4 @@ def chosen_port() -> str:
 
     default = lines[0][0] if len(lines) == 1 else None
     why = "A CANable is a serial port with slcan firmware, and a CAN interface with candleLight."
-    return str(ask_value(Question("", "Which adapter?", why, read, default, lines)))
+    return str(ask_value(Question("Which adapter?", why, read, default, lines)))

@@ -20,7 +20,7 @@ from armdrive.cli.commands import EXIT_CODES_TOPIC, GROUPS
 from armdrive.cli.drive.arguments import ARGUMENTS as DRIVE
 from armdrive.cli.learn.arguments import ARGUMENTS as LEARN
 from armdrive.cli.look.arguments import ARGUMENTS as LOOK
-from armdrive.cli.options import Arguments, CommandParser, help_of
+from armdrive.cli.options import CommandParser, Declare, help_of
 from armdrive.cli.presenter import Result, say_lines
 from armdrive.cli.program.arguments import ARGUMENTS as PROGRAM
 from armdrive.cli.set_up.arguments import ARGUMENTS as SET_UP
@@ -33,7 +33,7 @@ from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Taught
 from kinematics.textbook.systems import MODEL_NAMES
 
-ALL: Mapping[str, Arguments] = MappingProxyType({**DRIVE, **PROGRAM, **SET_UP, **LOOK, **LEARN})
+ALL: Mapping[str, Declare] = MappingProxyType({**DRIVE, **PROGRAM, **SET_UP, **LOOK, **LEARN})
 
 
 def completion(options: argparse.Namespace) -> int | Result:
@@ -56,7 +56,7 @@ def whole_parser() -> CommandParser:
     for rows in GROUPS.values():
         for name, (_, brief, summary) in rows.items():
             command = commands.add_parser(name, help=brief, **help_of(summary, ALL[name]))
-            ALL[name].declare(command)
+            ALL[name](command)
             _hint(command, name)
     topics = commands.add_parser("help", help="explain a command")
     topics.add_argument("command", choices=[*ALL, EXIT_CODES_TOPIC])

@@ -23,7 +23,7 @@ from armdrive.cli.terminal_person import posture_drawing
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog.conversation import WrongAnswer
+from armdrive.dialog.conversation import Dialog, DialogPerson, WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.setup.arm_checks import (
@@ -37,7 +37,6 @@ from armdrive.setup.arm_checks import (
     switches_of,
 )
 from armdrive.setup.arm_text import files_of
-from armdrive.setup.dialog_runner import DialogPerson, converse
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import FileProposal, after_writing, checked, propose, write
@@ -169,7 +168,7 @@ def _person(arm: Arm, *, alone: bool) -> DialogPerson:
 
 def _found_signs(arm: Arm, *, alone: bool) -> Signs:
     picture = [] if alone else posture_drawing(arm, found_posture(arm.model.arm), 30.0)
-    return converse(find_signs(arm, picture), _person(arm, alone=alone))
+    return find_signs(Dialog(_person(arm, alone=alone)), arm, picture)
 
 
 def signs(options: argparse.Namespace) -> Iterator[Result]:
@@ -208,7 +207,7 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
     alone = options.yes or as_json(options)
     with _connected(config, simulated=options.sim, alone=alone, wanted=PRESSED) as arm:
         make_ready(arm)
-        seen = converse(check_switches(arm, switches), _person(arm, alone=alone))
+        seen = check_switches(Dialog(_person(arm, alone=alone)), arm, switches)
         simulated = arm.simulated
     works = all_work(seen)
     view = {"switches": {name: saw.name.lower() for name, saw in seen.items()}, "works": works}

@@ -43,7 +43,7 @@ def doctor(options: argparse.Namespace) -> Result:
         return _on_bus(options, config)
     closed = port_of(config) if config is not None and options.arm else look_at(options.port)
     report = _report(closed.port, options)
-    report.more = {"arm_files": list(closed.owners)}
+    report.more = {"arm_files": list(closed.arms)}
     report.add(closed.findings)
     if not closed.openable:
         return _result(report, Diagnosis.CLOSED)

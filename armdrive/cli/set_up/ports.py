@@ -11,14 +11,11 @@ from typing import Any
 from armdrive.cli.presenter import Result
 from armdrive.errors import NoSuchPort
 from armdrive.setup.ports import (
+    ClosedPort,
     PortNaming,
     arm_files,
-    forbidden,
-    held_by_armdrive,
     look_at,
-    owners_of,
     same_port,
-    strangers_to,
 )
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
@@ -28,25 +25,24 @@ def ports(options: argparse.Namespace) -> Result:
     """List the ports."""
     files = tuple(map(_by_device, arm_files()))
     found = list_ports()
+    closed = tuple(look_at(info.device, files, found) for info in found)
     adapters = [*list_can_ports(found), *(ask_drivers() if options.can else ())]
     view = {
-        "ports": [_view(info, files) for info in found],
+        "ports": [_view(each) for each in closed],
         "can": [asdict(each) for each in {each.port: each for each in reversed(adapters)}.values()],
         "absent": _absent(found, files),
         "unusable_arm_files": [
             {"arm": each.arm, "error": each.error} for each in files if each.error
         ],
     }
-    return Result(view, _lines(found, view, files))
+    return Result(view, _lines(closed, view))
 
 
-def _lines(
-    found: tuple[PortInfo, ...], view: Mapping[str, Any], files: tuple[PortNaming, ...]
-) -> Iterator[str]:
-    for info in found:
-        stable = f" ({info.stable_name})" if info.stable_name else ""
-        yield f"{info.device}{stable}"
-        yield from (f"    {line}" for line in look_at(info.device, files).lines)
+def _lines(found: tuple[ClosedPort, ...], view: Mapping[str, Any]) -> Iterator[str]:
+    for each in found:
+        stable = f" ({each.info.stable_name})" if each.info.stable_name else ""
+        yield f"{each.port}{stable}"
+        yield from (f"    {line}" for line in each.lines)
     for bus in view["can"]:
         yield f"{bus['port']}  {bus['description']}"
         if bus["todo"]:
@@ -67,26 +63,23 @@ def _by_device(naming: PortNaming) -> PortNaming:
     return replace(naming, port=address.device) if address.device else naming
 
 
-def _view(info: PortInfo, files: tuple[PortNaming, ...]) -> dict[str, Any]:
-    owners = owners_of(info.device, files)
-    arms = [each.arm for each in owners]
-    holder = None
+def _view(port: ClosedPort) -> dict[str, Any]:
+    info, holder = port.info, None
     if info.holder is not None:
-        arm = held_by_armdrive(info.device, arms)
-        holder = {"pid": info.holder.pid, "program": info.holder.program, "arm": arm or None}
+        holder = {**asdict(info.holder), "arm": port.driven or None}
     return {
-        "port": info.device,
+        "port": port.port,
         "description": info.description,
-        "usb": None if info.vid is None or info.pid is None else f"{info.vid:04x}:{info.pid:04x}",
+        "usb": info.usb_id or None,
         "manufacturer": info.manufacturer,
         "serial_number": info.serial_number,
         "stable_name": info.stable_name,
-        "arm_files": arms,
-        "belongs_to": [str(each) for each in owners],
-        "named_for_another_adapter": [each.arm for each in strangers_to(info.device, files)],
+        "arm_files": list(port.arms),
+        "belongs_to": [str(each) for each in port.owners],
+        "named_for_another_adapter": [each.arm for each in port.strangers],
         "holder": holder,
         "allowed": info.readable,
-        "mend": "" if info.readable else forbidden(info.device).mend,
+        "mend": "" if info.readable else port.findings[-1].mend,
     }
 
 

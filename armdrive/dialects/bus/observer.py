@@ -117,7 +117,10 @@ class DriveFinding(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """A conclusion about a drive: its count, its expected place, and the excess distance."""
+    """A conclusion about a drive: its count, and its place by its orders.
+
+    A drive that leads the arm off its path is `off` by a distance.
+    """
 
     node: int
     finding: DriveFinding
@@ -181,7 +184,8 @@ class ObservedDrive:
         """Record an order with its speed and ramp."""
         self.course.order(goal, speed, slope, now_s)
         self.moving, self.fresh = True, False
-        self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
+        if goal not in self.sent:
+            self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
 
     def stop(self, now_s: float) -> None:
         """Record a stop: the drive comes to rest between its present place and its target."""
@@ -226,44 +230,43 @@ class ObservedDrive:
         self.asked_s = max(self.ledger.located(), now_s - REPLY_TIMEOUT_S)
         self.count, self.read_s = count, now_s
         self.ledger.conclude(now_s)
-        lately = course.hull(self.asked_s - self.bounds.late_s, now_s)
-        if self._fit is None or count in self._reachable(lately, now_s):
+        lately = course.hull(self.asked_s - self.bounds.late_s)
+        if self._fit is None or self._reaches(count, lately, now_s):
             self._fit, self._outside = (float(count), self.asked_s), 0
             self.lag = course.place - count
         else:
             self._outside += 1
-        finding, off = self._judge(lately.widened(self.bounds.corridor), now_s)
-        self.verdict = Verdict(self.node, finding, count, course.place, off)
+        finding = self._judge(lately.beyond(count) <= self.bounds.corridor, now_s)
+        self.verdict = Verdict(self.node, finding, count, course.place)
         if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
 
-    def _judge(self, following: Interval, now_s: float) -> tuple[DriveFinding, float]:
-        """Return the verdict on the last reading, and how far it is from its path.
+    def _judge(self, follows: bool, now_s: float) -> DriveFinding:
+        """Return what the last reading shows.
 
-        `following` is where the shaft is if it follows its orders within the allowed delay.
+        `follows` means that the shaft is where its orders had it within the allowed delay.
         """
         count = self.count or 0
         if self._outside >= CONFIRMING_LOOKS:
             since_s = self._fit[1] if self._fit else now_s
             restarted = self.counts_from_zero(since_s, now_s)
-            return (DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE), 0.0
+            return DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
         if math.isfinite(self.ledger.away_s):
             if self.counts_from_zero(self.ledger.away_s, now_s):
-                return DriveFinding.RESTARTED, 0.0
+                return DriveFinding.RESTARTED
             self.ledger.acquit()  # its count proves that it kept its power
         if self._outside:
-            return DriveFinding.DOUBTED, 0.0
-        off = following.beyond(count)
-        if not off:
+            return DriveFinding.DOUBTED
+        if follows:
             self._doubt = None
-            return DriveFinding.FITS, 0.0
+            return DriveFinding.FITS
         before = self._doubt
         if before is not None and self.asked_s < before.read_s + LOOK_S:
-            return DriveFinding.BEHIND, off  # both readings may be of the same moment
+            return DriveFinding.BEHIND  # both readings may be of the same moment
         if before is not None and not self._progresses(before):
-            return DriveFinding.BLOCKED, off
+            return DriveFinding.BLOCKED
         self._doubt = _Look(count, self.course.place, now_s)
-        return DriveFinding.BEHIND, off
+        return DriveFinding.BEHIND
 
     def _progresses(self, before: _Look) -> bool:
         """Return whether it turned nearer to its course, or at least half as far as ordered."""
@@ -285,7 +288,7 @@ class ObservedDrive:
         self._note_share(turned, ran, now_s)
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
-            span = course.hull(self.ledger.asked_s, now_s)
+            span = course.hull(self.ledger.asked_s)
             course.correct(
                 CORRECTION_GAIN * (min(count - span.low, 0.0) + max(count - span.high, 0.0))
             )
@@ -309,11 +312,14 @@ class ObservedDrive:
 
     # -- intervals ----------------------------------------------------------------------------
 
-    def _reachable(self, hull: Interval, now_s: float) -> Interval:
-        """Return where the shaft can be, given its last reading within reach.
+    def _reaches(self, place: int, lately: Interval, now_s: float) -> bool:
+        """Return whether the shaft can be at a place, given its last reading within reach.
 
-        `hull` is where its orders had it during the allowed delay.
+        `lately` is where its orders had it during the allowed delay.
         """
+        give = self.bounds.give
+        if lately.beyond(place) <= give:  # as nearly always, so orders need not be looked up
+            return True
         count, since_s = self._fit or (float(self.count or 0), now_s)
         orders = self.course.in_force(since_s, REPLY_TIMEOUT_S)
         up = max((order.up for order in orders), default=0.0)
@@ -322,8 +328,7 @@ class ObservedDrive:
         brakes = self.course.brakes
         high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes, 0.0))
         low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes, 0.0))
-        found = Interval(min(low, hull.low, count), max(high, hull.high, count))
-        return found.widened(self.bounds.give)
+        return Interval(min(low, lately.low), max(high, lately.high)).beyond(place) <= give
 
     def _late(self, now_s: float) -> float:
         """Return how far it turns during the allowed delay."""

@@ -11,6 +11,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Motors
@@ -93,30 +94,32 @@ class PlannedPath:
                 return segment.at(motor, time_s)
         return float(self.end[motor])
 
-    def averaged(self, motor: int, time_s: float, window_s: float) -> float:
-        """Return a motor's mean place during the window that ends at a time.
+    def averaged(self, time_s: float, window_s: float) -> list[float]:
+        """Return every motor's mean place during the window that ends at a time.
 
         The same window for all motors keeps straight lines straight and turns jumps in speed into
         ramps.
         """
+        motors = range(len(self.end))
         if not window_s:
-            return self.at(motor, time_s)
-        total, at_s = 0.0, time_s - window_s
+            return [self.at(motor, time_s) for motor in motors]
+        totals, at_s = [0.0] * len(self.end), time_s - window_s
         for segment in self._segments:
             if segment.start_s >= time_s:
                 break
             if segment.end_s <= at_s:
                 continue
-            if segment.start_s > at_s:  # it stood still before
-                total += (segment.start_s - at_s) * segment.start[motor]
-                at_s = segment.start_s
-            until_s = min(segment.end_s, time_s)
-            ends = segment.at(motor, at_s) + segment.at(motor, until_s)
-            total += (until_s - at_s) * ends / 2.0
-            at_s = until_s
+            begin_s, end_s = max(segment.start_s, at_s), min(segment.end_s, time_s)
+            for motor in motors:
+                # it stood still before the segment, and turns evenly during it
+                totals[motor] += (begin_s - at_s) * segment.start[motor]
+                ends = segment.at(motor, begin_s) + segment.at(motor, end_s)
+                totals[motor] += (end_s - begin_s) * ends / 2.0
+            at_s = end_s
         if at_s < time_s:
-            total += (time_s - at_s) * self.at(motor, time_s)
-        return total / window_s
+            for motor in motors:
+                totals[motor] += (time_s - at_s) * self.at(motor, time_s)
+        return [total / window_s for total in totals]
 
     def span(self, motor: int, early_s: float, late_s: float) -> Interval:
         """Return the range of a motor's places between two times."""
@@ -214,8 +217,7 @@ PAST_S = 1.0
 """How much of a course is kept: no reading is older."""
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
+class Order(NamedTuple):
     """A drive's target, and how fast the order lets it turn up and down."""
 
     sent_s: float
@@ -305,15 +307,15 @@ class Course:
         """Shift the course towards a reading."""
         self.place += by
 
-    def hull(self, from_s: float, to_s: float) -> Interval:
-        """Return the range of places between two moments."""
+    def hull(self, from_s: float) -> Interval:
+        """Return the range of places from a moment to the present."""
         places = []
         for at_s, place in reversed(self._past):
-            if at_s <= to_s:
-                places.append(place)
+            places.append(place)
             if at_s < from_s:
                 break
-        return Interval(min(places), max(places)) if places else Interval(self.place, self.place)
+        places = places or [self.place]
+        return Interval(min(places), max(places))
 
     def in_force(self, from_s: float, late_s: float) -> tuple[Order, ...]:
         """Return the orders it may have obeyed since a moment, if they can be that late."""

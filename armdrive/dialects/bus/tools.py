@@ -2,7 +2,7 @@
 
 Each dialect fills in one `BusTools`, which its registry entry carries. Code that surveys a bus or
 commissions drives goes through these entries and names no dialect. Work on the wire is a script
-(`armdrive.dialects.exchange`), questions to a person are a talk (`armdrive.dialog`). Nothing here
+(`armdrive.dialects.exchange`), and a `DriveDialog` asks a person. Nothing here
 touches a wire or a clock.
 """
 
@@ -11,12 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.exchange import Received, Script, ScriptIO, ScriptLoop
-from armdrive.dialog.conversation import Finding, Talk, note, problem
+from armdrive.dialog.conversation import Dialog, Finding, note, problem
 from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker
 
@@ -29,37 +30,34 @@ Heard: TypeAlias = Mapping[int, Any]
 """The nodes that sent something on their own, and the state each reported."""
 
 
-# Work on the wire as steps of a talk, and raw frames for scripts that read them.
+# Work on the wire during a dialog, and raw frames for scripts that read them.
 
 T = TypeVar("T")
 Executor: TypeAlias = Controller | ScriptLoop[Any]
 """Carries out one request at a time, without wire or clock."""
 
 
-@dataclass(frozen=True, slots=True)
-class CarryOut:
-    """Carry out a controller's request or a script; the result is its reply.
+CarryOut: TypeAlias = Callable[[Executor, Any, float], Any]
+"""Carries out a controller's request or a script; returns its reply.
 
-    After `silent_after_s` no frame passes for a while, as if this program had died. Then the
-    request is stopped.
-    """
-
-    executor: Executor
-    request: Any
-    silent_after_s: float = math.inf
+After a time, which may be infinite, no frame passes for a while, as if this program had died. Then
+the request is stopped.
+"""
 
 
 @dataclass(frozen=True, slots=True)
-class OnWire:
-    """Carry out a script on the wire that it receives; the result is what it returns."""
+class DriveDialog(Dialog):
+    """A dialog about drives, with the wire to them; `keep` saves the notes so far."""
 
-    script: Callable[[Any], Script[Any, Any]]
+    scripts: ScriptLoop[Any]
+    carry_out: CarryOut
+    keep: Callable[[Mapping[str, Any]], None]
 
-
-def on_wire(script: Callable[..., Script[Any, T]], *args: object) -> Talk[T]:
-    """Carry out a script with the wire and these arguments; return its result."""
-    result: T = yield OnWire(lambda wire: script(wire, *args))
-    return result
+    def on_wire(self, script: Callable[..., Script[Any, T]], *args: object) -> T:
+        """Carry out a script with the wire and these arguments; return its result."""
+        work = partial(script, self.scripts.io, *args)
+        result: T = self.carry_out(self.scripts, work, math.inf)
+        return result
 
 
 FrameWire: TypeAlias = ScriptIO[Frame]
@@ -139,16 +137,16 @@ class DriveAtHand(Protocol):
     def by_itself(self) -> ArmConfig:
         """An arm with only this drive, which turns its motor slowly, one step a count."""
 
-    def settle(self) -> Talk[int]:
+    def settle(self) -> int:
         """Set it up; return its motor current in mA, 0 if that was not changed."""
 
-    def calibrate(self) -> Talk[bool]:
+    def calibrate(self) -> bool:
         """Offer to calibrate its encoder; return whether it is calibrated now."""
 
-    def offer_zero(self) -> Talk[None]:
+    def offer_zero(self) -> None:
         """Offer a new zero if it counts too far from its own."""
 
-    def set_watchdog(self, seconds: float) -> Talk[bool]:
+    def set_watchdog(self, seconds: float) -> bool:
         """Make it stop by itself on a silent bus; return whether it will."""
 
 
@@ -156,17 +154,18 @@ class DriveAtHand(Protocol):
 class CommissioningTools:
     """How one dialect's drives are set up, one at a time.
 
-    `new_id` is the id of every new drive. `arrive` brings a drive to its id: it takes the arm, the
-    drive, and whether the arm has other drives, and returns None if the person skips the drive.
-    `alone` takes the wire and finds out whether exactly one drive answers to an id. `section`
-    returns the arm file's section for drives with these ids and this current (0: not stated).
+    `new_id` is the id of every new drive. `arrive` brings a drive to its id: it takes the dialog,
+    the arm, the drive, and whether the arm has other drives, and returns None if the person skips
+    the drive. `alone` takes the wire and finds out whether exactly one drive answers to an id.
+    `section` returns the arm file's section for drives with these ids and this current (0: not
+    stated).
     """
 
     new_id: int
     counts_per_turn: int
     steps: tuple[str, ...]
     caution: str
-    arrive: Callable[[ArmConfig, DrivePlace, bool], Talk[DriveAtHand | None]]
+    arrive: Callable[[DriveDialog, ArmConfig, DrivePlace, bool], DriveAtHand | None]
     alone: Callable[[Any, int], Script[Any, bool]]
     section: Callable[[Any, Sequence[int], int], Mapping[str, Any]]
 

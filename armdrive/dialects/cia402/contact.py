@@ -25,7 +25,6 @@ from armdrive.dialects.cia402.wire import (
     FAULTS,
     Cia402Drive,
     astray_alert,
-    setups,
 )
 from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
@@ -57,7 +56,7 @@ def required_settings(node: int, quick_slope: float, cycle_ms: int | None) -> tu
 
     `cycle_ms` is None if no cyclic mode is used.
     """
-    received, transmitted = setups(node)
+    received, transmitted = canopen.drive_pdos(node)
     cyclic = (
         Write(canopen.PERIOD, DataType.U8, cycle_ms or 0),
         Write(canopen.PERIOD_POWER, DataType.I8, MILLISECONDS),

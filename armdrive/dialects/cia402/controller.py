@@ -33,7 +33,6 @@ from armdrive.dialects.cia402.exchange import (
 from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
-from armdrive.dialects.cia402.wire import BusEvent
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
@@ -49,7 +48,7 @@ from armdrive.tasks import (
     Request,
     SwitchOn,
 )
-from firmware_protocol.canopen import Emergency
+from firmware_protocol.canopen import Emergency, HostEvent
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
@@ -64,7 +63,7 @@ ROUNDING = 2.0
 """How far a drive may be off its share of a burst, since speeds and ramps are whole numbers."""
 
 
-class Cia402Controller(ScriptRunner[BusEvent]):
+class Cia402Controller(ScriptRunner[HostEvent]):
     """Drives the drives of one arm: hands each request to a collaborator."""
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
@@ -126,7 +125,7 @@ class Cia402Controller(ScriptRunner[BusEvent]):
         self.abilities = replace(self.abilities, queued_segments=AHEAD * self.group.is_cyclic)
         return reply
 
-    def unsolicited(self, event: BusEvent) -> None:
+    def unsolicited(self, event: HostEvent) -> None:
         """Record an event; between requests, report what is wrong."""
         self.group.note(event)
         drive = self.group.by_node.get(getattr(event, "node", 0))

@@ -19,8 +19,6 @@ from armdrive.dialects.cia402.objects import object_words, value_words
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.wire import (
     FAULTS,
-    BusEvent,
-    Cia402Bus,
     Cia402Drive,
     DriveGroup,
     HeartbeatProducer,
@@ -28,7 +26,14 @@ from armdrive.dialects.cia402.wire import (
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout, never
 from firmware_protocol import canopen
-from firmware_protocol.canopen import Command, Controlword, DriveState, OperationMode, way
+from firmware_protocol.canopen import (
+    Command,
+    Controlword,
+    DriveState,
+    HostEvent,
+    OperationMode,
+    way,
+)
 from firmware_protocol.frames import pack
 
 TRIES = 3
@@ -53,10 +58,10 @@ RESPONSE_S = 1.0
 take two cycles; real ones were not measured."""
 
 T = TypeVar("T")
-Script: TypeAlias = Generator[float, BusEvent | None, T]
+Script: TypeAlias = Generator[float, HostEvent | None, T]
 
 
-class Cia402Exchange(ScriptIO[BusEvent]):
+class Cia402Exchange(ScriptIO[HostEvent]):
     """Sends commands to drives and waits for their reports. A cycle lasts `cycle_s`."""
 
     look_at = ALL_SILENT
@@ -66,11 +71,11 @@ class Cia402Exchange(ScriptIO[BusEvent]):
         settings: Cia402Settings,
         names: Iterable[str],
         cycle_s: float,
-        on_unsolicited: Callable[[BusEvent], None],
+        on_unsolicited: Callable[[HostEvent], None],
     ) -> None:
         super().__init__(on_unsolicited)
         self.settings, self.cycle_s = settings, cycle_s
-        self.bus = Cia402Bus(settings.ids)
+        self.bus = canopen.Host(settings.ids)
         self.group = DriveGroup(self, settings, names)
         self.beats = HeartbeatProducer(settings.master_id, settings.beat_ms / 1000.0)
         self.began_s = -math.inf

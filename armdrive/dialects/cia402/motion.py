@@ -95,8 +95,7 @@ class CyclicTrip:
         self._rate = self._rate / 2.0 if stand else self._next_rate(period_s, wait)
         self.time_s += 0.0 if stand else self._rate * period_s
         self.path.discard_before(self.time_s, self.window_s)
-        motors = range(len(self.path.end))
-        return tuple(round(self.path.averaged(i, self.time_s, self.window_s)) for i in motors)
+        return tuple(map(round, self.path.averaged(self.time_s, self.window_s)))
 
     def _next_rate(self, period_s: float, wait: bool) -> float:
         """Return the rate of path time; during a pause it falls towards the path's end."""

@@ -1,21 +1,15 @@
-"""The wire to CiA 402 drives: frames out, events in, and the state of each drive.
+"""The state of CiA 402 drives as their events show it, and this program's heartbeat.
 
-    Cia402Bus          commands to bytes, and bytes to events; sans-IO
-    HeartbeatProducer  sends this program's heartbeat, without which the drives stop
-    Cia402Drive        the last report of one drive, and its shaft
-    DriveGroup         all drives of an arm: records their events, and finds what is wrong
-
-Each drive uses its first PDOs, both bound to the SYNC: it receives controlword, mode and target,
-and transmits statusword, mode and position. No frame on the bus makes this module raise.
+HeartbeatProducer  sends this program's heartbeat, without which the drives stop
+Cia402Drive        the last report of one drive, and its shaft
+DriveGroup         all drives of an arm: records their events, and finds what is wrong
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
@@ -23,162 +17,11 @@ from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, ProtocolWarning, Registers
 from firmware_protocol import canopen
 from firmware_protocol.canopen.sdo import Upload
-from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import pack
 from kinematics.spaces import Motors
 
-RECEIVED = canopen.Mapping.of_objects(
-    canopen.STANDARD, canopen.CONTROLWORD, canopen.MODE, canopen.TARGET_POSITION
-)
-TRANSMITTED = canopen.Mapping.of_objects(
-    canopen.STANDARD, canopen.STATUSWORD, canopen.MODE_SHOWN, canopen.POSITION
-)
 TARGET_MAX = (1 << 31) - 1
 """The greatest target that can be commanded, in increments."""
-
-
-@dataclass(frozen=True, slots=True)
-class NodeMessage:
-    """A drive's report at a SYNC: its state and its position in increments."""
-
-    node: int
-    word: canopen.Statusword
-    mode: int
-    position: int
-
-
-@dataclass(frozen=True, slots=True)
-class SdoAnswered:
-    """An event of the transfer with a node."""
-
-    node: int
-    event: canopen.SdoEvent
-
-
-@dataclass(frozen=True, slots=True)
-class ForeignFrame:
-    """A frame that no drive of this arm sends, or an unreadable one."""
-
-    frame: Frame
-    reason: str = ""
-
-    def __str__(self) -> str:
-        return f"frame {self.frame}{': ' if self.reason else ''}{self.reason}"
-
-
-BusEvent: TypeAlias = (
-    NodeMessage | SdoAnswered | canopen.Emergency | canopen.Heartbeat | ForeignFrame
-)
-
-
-def setups(node: int) -> tuple[canopen.PdoSetup, canopen.PdoSetup]:
-    """Return the PDO settings that a drive needs."""
-    return (
-        canopen.PdoSetup(canopen.Direction.RECEIVED, 1, node, RECEIVED),
-        canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, node, TRANSMITTED),
-    )
-
-
-class Cia402Bus:
-    """Encodes commands and decodes frames. It has no clock."""
-
-    def __init__(self, nodes: Iterable[int]) -> None:
-        self._clients = {node: canopen.SdoClient(node) for node in nodes}
-        self._unpacker = Unpacker()
-        self._events: deque[BusEvent] = deque()
-        self._owed = bytearray()
-
-    # -- sending ------------------------------------------------------------------------------
-
-    def command(
-        self, node: int, word: canopen.Controlword, mode: canopen.OperationMode, target: int
-    ) -> bytes:
-        """Return a command that a drive obeys from the next SYNC on."""
-        data = RECEIVED.pack((word.value, int(mode), target))
-        return pack(Frame(canopen.cob_id(canopen.Service.RPDO1, node), data))
-
-    def sync(self) -> bytes:
-        """Return a SYNC: every drive acts on its command and reports."""
-        return pack(canopen.Sync().frame)
-
-    def upload(self, node: int, place: canopen.Place) -> bytes:
-        """Begin to read an object."""
-        return pack(self._clients[node].upload(place))
-
-    def download(self, node: int, place: canopen.Place, data: bytes) -> bytes:
-        """Begin to write an object."""
-        return pack(self._clients[node].download(place, data))
-
-    def abandon(self, node: int) -> bytes:
-        """Abort a transfer; return the frame that informs the node.
-
-        Its events that were not fetched are dropped, or they would pass for the answer to the next
-        transfer.
-        """
-        self._events = deque(each for each in self._events if not _answers(each, node))
-        frame = self._clients[node].abandon(canopen.AbortCode.TIMED_OUT)
-        return b"" if frame is None else pack(frame)
-
-    def owed(self) -> bytes:
-        """Return the frames that running transfers need next."""
-        data = bytes(self._owed)
-        self._owed.clear()
-        return data
-
-    # -- receiving ----------------------------------------------------------------------------
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the bus, in any portions."""
-        for frame in self._unpacker.feed(data):
-            self._receive(frame)
-
-    def silence(self) -> None:
-        """End a half-received record after a silence."""
-        for frame in self._unpacker.silence():
-            self._receive(frame)
-
-    def next_event(self) -> BusEvent | None:
-        """Return the next event, or None."""
-        return self._events.popleft() if self._events else None
-
-    def _receive(self, frame: Frame) -> None:
-        found = None if frame.extended or frame.remote else canopen.service_of(frame.can_id)
-        if found is None:
-            self._events.append(ForeignFrame(frame))
-            return
-        service, node = found
-        try:
-            self._take(frame, service, node)
-        except RemoteProtocolError as error:
-            self._events.append(ForeignFrame(frame, str(error)))
-
-    def _take(self, frame: Frame, service: canopen.Service, node: int) -> None:
-        client = self._clients.get(node)
-        if service is canopen.Service.HEARTBEAT:
-            self._events.append(canopen.Heartbeat.read(frame))
-        elif client is None:
-            self._events.append(ForeignFrame(frame))
-        elif service is canopen.Service.TPDO1:
-            word, mode, position = TRANSMITTED.unpack(frame.data)
-            report = NodeMessage(node, canopen.Statusword(int(word)), int(mode), int(position))
-            self._events.append(report)
-        elif service is canopen.Service.EMCY:
-            self._events.append(canopen.Emergency.read(frame))
-        elif service is canopen.Service.SDO_RESPONSE:
-            self._answer(client, frame, node)
-        else:
-            self._events.append(ForeignFrame(frame))
-
-    def _answer(self, client: canopen.SdoClient, frame: Frame, node: int) -> None:
-        reply = client.receive_frame(frame)
-        if reply is not None:
-            self._owed += pack(reply)
-        while (event := client.next_event()) is not None:
-            self._events.append(SdoAnswered(node, event))
-
-
-def _answers(event: BusEvent, node: int) -> bool:
-    return isinstance(event, SdoAnswered) and event.node == node
 
 
 class HeartbeatProducer:
@@ -282,7 +125,7 @@ class Cia402Drive:
         if self.state is not canopen.DriveState.ENABLED:
             self.last_fall = self.state
 
-    def note(self, report: NodeMessage, now_s: float) -> None:
+    def note(self, report: canopen.DriveReport, now_s: float) -> None:
         """Record its report."""
         self.show(report.word)
         self.mode, self.missed = report.mode, 0
@@ -310,6 +153,12 @@ class Cia402Drive:
         self.error = ""
 
     # -- faults -------------------------------------------------------------------------------
+
+    @property
+    def obeys(self) -> bool:
+        """Whether it has been enabled since the motion began, as far as it reported anything."""
+        enabled = self.state is canopen.DriveState.ENABLED and self.last_fall is None
+        return enabled and not self.booted and self.network is canopen.NodeState.OPERATIONAL
 
     @property
     def away_words(self) -> str:
@@ -348,7 +197,7 @@ class DriveGroup:
     """
 
     def __init__(
-        self, io: ScriptIO[BusEvent], settings: Cia402Settings, names: Iterable[str]
+        self, io: ScriptIO[canopen.HostEvent], settings: Cia402Settings, names: Iterable[str]
     ) -> None:
         self._io = io
         self._settings = settings
@@ -390,28 +239,28 @@ class DriveGroup:
 
     # -- events -------------------------------------------------------------------------------
 
-    def note(self, event: BusEvent) -> None:
+    def note(self, event: canopen.HostEvent) -> None:
         """Record what an event shows."""
         drive, now_s = self.by_node.get(getattr(event, "node", 0)), self._io.now_s
         if drive is not None:
             drive.heard_s = self._io.listened.s
         match event:
-            case NodeMessage() if drive is not None:
+            case canopen.DriveReport() if drive is not None:
                 drive.note(event, now_s)
-            case SdoAnswered(
+            case canopen.SdoAnswered(
                 node, canopen.Uploaded() | canopen.Downloaded() | canopen.Aborted() as answer
             ):
                 self.answers[node] = answer
                 if isinstance(answer, canopen.Uploaded) and answer.place == canopen.SERIAL_NUMBER:
                     self._serials[node] = answer.data
-            case SdoAnswered(node, canopen.StrayResponse(Upload(place, content))) if (
+            case canopen.SdoAnswered(node, canopen.StrayResponse(Upload(place, content))) if (
                 place == canopen.SERIAL_NUMBER
             ):
                 if (
                     self._serials.get(node, content.data) != content.data
                 ):  # a repeated frame is equal
                     self.shared.add(node)
-            case SdoAnswered(node, canopen.UnreadableFrame(frame, reason)):
+            case canopen.SdoAnswered(node, canopen.UnreadableFrame(frame, reason)):
                 self._warn(f"node {node} sent an invalid answer, {frame}: {reason}")
             case canopen.Heartbeat(node) if node == self._settings.master_id:
                 self.rival_s = now_s
@@ -425,8 +274,8 @@ class DriveGroup:
                 if not event.over:  # keep the cause even after the error is over
                     drive.error = words
                 self._warn(f"{drive} reports: {words}")
-            case ForeignFrame():
-                self._warn(str(event))
+            case canopen.UnreadableFrame(frame, reason):
+                self._warn(f"frame {frame}: {reason}")
 
     def _warn(self, words: str) -> None:
         self._io.notify(ProtocolWarning(words))

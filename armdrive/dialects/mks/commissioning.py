@@ -12,7 +12,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
-from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DrivePlace, on_wire
+from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.mks.compare import value_words, wanted_settings
 from armdrive.dialects.mks.settings import MksSettings
@@ -28,15 +28,7 @@ from armdrive.dialects.mks.survey import (
 )
 from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
 from armdrive.dialects.mks.words import TALK, MksEar
-from armdrive.dialog.conversation import (
-    About,
-    Question,
-    Talk,
-    agreed,
-    ask,
-    say,
-    whole,
-)
+from armdrive.dialog.conversation import About, Question, whole
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     NODE_DEFAULT,
@@ -145,6 +137,7 @@ FAR = TARGET_MAX // 4
 class MksDriveAtHand:
     """A drive that is alone with its id, its answers, and its arm."""
 
+    dialog: DriveDialog
     arm: ArmConfig
     drive: DrivePlace
     found: KnownDrive
@@ -181,9 +174,9 @@ class MksDriveAtHand:
         )
         return _one_motor(replace(self.arm, device=device), self.drive.name, COUNTS_PER_TURN)
 
-    def settle(self) -> Talk[int]:
+    def settle(self) -> int:
         """Write the settings; return the motor current in mA, 0 if nothing was changed."""
-        current_ma = yield from self._current()
+        current_ma = self._current()
         wanted = [
             each
             for each in wanted_settings(self.arm.device, current_ma)
@@ -192,126 +185,111 @@ class MksDriveAtHand:
         differing = [
             each for each in wanted if self.found.settings.get(each.setting.code) != each.setting
         ]
-        yield from self._report_lacks()
+        self._report_lacks()
         if not differing:
-            yield from say(f"Its settings are right: {', '.join(each.what for each in wanted)}.")
+            self.dialog.say(f"Its settings are right: {', '.join(each.what for each in wanted)}.")
             return current_ma
         for each in differing:
             is_set = value_words(self.found.settings.get(each.setting.code))
             before = f"now {is_set}" if is_set else "not reported by this firmware"
-            yield from say(f"  {each.what:<18} {before}  ({each.why})")
+            self.dialog.say(f"  {each.what:<18} {before}  ({each.why})")
         many = f"these {len(differing)} settings" if len(differing) > 1 else "this setting"
-        if not (
-            yield from agreed(
-                f"Write {many} to drive {self.drive.node}? Nothing turns; the motor may begin to "
-                "hold.",
-                "The drive keeps them without power. no leaves it as it is: `armdrive doctor "
-                f"--arm {self.arm.name} --mend` can write them later.",
-                motor=self.drive.motor,
-            )
+        if not self.dialog.agreed(
+            f"Write {many} to drive {self.drive.node}? Nothing turns; the motor may begin to hold.",
+            "The drive keeps them without power. no leaves it as it is: `armdrive doctor "
+            f"--arm {self.arm.name} --mend` can write them later.",
         ):
             return 0
-        failed = []
-        for each in differing:
-            if not (yield from self._write(each.setting)):
-                failed.append(each.what)  # noqa: PERF401 - a talk cannot be held in one
+        failed = [each.what for each in differing if not self._write(each.setting)]
         if failed:
-            yield from say(f"The drive did not accept: {', '.join(failed)}.")
+            self.dialog.say(f"The drive did not accept: {', '.join(failed)}.")
         else:
             reads = Ability.READ_SETTINGS in self.found.able
             read = "written, and read back" if reads else "written"
-            yield from say(f"{', '.join(each.what for each in differing)}: {read}.")
+            self.dialog.say(f"{', '.join(each.what for each in differing)}: {read}.")
         return current_ma
 
-    def _write(self, setting: Setting) -> Talk[bool]:
-        return (yield from on_wire(write, self.drive.node, setting, self.found.able))
+    def _write(self, setting: Setting) -> bool:
+        return self.dialog.on_wire(write, self.drive.node, setting, self.found.able)
 
-    def set_watchdog(self, seconds: float) -> Talk[bool]:
+    def set_watchdog(self, seconds: float) -> bool:
         """Make it stop by itself on a silent bus; return whether it will."""
-        return (yield from self._write(SilenceWatchdog(round(seconds * 1000))))
+        return self._write(SilenceWatchdog(round(seconds * 1000)))
 
-    def _current(self) -> Talk[int]:
+    def _current(self) -> int:
         if self.arm.device.current_ma:
             return int(min(self.arm.device.current_ma, self.found.most_ma))
         present = self.found.settings.get(Code.CURRENT)
         default = str(present.current_ma) if isinstance(present, SetCurrent) else None
         most_ma = self.found.most_ma
-        answer = yield from ask(
+        answer = self.dialog.ask(
             Question(
-                "",
                 f"Current of the {self.drive.name} motor, in mA?",
                 f"What its data sheet calls rated or phase current, up to {most_ma} mA for this "
                 "board. Too little stalls, too much makes it hot: begin with less.",
                 whole(1, most_ma, "mA"),
                 default,
             ),
-            About.NUMBER,
-            self.drive.motor,
         )
         return int(answer)
 
-    def _report_lacks(self) -> Talk[None]:
+    def _report_lacks(self) -> None:
         if self.arm.device.watchdog_s and Ability.SILENCE_WATCHDOG not in self.found.able:
-            yield from say(
+            self.dialog.say(
                 "Its firmware has no watchdog (98, from 1.0.9 on): if the computer dies, it runs "
                 "on to its last target, which is never more than 0.3 s ahead."
             )
 
-    def calibrate(self) -> Talk[bool]:
+    def calibrate(self) -> bool:
         """Offer a calibration; return whether the encoder is calibrated, as far as is known."""
         known = self.found.version is not None
         already = self.found.version is not None and self.found.version.calibrated
         if already:
-            wanted = yield from agreed(
+            wanted = self.dialog.agreed(
                 _ALREADY,
                 "Needed only after the drive was mounted on another motor.",
                 About.FREE,
-                self.drive.motor,
-                "no",
+                default="no",
             )
         else:
             state = "reports that it is not" if known else "does not report whether it is"
-            yield from say(
+            self.dialog.say(
                 f"Drive {self.drive.node} {state} calibrated. Calibration turns the motor by "
                 f"itself, for up to {LONGEST_S:g} s, and only switching its supply off is "
                 "certain to stop it. So the shaft must be free: no belt, no gear, no arm. A drive "
                 "that was sold with its motor usually is calibrated."
             )
-            wanted = yield from agreed(
+            wanted = self.dialog.agreed(
                 f"Is the shaft of the {self.drive.name} motor free, and may it turn now?",
                 "no skips it; calibrate before the motor is built in.",
                 About.FREE,
-                self.drive.motor,
             )
         if not wanted:
             return already or not known
-        if (yield from on_wire(calibrate, self.drive.node)):
-            yield from say(f"Drive {self.drive.node} is calibrated.")
+        if self.dialog.on_wire(calibrate, self.drive.node):
+            self.dialog.say(f"Drive {self.drive.node} is calibrated.")
             return True
-        yield from say(
+        self.dialog.say(
             f"Drive {self.drive.node} did not calibrate. Look at the supply (12 V at least), at "
             "the motor's two phases, and that the magnet sits on the shaft's end; then try "
             "again."
         )
         return False
 
-    def offer_zero(self) -> Talk[None]:
+    def offer_zero(self) -> None:
         """Offer a new zero to a drive that is far from its own."""
         counts = self.found.counts
         if counts is None or abs(counts) < FAR or Ability.ZERO not in self.found.able:
             return
         turns = abs(counts) / COUNTS_PER_TURN
-        if not (
-            yield from agreed(
-                f"It is {turns:.0f} turns from its zero, and targets reach only 512. Make its "
-                "present position the zero? Nothing turns; reference the arm afterwards.",
-                "92. A drive counts from where it was switched on, or from where it was homed.",
-                motor=self.drive.motor,
-            )
+        if not self.dialog.agreed(
+            f"It is {turns:.0f} turns from its zero, and targets reach only 512. Make its "
+            "present position the zero? Nothing turns; reference the arm afterwards.",
+            "92. A drive counts from where it was switched on, or from where it was homed.",
         ):
             return
-        taken = yield from on_wire(order, self.drive.node, SetZero())
-        yield from say("It counts from here." if taken else "The drive did not accept the zero.")
+        taken = self.dialog.on_wire(order, self.drive.node, SetZero())
+        self.dialog.say("It counts from here." if taken else "The drive did not accept the zero.")
 
 
 def _one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
@@ -344,57 +322,57 @@ CHECKS = (
 )
 
 
-def arrive(arm: ArmConfig, drive: DrivePlace, others: bool) -> Talk[MksDriveAtHand | None]:
+def arrive(
+    dialog: DriveDialog, arm: ArmConfig, drive: DrivePlace, others: bool
+) -> MksDriveAtHand | None:
     """Bring a drive to its id; None if the person skips it."""
-    found = yield from _recognised(drive, others)
+    found = _recognised(dialog, drive, others)
     while found is None:
-        if not (yield from _plug_in(drive)):
+        if not _plug_in(dialog, drive):
             return None
-        ready: bool | None = yield from on_wire(answers, drive.node)
+        ready: bool | None = dialog.on_wire(answers, drive.node)
         if not ready:
-            ready = yield from _give_id(drive)
+            ready = _give_id(dialog, drive)
         if ready is None:
             return None
         if ready:
-            found = yield from _checked(drive)
-    return MksDriveAtHand(arm, drive, found)
+            found = _checked(dialog, drive)
+    return MksDriveAtHand(dialog, arm, drive, found)
 
 
-def _recognised(drive: DrivePlace, others: bool) -> Talk[KnownDrive | None]:
+def _recognised(dialog: DriveDialog, drive: DrivePlace, others: bool) -> KnownDrive | None:
     """Return the drive if its id answers and can only be this one."""
     if drive.node == NODE_DEFAULT and others:
         return None  # may be a new drive, so the person has to confirm it
-    if not (yield from on_wire(answers, drive.node)):
+    if not dialog.on_wire(answers, drive.node):
         return None
-    return (yield from _checked(drive))
+    return _checked(dialog, drive)
 
 
-def _plug_in(drive: DrivePlace) -> Talk[bool]:
+def _plug_in(dialog: DriveDialog, drive: DrivePlace) -> bool:
     words = f"Is the drive of the {drive.name} plugged in, and no other new one?"
-    yield from say(
+    dialog.say(
         f"Plug the CAN cable of the {drive.name} drive in. Drives that have their ids may stay."
     )
-    return (
-        yield from agreed(
-            words,
-            f"{ONE_AT_A_TIME} no skips the {drive.name} for now.",
-            About.CONNECT,
-            drive.motor,
-        )
+    return dialog.agreed(
+        words,
+        f"{ONE_AT_A_TIME} no skips the {drive.name} for now.",
+        About.CONNECT,
+        drive.motor,
     )
 
 
-def _checked(drive: DrivePlace) -> Talk[KnownDrive | None]:
+def _checked(dialog: DriveDialog, drive: DrivePlace) -> KnownDrive | None:
     """Examine a drive that answers; None if two do, or it is gone again."""
-    found = yield from on_wire(known, drive.node)
+    found = dialog.on_wire(known, drive.node)
     if found is None:
-        yield from say(CHECKS)
+        dialog.say(CHECKS)
         return None
     if found.doubled:
-        yield from say(_two(drive.node))
+        dialog.say(_two(drive.node))
         return None
     calibrated = "" if found.version is None else _calibrated_words(found.version.calibrated)
-    yield from say(
+    dialog.say(
         f"Drive {found.node} answers: {found.board}, {found.firmware_words}, "
         f"at {found.counts} counts{calibrated}."
     )
@@ -405,39 +383,36 @@ def _calibrated_words(is_so: bool) -> str:
     return ", calibrated" if is_so else ", its encoder not calibrated"
 
 
-def _give_id(drive: DrivePlace) -> Talk[bool | None]:
+def _give_id(dialog: DriveDialog, drive: DrivePlace) -> bool | None:
     """Give the new drive, which has id 1, the id of its motor; None if the person declines.
 
     False means that it failed: the person may plug in another drive and try again.
     """
-    if not (yield from on_wire(answers, NODE_DEFAULT)):
-        yield from say(CHECKS)
+    if not dialog.on_wire(answers, NODE_DEFAULT):
+        dialog.say(CHECKS)
         return False
-    if (yield from on_wire(is_shared, NODE_DEFAULT)):
-        yield from say(_two(NODE_DEFAULT))
+    if dialog.on_wire(is_shared, NODE_DEFAULT):
+        dialog.say(_two(NODE_DEFAULT))
         return False
-    if not (
-        yield from agreed(
-            f"A new drive answers as id {NODE_DEFAULT}. Make it id {drive.node}, for the "
-            f"{drive.name}? Nothing turns.",
-            "It keeps the id without power (8B). no leaves it as it is.",
-            motor=drive.motor,
-        )
+    if not dialog.agreed(
+        f"A new drive answers as id {NODE_DEFAULT}. Make it id {drive.node}, for the "
+        f"{drive.name}? Nothing turns.",
+        "It keeps the id without power (8B). no leaves it as it is.",
     ):
         return None
-    taken = yield from on_wire(_take_id, drive.node)
-    if not (yield from on_wire(answers, drive.node)):
+    taken = dialog.on_wire(_take_id, drive.node)
+    if not dialog.on_wire(answers, drive.node):
         why = "The drive refused the id." if taken is False else "It does not answer to the new id."
-        yield from say(f"{why} Switch its supply off and on, then try again.")
+        dialog.say(f"{why} Switch its supply off and on, then try again.")
         return False
-    if (yield from on_wire(answers, NODE_DEFAULT)):
-        yield from say(
+    if dialog.on_wire(answers, NODE_DEFAULT):
+        dialog.say(
             f"Id {drive.node} answers now, but id {NODE_DEFAULT} still does as well: a second new "
             f"drive is on the bus, and may have become id {drive.node} too. Unplug all but one of "
             "them, and set the CanID of the others back in their menu if it has changed."
         )
         return False
-    yield from say(f"It is drive {drive.node} now" + ("." if taken else ", without confirming it."))
+    dialog.say(f"It is drive {drive.node} now" + ("." if taken else ", without confirming it."))
     return True
 
 

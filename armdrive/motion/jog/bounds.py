@@ -12,8 +12,8 @@ from armdrive.motion.frames import BASE, axes_of
 from armdrive.motion.plan import guard_error
 from armdrive.moves import Space
 from armdrive.runtime.position import ArmCoordinates
-from kinematics.errors import KinematicsError, Unreachable
-from kinematics.geometry import ArmGeometry
+from kinematics.errors import KinematicsError
+from kinematics.geometry import ArmGeometry, Unreachable
 from kinematics.guards.guards import Violation
 from kinematics.guards.path import first_violation
 from kinematics.spaces import Joints, Pose

@@ -1,8 +1,8 @@
-"""The grammar of programs, the parser made from it, and the sentences about mistakes.
+"""The parser of programs, and the sentences about mistakes.
 
-One grammar describes a whole program. The parser is fed line by line, so one mistake hides no
-other: a line that does not fit is left out, and the parser goes on where it was before that line. A
-prompt feeds the same parser with the lines as they are typed.
+One grammar, program.lark, describes a whole program. The parser is fed line by line, so one mistake
+hides no other: a line that does not fit is left out, and the parser goes on where it was before
+that line. A prompt feeds the same parser with the lines as they are typed.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Iterable, Iterator, Mapping
-from copy import copy
 from dataclasses import replace
 from functools import cache
 from itertools import chain
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias, cast
 
 from lark import Lark, Token, Transformer, UnexpectedCharacters, UnexpectedInput, v_args
-from lark.parsers.lalr_parser_state import ParserState
+from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from armdrive.programs.language.syntax import (
     Assign,
@@ -56,100 +56,6 @@ from armdrive.programs.problems import (
     program_error,
 )
 from kinematics.errors import suggestion
-
-GRAMMAR = r"""
-program: (line | definition)*
-body: line*
-
-line: label? simple? note
-    | label
-    | label? block -> block_line
-definition: label? define note body end
-note: COMMENT? BREAK
-end: "end"i note
-
-label: (NAME | NUMBER) ":" | NUMBER
-
-?simple: do | assign | point | call | goto | if_goto
-?block: if_ | loop
-
-do: WORD arguments? link*
-link: LINK arguments
-assign: NAME "=" expr
-point: "point"i NAME "=" expr
-call: NAME ("(" arguments? ")")?
-goto: "goto"i target
-target: NAME | NUMBER
-if_goto: IF expr "then"i "goto"i? target
-
-if_: first else_if* else_? end
-first: IF expr "then"i? note body -> branch
-else_if: ELSEIF expr "then"i? note body -> branch
-else_: ELSE note body -> branch
-loop: (while_ | repeat) note body end
-while_: WHILE expr
-repeat: REPEAT expr? ("as"i NAME)?
-define: "define"i NAME ("(" names? ")")?
-names: NAME ("," NAME)*
-
-values: arguments COMMENT?
-
-arguments: expr ("," expr)*
-
-?expr: expr OR both -> binary
-     | both
-?both: both AND negated -> binary
-     | negated
-?negated: NOT negated -> unary
-        | comparison
-?comparison: sum COMPARE sum -> binary
-           | sum
-?sum: sum (PLUS | MINUS) product -> binary
-    | product
-?product: product (TIMES | OVER) signed -> binary
-        | signed
-?signed: MINUS signed -> unary
-       | part
-?part: part "." NAME -> field
-     | atom
-?atom: NUMBER -> number
-     | PERCENT -> percent
-     | TEXT -> text
-     | TRUTH -> truth
-     | NAME -> name
-     | NAME "(" arguments? ")" -> use
-     | JOINTS "(" joint ("," joint)* ")" -> joints
-     | "(" expr ")" -> inner
-joint: NAME sum
-
-%declare BREAK
-IF: "if"i
-ELSE: "else"i
-ELSEIF.3: /else[ \t]*if(?![a-z0-9_])/i
-WHILE: "while"i
-REPEAT: "repeat"i
-WORD.3: /(@words@)(?![a-z0-9_])/i
-LINK.3: /(@links@)(?![a-z0-9_])/i
-TRUTH.3: /(true|false|on|off)(?![a-z0-9_])/i
-JOINTS.3: /joints(?![a-z0-9_])/i
-COMPARE.3: /==|!=|<>|<=|>=|<|>|=|(is\s+not|is|eq|ne|lt|le|gt|ge)(?![a-z0-9_])/i
-OR.3: /or(?![a-z0-9_])/i
-AND.3: /and(?![a-z0-9_])/i
-NOT.3: /not(?![a-z0-9_])/i
-NAME: /(?!(@shapes@)(?![a-z0-9_]))[a-z_][a-z0-9_]*/i
-PERCENT.3: /(([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?)[ \t]*%/i
-NUMBER.2: /([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?/i
-TEXT: /"([^"]|"")*"/
-PLUS: "+"
-MINUS: "-"
-TIMES: "*"
-OVER: "/"
-COMMENT: /#.*/s
-
-%ignore /[ \t]+/
-"""
-"""In lark's notation; the words come from the vocabulary."""
-
 
 # Sentences about a line that cannot be read.
 
@@ -280,6 +186,7 @@ SIGNS: Mapping[str, str] = MappingProxyType(
 _TRUE = ("on", "true")
 
 _Body: TypeAlias = tuple[Statement, ...]
+_Branches: TypeAlias = tuple[IfBranch, ...]
 _Link: TypeAlias = tuple[str, tuple[Expression, ...]]
 """One of `into`, `by` and `within` with its values."""
 
@@ -290,6 +197,10 @@ class _TreeMaker(Transformer[Token, Tree]):
 
     Each method is named after a rule of the grammar, and is called with the rule's parts. `note` is
     the comment at the end of a line, None without one.
+
+    Whatever spans several lines is a tuple that grows by copying, and not a repetition of the
+    grammar: lark extends the list of a repetition in place, and a line that turns out to be wrong
+    could not be undone.
     """
 
     def __init__(self) -> None:
@@ -299,16 +210,19 @@ class _TreeMaker(Transformer[Token, Tree]):
     def _mark(self, token: Token) -> SourceMark:
         return SourceMark(token.line or 1, token.column or 1, self.file)
 
-    def program(self, *lines: _Body) -> Tree:
-        return Tree(self.body(*lines))
+    def program(self, lines: _Body) -> Tree:
+        return Tree(lines)
 
     def values(self, values: list[Expression], *_: Token) -> list[Expression]:
         return values
 
     # -- lines -------------------------------------------------------------------------------
 
-    def body(self, *lines: _Body) -> _Body:
-        return tuple(chain.from_iterable(lines))
+    def empty(self) -> _Body:
+        return ()
+
+    def joined(self, lines: _Body, more: _Body) -> _Body:
+        return lines + more
 
     def line(self, *parts: Statement) -> _Body:
         *before, note = parts
@@ -317,7 +231,7 @@ class _TreeMaker(Transformer[Token, Tree]):
         return (*before[:-1], _noted(before[-1], note.text))
 
     def block_line(self, *parts: Label | _Body) -> _Body:
-        return self.body(*(part if isinstance(part, tuple) else (part,) for part in parts))
+        return tuple(chain.from_iterable(p if isinstance(p, tuple) else (p,) for p in parts))
 
     def note(self, *tokens: Token) -> Remark:
         text = tokens[0][1:].removeprefix(" ").rstrip() if len(tokens) > 1 else None
@@ -359,14 +273,17 @@ class _TreeMaker(Transformer[Token, Tree]):
 
     # -- blocks: a head is a statement without a body --------------------------------------------
 
-    def if_(self, *parts: IfBranch | _Body) -> _Body:
-        branches = tuple(part for part in parts if isinstance(part, IfBranch))
-        return (If(branches, mark=branches[0].mark), *cast("_Body", parts[-1]))
+    def if_(self, branches: _Branches, *rest: Any) -> _Body:
+        *other, end = rest
+        return (If(branches + (other[0] if other else ()), mark=branches[0].mark), *end)
 
-    def branch(self, word: Token, *parts: Any) -> IfBranch:
+    def branch(self, word: Token, *parts: Any) -> _Branches:
         *condition, note, body = parts
         found = condition[0] if condition else None
-        return IfBranch(found, body, mark=self._mark(word), note=note.text or "")
+        return (IfBranch(found, body, mark=self._mark(word), note=note.text or ""),)
+
+    def other_branch(self, branches: _Branches, *parts: Any) -> _Branches:
+        return branches + self.branch(*parts)
 
     def loop(self, head: While | Repeat, note: Remark, body: _Body, end: _Body) -> _Body:
         return (replace(head, body=body, note=note.text or ""), *end)
@@ -481,7 +398,7 @@ class _SharedParser:
     def __init__(self) -> None:
         self.maker = _TreeMaker()
         self.lock = threading.Lock()
-        grammar = GRAMMAR
+        grammar = Path(__file__).with_name("program.lark").read_text("utf-8")
         for name, words in (
             ("words", SPELLINGS),
             ("links", LINKS),
@@ -510,23 +427,23 @@ class ProgramReader:
 
     def __init__(self, file: str = "", start: str = "program") -> None:
         self._file = file
+        self._start = start
         self._parser = _shared().lark.parse_interactive("", start=start)
-        self._state = self._parser.parser_state
 
     @property
     def open_blocks(self) -> list[Problem]:
         """The blocks whose `end` has not come yet; one that stands for an unread line has no text.
 
-        They are on the parser's stack: an `if` as its word, or as its first branch once there is an
+        They are on the parser's stack: an `if` as its word, or as its branches once there is an
         `else`; the others as statements without a body.
         """
         found: list[Problem] = []
-        for value in self._state.value_stack:
+        for value in self._parser.parser_state.value_stack:
             match value:
                 case Token(type="IF"):
                     found.append(self._unended(self._mark(value.line, value.column), value))
-                case IfBranch() if value.condition is not None:
-                    found.append(self._unended(value.mark, "if"))
+                case (IfBranch(condition=condition) as first, *_) if condition is not None:
+                    found.append(self._unended(first.mark, "if"))
                 case While() | Repeat() | Define():
                     found.append(self._unended(value.mark, type(value).__name__))
                 case Token(type="END"):
@@ -535,35 +452,33 @@ class ProgramReader:
 
     def take(self, line: str, number: int = 1, end: str = "BREAK") -> object:
         """Take the next line; `end` is the terminal after it. Raises `LineMistake`."""
-        found: object = None
-        for token in self._fitting(line, number, end):
-            found = self._feed(token)
-        return found
-
-    def _fitting(self, line: str, number: int, end: str) -> list[Token]:
-        """Return the tokens of a line that fits here. Raises `LineMistake`.
-
-        A copy of the parser that makes nothing tries them, since what is made cannot be undone.
-        """
-        trial = self._parser.copy(deepcopy_values=False)  # type: ignore[no-untyped-call] # lark's
-        state = trial.parser_state
-        state.parse_conf = copy(state.parse_conf)
-        state.parse_conf.callbacks = {}
-        before, operators, tokens = len(self.open_blocks), 0, list[Token]()
+        if len(line) > LONGEST_LINE:
+            text = f"a line has at most {LONGEST_LINE} characters"
+            raise self._mistake(number, LONGEST_LINE + 1, text)
+        deepest, operators = len(self.open_blocks) == DEEPEST_BLOCK, 0
+        parser, found, last = self._copy(line), None, None
         try:
-            for token in self._tokens(line, number, end, state):
-                trial.feed_token(token)
-                tokens.append(token)
+            for token in _tokens(parser, number, end):
                 operators += token.type in _NESTING
                 if operators > MOST_OPERATORS:
                     raise self._mistake(number, 1, "this is nested too deeply: name its parts")
-                if token.type in _OPENING and before == DEEPEST_BLOCK:
+                if token.type in _OPENING and deepest:
                     raise self._mistake(number, 1, f"at most {DEEPEST_BLOCK} blocks are nested")
+                found = self._feed(parser, token)
+                last = token
         except UnexpectedInput as error:
-            accepted = (trial if tokens else self._parser).accepts()
+            accepted = (self._parser if last is None else parser).accepts()  # type: ignore[no-untyped-call] # lark's
             column, text = mistake(error, line, accepted, statement=end == "BREAK")
             raise self._mistake(number, column, text) from None
-        return tokens
+        self._parser = parser
+        return found
+
+    def _copy(self, line: str) -> InteractiveParser:
+        """Return a parser that stands where this one stands, before a line."""
+        copied = _shared().lark.parse_interactive(line, start=self._start)
+        state, present = copied.parser_state, self._parser.parser_state
+        state.state_stack, state.value_stack = [*present.state_stack], [*present.value_stack]
+        return copied
 
     def leave_out(self, line: str, number: int) -> None:
         """Note a line that cannot be read. If it begins a block, an empty one stands for it.
@@ -572,40 +487,38 @@ class ProgramReader:
         """
         if _HEAD.match(line) and len(self.open_blocks) < DEEPEST_BLOCK:
             for kind, text in (("IF", ""), ("TRUTH", "on"), ("BREAK", "")):
-                self._feed(Token(kind, text, line=number, column=1))
+                self._feed(self._parser, Token(kind, text, line=number, column=1))
 
     def finish(self) -> tuple[Tree, list[Problem]]:
         """End the program; return its tree, and a problem for each block without an end."""
         blocks = self.open_blocks
         for token in (Token("END", "end"), Token("BREAK", "")) * len(blocks):
-            self._feed(token)
-        tree = cast("Tree", self._feed(Token("$END", "")))
+            self._feed(self._parser, token)
+        tree = cast("Tree", self._feed(self._parser, Token("$END", "")))
         return tree, [problem for problem in blocks if problem.text]
 
     def _unended(self, mark: SourceMark, word: str) -> Problem:
         return Problem(mark, f"this `{word.lower()}` has no `end`" if word else "")
 
-    def _tokens(self, line: str, number: int, end: str, state: ParserState[Any]) -> Iterator[Token]:
-        if len(line) > LONGEST_LINE:
-            text = f"a line has at most {LONGEST_LINE} characters"
-            raise self._mistake(number, LONGEST_LINE + 1, text)
-        lexer = _shared().lark.parse_interactive(line, start="program").lexer_thread
-        for token in lexer.lex(state):  # type: ignore[no-untyped-call] # lark's
-            token.line = number
-            yield token
-        yield Token(end, "", line=number, column=1)
-
-    def _feed(self, token: Token) -> object:
+    def _feed(self, parser: InteractiveParser, token: Token) -> object:
         shared = _shared()
         with shared.lock:
             shared.maker.file = self._file
-            return self._parser.feed_token(token)
+            return parser.feed_token(token)
 
     def _mark(self, line: int | None, column: int | None) -> SourceMark:
         return SourceMark(line or 1, column or 1, self._file)
 
     def _mistake(self, number: int, column: int, text: str) -> LineMistake:
         return LineMistake(Problem(self._mark(number, column), text))
+
+
+def _tokens(parser: InteractiveParser, number: int, end: str) -> Iterator[Token]:
+    """Yield the tokens of a parser's line, whose number is given, and the terminal after it."""
+    for token in parser.lexer_thread.lex(parser.parser_state):  # type: ignore[no-untyped-call] # lark's
+        token.line = number
+        yield token
+    yield Token(end, "", line=number, column=1)
 
 
 def read_values(line: str, number: int = 1, file: str = "") -> tuple[Expression, ...]:

@@ -7,13 +7,10 @@ stopped stays the next one until it is asked for. The arm's own `pause` pauses a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Protocol, overload
 
-from armdrive.arm.connected import Handle
+from armdrive.arm import Arm
 from armdrive.errors import BadRequest, Refused, Stopped
-from armdrive.motion.execute import Moved
-from armdrive.motion.gripper import Grasped
-from armdrive.moves import GraspMove, JointMove, LineMove, Motion
+from armdrive.moves import JointMove, LineMove
 from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
 
@@ -21,28 +18,10 @@ SLICE_S = 0.05
 """The longest sleep of a delay: between two sleeps a stop ends it."""
 
 
-class SequenceArm(Protocol):
-    """What a sequence needs of an arm: `armdrive.Arm` has it."""
-
-    @property
-    def stops(self) -> int:
-        """The number of stops asked for."""
-        ...
-
-    @overload
-    def start(self, move: Motion, *, stops: int | None = None) -> Handle[Moved]: ...
-    @overload
-    def start(self, move: GraspMove, *, stops: int | None = None) -> Handle[Grasped]: ...
-
-    def sleep(self, time_s: float) -> None:
-        """Let time pass on the arm's own clock."""
-        ...
-
-
 class Stepper:
     """A running sequence: `at` counts the steps done, so `steps[at]` is the next one."""
 
-    def __init__(self, arm: SequenceArm, steps: StepList, points: Mapping[str, Point]) -> None:
+    def __init__(self, arm: Arm, steps: StepList, points: Mapping[str, Point]) -> None:
         """Stand before the first step. Raises `BadRequest` for an empty sequence."""
         if not steps.steps:
             raise BadRequest("the sequence has no steps")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.line import BusLine, Outbox
@@ -78,8 +78,6 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
     """
 
     register_range = (-COUNT_MOST, COUNT_MOST)
-    idle_looks: ClassVar[bool]
-    """Whether shafts are also updated when a frame leaves and no drive is due."""
 
     def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
         super().__init__(world, shafts, None)
@@ -172,7 +170,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
 
     def happen(self) -> None:
         """Let every drive do what is due, and send the frames that are ready."""
-        if self.idle_looks or self._loop.nodes_due_s <= self.now_s:
+        if self._loop.nodes_due_s <= self.now_s:
             self._loop.live()
         self._loop.send()
 

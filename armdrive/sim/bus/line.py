@@ -10,7 +10,7 @@ import heapq
 import itertools
 import math
 from collections import defaultdict, deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
@@ -33,12 +33,9 @@ class Transmission:
     frame: Frame
     sender: BusSide
     ready_s: float
-    time_s: float = math.inf
-    queue: int = field(init=False)
+    queue: int
     """The queue it waits in: the host has one, and every id of a node."""
-
-    def __post_init__(self) -> None:
-        self.queue = _HOST_QUEUE if self.sender is BusSide.HOST else self.frame.can_id
+    time_s: float = math.inf
 
 
 _HOST_QUEUE = -1
@@ -63,12 +60,8 @@ class FrameWire:
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Give a frame to its sender's controller, which sends it as soon as the bus allows."""
         self._run(now_s)
-        sent = Transmission(frame, sender, now_s)
-        queue = self._queues.get(sent.queue)
-        if queue is None:
-            self._queues[sent.queue] = deque((sent,))
-        else:
-            queue.append(sent)
+        queue = _HOST_QUEUE if sender is BusSide.HOST else frame.can_id
+        self._queues.setdefault(queue, deque()).append(Transmission(frame, sender, now_s, queue))
         if self._now is None:
             self._begin()
 

@@ -21,8 +21,6 @@ from firmware_protocol.canopen import Dictionary, OperationMode, Place
 PROFILE = 402
 BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
 """The bit rates of CiA 301."""
-SLACK_S = 0.005
-"""How old shaft positions may be: an order that waits for its SYNC does not depend on them."""
 _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 
 
@@ -54,7 +52,6 @@ class Cia402Board(DrivesBoard[Cia402Node]):
     """Drives that sample their shafts at each SYNC."""
 
     title = "arm on CiA 402 drives"
-    idle_looks = False
 
     def errors(self) -> Cia402Errors:
         """Return the errors of single drives."""
@@ -68,7 +65,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> Cia402Board:
     objects = _objects(options)
     for row in QUIRKS:
         row.check(options)
-    shafts = ShaftDrive(world, _top_rate(objects), SLACK_S)
+    shafts = ShaftDrive(world, _top_rate(objects))
     motors, modes = motors_of(config, shafts, behind=1), _modes(options)
     nodes = [
         Cia402Node(motor, number, objects, modes, options)

@@ -60,8 +60,9 @@ class Cia402Node:
 
     def listens(self, can_id: int) -> bool:
         """Return whether it takes frames with an id from the bus."""
-        mine = can_id in self._ids or can_id in self.pdos.received or can_id in _HEARTBEATS
-        return mine and self.port.powered and self.port.plugged
+        if not (self.port.powered and self.port.plugged):
+            return False
+        return can_id in self._ids or can_id in self.pdos.received or can_id in _HEARTBEATS
 
     def hear(self, frame: Frame, now_s: float) -> None:
         """Take a frame that it listens for, and report what changes."""

@@ -75,8 +75,8 @@ class DriveObjects:
 
     def keep(self, place: Place, value: int) -> None:
         """Set an object's number, if the drive has that object."""
-        if self.dictionary.find(place):
-            self.store.set(place, value)
+        if entry := self.dictionary.find(place):
+            self.store.put(entry, value)
 
     def changed(self, apart: Container[Place]) -> dict[str, Json]:
         """Return the values that differ from the defaults, encoded as on the bus, to be saved."""

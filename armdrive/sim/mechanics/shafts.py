@@ -187,9 +187,9 @@ def at_rate(
 # A closed-loop motor makes up for what it has lost, as far as the arm lets it. Counts are those of
 # the world's motors, or of their shafts where there is backlash between the two.
 
-LOOK_S = 0.05
+LOOK_S = 0.02
 """How often a moving arm is updated so that its shafts follow."""
-SLACK_S = 0.001
+SLACK_S = 0.005
 """How old the shafts' positions may be when no caller asks for them."""
 WATCH_S = 0.01
 """How often the arm is updated while a shaft is off its set-point."""
@@ -241,13 +241,13 @@ class ShaftPoints:
 class ShaftDrive(MotorDrive[ShaftPoints]):
     """Six closed loops and one arm; drives that are not `holding` turn freely.
 
-    `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
-    `slack_s` is how old the shafts' places may be; a caller who needs them now calls `look`.
+    `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes. The
+    shafts' places may be `SLACK_S` old; a caller who needs the present ones calls `look`.
     """
 
-    def __init__(self, world: World, makes_up: float, slack_s: float = SLACK_S) -> None:
+    def __init__(self, world: World, makes_up: float) -> None:
         super().__init__(world, ShaftPoints([ShaftPoint(count) for count in world.motors]))
-        self._makes_up, self._slack_s = makes_up, slack_s
+        self._makes_up = makes_up
         self.holding = [False] * len(world.motors)
         world.energised = False  # found at rest: the arm sagged long ago
         self._last = self.rack.positions(0.0)
@@ -287,7 +287,7 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
     def follow(self, now_s: float) -> None:
         """Advance to now; frames arrive so close together that not every one is worth an update."""
         self.rack.now_s = now_s
-        if self.astray or now_s - self._looked_s >= self._slack_s:
+        if self.astray or now_s - self._looked_s >= SLACK_S:
             self.look(now_s)
 
     def look(self, now_s: float) -> None:

@@ -29,7 +29,6 @@ class MksBoard(DrivesBoard[MksNode]):
     """The MKS drives of an arm."""
 
     title = "arm on MKS drives"
-    idle_looks = True
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> MksBoard:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
 
-from kinematics.errors import UnknownSystem, nearest_word
+from kinematics.errors import UnknownSystem
 from kinematics.presets import PRESETS, preset
 from kinematics.textbook.systems.mini_movers import ALPHA_2, MINI_MOVER, with_arm
 from kinematics.textbook.systems.named import System
@@ -61,9 +61,7 @@ def system(name: str) -> System:
         return SYSTEMS[name]
     if isinstance(name, str) and name in PRESETS:
         return _built_in(name)
-    raise UnknownSystem(
-        name, MODEL_NAMES, nearest_word(str(name).lower(), MODEL_NAMES, likeness=0.4)
-    )
+    raise UnknownSystem(name, MODEL_NAMES)
 
 
 @cache

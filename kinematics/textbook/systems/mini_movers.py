@@ -18,15 +18,15 @@ from kinematics.chains.links import DHLink
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import Branch, FiveAxisArm
-from kinematics.five_axis.closed_form import UPRIGHT
+from kinematics.five_axis.closed_form import UPRIGHT, Lengths
 from kinematics.five_axis.nearest import nearest
-from kinematics.five_axis.rates import five_axis_singularities, task_jacobian
+from kinematics.five_axis.rates import from_joints_to_tip, task_jacobian
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform
 from kinematics.geometry import AXIS_MM
 from kinematics.limits import wrap
 from kinematics.presets import preset
-from kinematics.spaces import JOINT_NAMES, Jacobian, Joints, Pose, RollFrame
+from kinematics.spaces import JOINT_NAMES, Jacobian, Joints, Pose
 from kinematics.textbook.systems.named import (
     ON_AXIS,
     QUARTER_TURN,
@@ -43,6 +43,7 @@ from kinematics.textbook.systems.triangle import (
     STRAIGHT_SINE,
     STRETCHED,
     broken_bound,
+    elbow_singularities,
     triangle,
 )
 
@@ -162,7 +163,7 @@ def _refusal(one: System, pose: Pose, near: Joints) -> OutOfReach:
         "the wrist's distance from the shoulder",
         distance,
         distance if bound is None else bound,
-        _numbers(nearest(arm_of(one), pose, near, RollFrame.HAND).pose),
+        _numbers(nearest(arm_of(one), pose, near).pose),
     )
 
 
@@ -234,13 +235,60 @@ def _seen_from_behind(pose: Pose) -> Pose:
     )
 
 
+ELBOW_FOLDED = (
+    "the elbow is folded: the wrist cannot move nearer to the shoulder, and elbow up and "
+    "elbow down are the same posture"
+)
+ELBOW_STRAIGHT = (
+    "the elbow is straight: the wrist cannot move further from the shoulder, and elbow up and "
+    "elbow down are the same posture"
+)
+TIP_OVER_BASE = (
+    "the tip is on the base axis: turning the base only turns the hand, and the tip cannot "
+    "move across the plane that the arm stands in"
+)
+_ROUNDS = 50
+_CLOSE_MM = 1e-10
+
+
 def _singularities(one: System, joints: Values) -> Sequence[NamedSingularity]:
-    found = five_axis_singularities(arm_of(one), Joints(relative_angles(one, joints)))
-    order = sorted(found, key=lambda each: each.singularity.name)
+    """Return the three ways in which this build is singular (`task_jacobian` says why)."""
+    _, *plane, _ = relative_angles(one, joints)
+    lengths = arm_of(one).lengths
+    straight, folded = elbow_singularities(plane[1], lengths[1], lengths[2])
+    r, _ = from_joints_to_tip(plane, lengths)[0]
     return [
-        NamedSingularity(each.singularity.value, each.distance_rad, each.distance_mm)
-        for each in order
+        replace(folded, reason=ELBOW_FOLDED),
+        replace(straight, reason=ELBOW_STRAIGHT),
+        NamedSingularity(TIP_OVER_BASE, _over_base(plane, lengths), abs(r)),
     ]
+
+
+def _over_base(start: Sequence[float], lengths: Lengths) -> float:
+    """Return a small move of shoulder, elbow and wrist that puts the tip on the base axis.
+
+    The shoulder alone can always do it, since its axis meets the base axis: that bounds the
+    move from above. Newton's method on r = 0, always by the shortest way from the start,
+    looks for a combination that is smaller.
+    """
+    r, height = from_joints_to_tip(start, lengths)[0]
+    alone = math.atan2(abs(r), abs(height)) if r or height else 0.0
+    angles = start
+    for _ in range(_ROUNDS):
+        if not math.dist(start, angles) <= alone:
+            break  # on the flat at full stretch a step is thrown anywhere
+        to_tip = from_joints_to_tip(angles, lengths)
+        r = to_tip[0][0]
+        if abs(r) <= _CLOSE_MM:
+            return math.dist(start, angles)
+        slopes = [-rise for _, rise in to_tip]
+        steep = sum(slope * slope for slope in slopes)
+        if steep == 0.0:
+            break
+        back = sum(s * (a - b) for s, a, b in zip(slopes, start, angles, strict=True))
+        step = (r + back) / steep
+        angles = [a - slope * step for a, slope in zip(start, slopes, strict=True)]
+    return alone
 
 
 def _alpha2_table(height: float, upper: float, fore: float, hand: float) -> Chain:

@@ -60,16 +60,6 @@ class Triangle:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class TriangleSide:
-    """A way to bend the elbow: its name, the sign of its angle, what it loses, what is free."""
-
-    name: str
-    sign: float
-    degenerate: str = ""
-    first_free: bool = False
-
-
 def triangle(x: float, y: float, first: float, second: float, side: float) -> Triangle:
     """Solve the triangle of two links whose tip is at (x, y); `side` is the elbow's sign.
 
@@ -82,23 +72,6 @@ def triangle(x: float, y: float, first: float, second: float, side: float) -> Tr
     lift = atan2(second * sine, first + second * cosine)
     bend = atan2(sine, cosine)
     return Triangle(direction - lift, bend, sqrt(squared), cosine, direction, lift)
-
-
-def sides(
-    distance: float, first: float, second: float, positive: str, negative: str
-) -> tuple[TriangleSide, ...]:
-    """Return the ways to bend the elbow for a tip in reach, `negative` angle first.
-
-    Two, or one where the links lie on one line. Where the tip is on the first joint (equal
-    links, folded) the first angle is free.
-    """
-    cosine = _held((distance * distance - first * first - second * second) / (2.0 * first * second))
-    if 1.0 - cosine * cosine > STRAIGHT_SINE * STRAIGHT_SINE:
-        return TriangleSide(negative, -1.0), TriangleSide(positive, 1.0)
-    if cosine > 0.0:
-        return (TriangleSide("elbow straight", 1.0, STRETCHED),)
-    home = distance <= REACH_MM
-    return (TriangleSide("elbow folded", 1.0, FOLDED_HOME if home else FOLDED, home),)
 
 
 def root(squared: float) -> float:
@@ -137,17 +110,24 @@ def elbow_branches(
     """Return the branches of an elbow for a tip in reach, one where the links lie on one line.
 
     `signs` are those that the formulas take before the elbow's, and `names` those of the positive
-    and the negative angle.
+    and the negative angle, which comes first. Where the tip is on the first joint (equal links,
+    folded) that joint's angle is free.
     """
-    found = []
-    for side in sides(distance, links.first_mm, links.second_mm, *names):
-        joints, workings = one.formulas(one, goal, *signs, side.sign)
-        free: tuple[str, ...] = ()
-        if side.first_free:
-            joints = _with_free(joints, links, seed[links.joint])
-            free = (one.joint_names[links.joint],)
-        found.append(NamedBranch(side.name, joints, workings, free, side.degenerate))
-    return found
+    first, second = links.first_mm, links.second_mm
+    cosine = _held((distance * distance - first * first - second * second) / (2.0 * first * second))
+    if 1.0 - cosine * cosine > STRAIGHT_SINE * STRAIGHT_SINE:
+        return [
+            NamedBranch(name, *one.formulas(one, goal, *signs, sign))
+            for name, sign in ((names[1], -1.0), (names[0], 1.0))
+        ]
+    joints, workings = one.formulas(one, goal, *signs, 1.0)
+    if cosine > 0.0:
+        return [NamedBranch("elbow straight", joints, workings, (), STRETCHED)]
+    if distance > REACH_MM:
+        return [NamedBranch("elbow folded", joints, workings, (), FOLDED)]
+    joints = _with_free(joints, links, seed[links.joint])
+    free = (one.joint_names[links.joint],)
+    return [NamedBranch("elbow folded", joints, workings, free, FOLDED_HOME)]
 
 
 def _with_free(joints: Values, links: Links, value: float) -> Values:

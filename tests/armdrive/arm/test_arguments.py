@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from faults import ready_arm
 
+import kinematics as mathematics
 from armdrive import (
     ArcPart,
     Arm,
@@ -45,7 +46,6 @@ from armdrive.sim.faults.table import Faults
 from armdrive.sim.world.arm import World
 from armdrive.storage import point_file
 from armdrive.storage.point_file import Points
-from kinematics import errors as mathematics
 
 A_POSE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 RIGHT = MappingProxyType(

@@ -130,6 +130,10 @@ def test_a_pipe_gets_no_colours(capsys):
             {"port": "/dev/x", "dialect": "mks"},
             "run `armdrive home --port /dev/x --dialect mks`, or call home()",
         ),
+        (
+            {"port": "/dev/x", "dialect": "grbl", "baud": 57600},
+            "run `armdrive home --port /dev/x --dialect grbl --baud 57600`, or call home()",
+        ),
         ({"arm": None, "sim": None}, "run `armdrive home`, or call home()"),
         ({}, "run `armdrive home`, or call home()"),
     ],

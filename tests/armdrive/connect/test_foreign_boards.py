@@ -6,6 +6,7 @@ import pytest
 from doctor_bench import Echo, EchoingBoard, SimPort, Talker, made
 from test_wrong_dialect import ON_SERIAL, connected, refused
 
+from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import comes_back
 from armdrive.dialog.conversation import Grade
 from armdrive.errors import SettingsDiffer
@@ -41,7 +42,7 @@ def test_other_firmware_is_named_with_the_remedy_and_gets_no_motion(name):
 
 def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
     found = SimPort(Talker({}, b"ok\r\n", OLD_GREETING)).examine(115_200)
-    (first, *_) = after.of_examination(found, after.Expected("grbl"))
+    (first, *_) = after.of_examination(found, wire=Connection("grbl"))
     assert first.grade is Grade.PROBLEM
     assert "Grbl 0.9j" in first.what
     assert "grblHAL" in first.mend
@@ -64,12 +65,10 @@ def test_a_board_behind_such_a_line_moves_nothing():
 def test_the_doctor_finds_an_echo_and_takes_it_for_no_answer():
     echo = SimPort(Echo(baud=115_200)).examine()
     assert echo.identity is None
-    assert "comes straight back" in after.of_examination(echo, after.Expected())[0].what
+    assert "comes straight back" in after.of_examination(echo)[0].what
     board = SimPort(EchoingBoard(made("robko01"))).examine(115_200)
     assert board.identity.dialect == "robko01"
-    assert any(
-        "comes back as well" in each.what for each in after.of_examination(board, after.Expected())
-    )
+    assert any("comes back as well" in each.what for each in after.of_examination(board))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,9 @@ from armdrive import Arm
 from armdrive.abilities import HELD, SAGS
 from armdrive.cli import terminal_person
 from armdrive.cli.drive import motors
+from armdrive.errors import Refused
 from armdrive.registry import DIALECTS
+from tests.conformance.memory_bench import MemoryBench
 
 
 @pytest.fixture
@@ -35,8 +37,16 @@ def test_the_docs_and_the_status_say_what_holds_each_arm(row):
     assert all(each.startswith((HELD, SAGS)) for each in sentences)
     with Arm.connect(f"sim:{row.name}") as arm:
         shown = str(arm.status)
-    assert f"after disable the arm {row.torque.disable}" in shown
-    assert f"after estop the arm {row.torque.estop}" in shown
+    assert f"disable   the arm {row.torque.disable}" in shown
+    assert f"estop     the arm {row.torque.estop}" in shown
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, row in DIALECTS.items() if not row.abilities.grip_switch]
+)
+def test_fingers_that_feel_nothing_refuse_to_grasp(name):
+    with MemoryBench(name) as bench, pytest.raises(Refused, match="grip switch"):
+        bench.ready().gripper.grasp()
 
 
 def test_a_simulated_arm_is_parked_and_then_switched_off(call):

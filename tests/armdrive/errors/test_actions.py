@@ -11,11 +11,11 @@ import pytest
 import armdrive
 import tui
 from armdrive.cli.commands import COMMANDS
-from armdrive.cli.program.shell_session import OWN_WORDS
 from armdrive.errors import ArmError, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
 from armdrive.errors.table import ENTRIES
 from armdrive.programs.language.words import WORDS
+from armdrive.programs.shell import OWN_WORDS
 from armdrive.runtime.states import TRANSITIONS, Belief, Event, after, require_reference
 from armdrive.status import State, Trust
 from tui.keys.keyboard import DEFAULT_KEYS

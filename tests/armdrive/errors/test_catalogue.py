@@ -168,7 +168,7 @@ def test_the_status_carries_the_codes():
         arm.estop()
         arm.sleep(0.5)
         assert arm.status.error_code == "E303"
-        assert "error: [E303] emergency stop" in str(arm.status)
+        assert "error     [E303] emergency stop" in str(arm.status)
         with pytest.raises(WrongState):
             arm.move_j(shoulder_deg=40)
         arm.reset()

@@ -27,8 +27,7 @@ from armdrive.programs.problems import excerpt
 from armdrive.storage import files as places
 from armdrive.trace.entries import WIRE, EntryKind
 from armdrive.transports import ports
-from armdrive.transports.open_errors import PortHolder
-from armdrive.transports.ports import PortInfo
+from armdrive.transports.ports import PortHolder, PortInfo
 
 SOURCES = Path(armdrive.__file__).parent
 

@@ -210,7 +210,7 @@ def test_what_a_rehearsed_script_finds_is_assumed(call, write, grasp):
 
 
 def test_a_rehearsed_script_that_never_ends_is_cut_short(homed, write, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_report.CHECK_S", -1.0)
+    monkeypatch.setattr("armdrive.cli.program.run_program.CHECK_S", -1.0)
     path = write(
         """\
         from armdrive import Arm

@@ -98,7 +98,10 @@ def test_nobody_goes_over_the_top(camera, by):
 
 
 def test_the_views_follow_one_another_and_fit_undoes_the_zoom():
-    names = [next_view(VIEWS["iso"], steps).name for steps in range(5)]
+    names, camera = ["iso"], VIEWS["iso"]
+    for _ in range(4):
+        camera = next_view(camera)
+        names.append(camera.name)
     assert names == ["iso", "side", "top", "front", "iso"]
     assert next_view(Camera(33, 10)).name == "iso"
     near = VIEWS["top"].zoomed(3, (100.0, 0.0, 0.0), DOME)

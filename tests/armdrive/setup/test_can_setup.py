@@ -276,7 +276,7 @@ def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
         bench.board.drives.plug(motor, True)
     answers = iter(["yes", "no"])
     bench.person.says["drives plugged in? Then they are asked"] = lambda: next(answers)
-    missing = bench.run(together(bench.plan))
+    missing = together(bench.dialog, bench.plan)
     assert "Not there, or two drives with one id: left wrist (drive 5)" in bench.person.text
     assert missing == NAMES
 
@@ -462,10 +462,11 @@ def test_a_motor_is_turned_by_the_controller_which_finds_a_drive_that_restarts()
 
 def test_a_motor_is_not_sent_back_by_more_than_it_was_sent():
     bench = Bench()
-    motor = TriedMotor(bench.plan.controller(at_hand(bench).by_itself), COUNTS_PER_TURN)
-    assert bench.run(motor.switch_on())
+    controller = bench.plan.controller(at_hand(bench).by_itself)
+    motor = TriedMotor(bench.dialog, controller, COUNTS_PER_TURN)
+    assert motor.switch_on()
     bench.said.clear()
-    told = bench.run(motor.turn_to(3000, 1000))
+    told = motor.turn_to(3000, 1000)
     assert "stands at 0 counts, too far from 3000" in told
     assert not bench.codes() & TURNING
 
@@ -474,7 +475,7 @@ def at_hand(bench):
     """Return the drive of the shoulder, set up."""
     assert bench.one()
     place = DrivePlace(1, "shoulder", 2)
-    return bench.run(bench.plan.tools.arrive(bench.config, place, False))
+    return bench.plan.tools.arrive(bench.dialog, bench.config, place, False)
 
 
 def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():

@@ -10,15 +10,14 @@ from pages import blocks, page
 
 from armdrive import Arm
 from armdrive.cli.set_up.config_new import write
-from armdrive.config.link_model import parse_model
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_text import files_of
-from armdrive.setup.draft import LinkFile, Surroundings
+from armdrive.setup.draft import Surroundings
 from armdrive.setup.filing import checked
-from armdrive.setup.interview import Interview, read_links
+from armdrive.setup.interview import Interview
 from armdrive.setup.templates import TEMPLATES, available
 from kinematics import Joints, preset
 
@@ -95,6 +94,8 @@ def test_an_arm_nobody_has_measured_stays_a_template(tmp_path):
 def test_an_arm_that_was_measured_is_one_no_more(tmp_path):
     gears = {f"gear.{motor}": "30:1" for motor in (*FIVE[:3], "right wrist", "left wrist")}
     answers = {"measured": "yes", **gears, "fingers.mm_per_turn": "8"}
+    text = files("armdroid1", answers).arm
+    assert "base = 96000                  # 200 full steps x 16 microsteps x 30:1 = 96000" in text
     config = loaded(tmp_path, "armdroid1", answers)
     assert config.model.verified
     turn = config.model.transmission.motors[0].steps_per_unit * math.tau
@@ -117,14 +118,14 @@ def test_a_model_file_is_taken_over_with_its_limits(tmp_path):
         f"low_deg = -{100 + n}\nhigh_deg = {100 + n}\n"
         for n in range(1, 7)
     )
-    link_file = LinkFile("six.toml", rows, parse_model(tomllib.loads(rows)).chain)
+    (tmp_path / "six.toml").write_text(rows, encoding="utf-8")
     answers = {
-        "links.file": "six.toml",
+        "links.file": str(tmp_path / "six.toml"),
         "gripper.kind": "none",
         **{f"gear.j{n}": "20:1" for n in range(1, 7)},
     }
     given = {"name": "bench", "template": "own", **answers}
-    texts = files_of(interview_of(given, read_links=lambda _path: link_file).draft)
+    texts = files_of(interview_of(given).draft)
     write(texts, tmp_path / "bench.toml")
     config = load_arm(tmp_path / "bench.toml")
     assert texts.model == rows
@@ -143,7 +144,7 @@ def test_the_urdf_of_the_page_is_taken_over_as_a_urdf(tmp_path):
         **{f"gear.{joint}": "20:1" for joint in joints},
     }
     given = {"name": "bench", "template": "own", **answers}
-    texts = files_of(interview_of(given, read_links=read_links).draft)
+    texts = files_of(interview_of(given).draft)
     write(texts, tmp_path / "bench.toml")
     config = load_arm(tmp_path / "bench.toml")
     assert (tmp_path / "models" / "bench.urdf").read_text(encoding="utf-8").strip() == urdf.strip()

@@ -14,13 +14,12 @@ from armdrive import Arm
 from armdrive.cli.set_up.config_new import write
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialog.conversation import WrongAnswer
+from armdrive.dialog.conversation import Dialog, WrongAnswer
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup import arm_checks as finding_signs
 from armdrive.setup.arm_checks import find_signs
 from armdrive.setup.arm_text import files_of
-from armdrive.setup.dialog_runner import converse
 from armdrive.setup.directions import (
     NOTHING,
     OTHER,
@@ -50,7 +49,7 @@ def really(config, motors=(1,) * 6, joints=(1,) * 6):
 
 def seen_on(arm):
     """Find the directions of a simulated arm, watched by its simulated person."""
-    return converse(find_signs(arm), SimulatedPerson(arm.twin, lambda _line: None))
+    return find_signs(Dialog(SimulatedPerson(arm.twin, lambda _line: None)), arm)
 
 
 def reversed_of(names, signs):

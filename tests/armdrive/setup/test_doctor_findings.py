@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pages import page
 
+from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Identity
 from armdrive.dialog.conversation import Grade, any_problem
 from armdrive.registry import DIALECTS
@@ -68,7 +69,7 @@ def test_no_bytes_whatever_make_it_fail(heard):
 def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     device = made(dialect)
     found = SimPort(device).examine(device.board.baud if own_baud else None)
-    findings = after.of_examination(found, after.Expected())
+    findings = after.of_examination(found)
     assert not any_problem(findings)
     assert f"it speaks {dialect}" in findings[0].what
     next_steps = after.next_steps("/dev/ttyUSB0", found)
@@ -95,16 +96,17 @@ def test_the_version_of_a_grbl_board_is_asked_only_when_it_has_just_started():
 
 def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
     found = SimPort(Deaf((1.0, BANNER), baud=115200)).examine(115200)
-    plain = after.of_examination(found, after.Expected())[-1]
+    plain = after.of_examination(found)[-1]
     assert plain.grade is Grade.NOTE
     assert "keep_dtr_on_close = true" in plain.mend
-    spared = after.of_examination(found, after.Expected("grbl", None, spared_reset=True))[-1]
+    wire = Connection("grbl", raise_dtr=True, keep_dtr_on_close=True)
+    spared = after.of_examination(found, wire=wire)[-1]
     assert "the first opening after plugging in" in spared.what
 
 
 def test_a_greeting_over_a_network_is_not_taken_for_a_reset_of_dtr():
     found = Examination(Identity("grbl", "FluidNC v3", restarted=True), None)
-    assert "serial server" in after.of_examination(found, after.Expected())[-1].what
+    assert "serial server" in after.of_examination(found)[-1].what
     assert "raise_dtr = true" not in after.arm_file_lines("socket://arm:23", found)
 
 
@@ -115,8 +117,8 @@ def test_first_words_at_another_rate_are_a_restart_too():
     assert found.restarted
 
 
-def only(device, baud: int | None = None, expected: after.Expected | None = None):
-    listed = after.of_examination(SimPort(device).examine(baud), expected or after.Expected())
+def only(device, baud: int | None = None, tried: int | None = None):
+    listed = after.of_examination(SimPort(device).examine(baud), tried)
     assert [each.grade for each in listed] == [Grade.PROBLEM]
     assert listed[0].mend
     return listed[0]
@@ -124,7 +126,7 @@ def only(device, baud: int | None = None, expected: after.Expected | None = None
 
 def test_silence_names_the_rates_that_were_tried():
     assert "no device answers at 9600 and 115200 baud" in only(Deaf()).what
-    alone = only(Deaf(), 2400, after.Expected("teachmover", 2400))
+    alone = only(Deaf(), 2400, 2400)
     assert alone.what == "no device answers at 2400 baud"
 
 
@@ -149,7 +151,7 @@ def test_a_line_that_status_answers_but_read_does_not_is_no_teachmover():
 
 def test_another_dialect_than_expected_is_a_problem():
     found = SimPort(Deaf(answers=b"version = 1.3\r\n")).examine(9600)
-    _, differs = after.of_examination(found, after.Expected("teachmover", 9600))
+    _, differs = after.of_examination(found, 9600, Connection("teachmover"))
     assert differs.grade is Grade.PROBLEM
     assert "teachmover was expected, and armdroid answers" in differs.what
     assert 'dialect = "armdroid"' in differs.mend

@@ -13,6 +13,7 @@ from armdrive import Arm
 from armdrive.cli.set_up import config_new
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings
+from armdrive.dialog.conversation import Dialog
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
@@ -25,7 +26,6 @@ from armdrive.setup.arm_checks import (
     record,
     switches_of,
 )
-from armdrive.setup.dialog_runner import converse
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.device import SwitchState
 from armdrive.status import State
@@ -48,7 +48,7 @@ hard_limits = true      # the board stops at its switches
 
 def pressed(arm, switches):
     """Have the simulated person press these switches."""
-    return converse(check_switches(arm, switches), SimulatedPerson(arm.twin, lambda _line: None))
+    return check_switches(Dialog(SimulatedPerson(arm.twin, lambda _line: None)), arm, switches)
 
 
 def seen_of(arm):

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 from cli_calls import Caller
+from faults import arm_config, driven
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from robko_bench import RobkoBench, axes
+from sim_bench import Bench
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.sim.device import Option, Options, SimDevice
-from armdrive.sim.teachmover.device import TeachMoverBoard
+from armdrive.sim.robko01.device import ESP32, RobkoQuirks
 from armdrive.sim.wire import PacedDevice, WireDevice
+from firmware_protocol.robko01 import MoveRelative
+from firmware_protocol.teachmover import Step
+from kinematics import Joints
 
 SPOKEN = tuple(DIALECTS)
 TABLE = (
@@ -29,27 +38,91 @@ def call(capsys):
     return Caller(capsys)
 
 
+def lived(dialect, **settings):
+    """Return a simulated arm that was switched on, referenced and moved, as a driver does."""
+    return driven(arm_config(dialect), **settings).twin
+
+
+HEARD = {"dropped": 0}
+"""What a board has counted of the wire is not saved."""
+
+
 @pytest.mark.parametrize("dialect", SPOKEN)
-def test_every_row_makes_a_device_that_can_be_saved_and_made_again(dialect):
-    config = simulated_config(dialect)
-    twin = simulate(config)
+@pytest.mark.parametrize("moved", [False, True])
+def test_every_row_makes_a_device_that_can_be_saved_and_made_again(dialect, moved):
+    twin = lived(dialect) if moved else simulate(simulated_config(dialect))
+    if moved:
+        twin.device.jog((10, 0, -3, 0, 0, 7))
     saved = json.loads(json.dumps(twin.save()))
     assert saved["dialect"] == dialect
-    assert simulate(config, saved).save() == saved
+    again = simulate(simulated_config(dialect), saved)
+    assert again.save() == saved
+    assert again.world.motors == twin.world.motors
+    assert again.world.energised == twin.world.energised
+    assert again.device.registers == twin.device.registers
+    assert again.board.details() | HEARD == twin.board.details() | HEARD
     assert isinstance(twin.board, simulated_kind(dialect).board)
 
 
 @pytest.mark.parametrize("dialect", SPOKEN)
-def test_every_device_stands_powered_and_is_brought_where_somebody_wants_it(dialect):
+def test_every_device_is_brought_where_somebody_wants_it_and_counts_the_way(dialect):
     device: SimDevice = simulate_device(simulated_config(dialect))
+    before, energised = device.world.motors, device.world.energised
     assert device.powered
     assert not device.moving
-    joints = device.world.joints.replace(shoulder=1.0)
-    device.bring_to(joints, device.world.opening_mm)
-    assert device.world.joints["shoulder"] == pytest.approx(1.0, abs=0.01)
+    joints = Joints.of(20, 60, -80, -40, 10)
+    device.bring_to(joints, 33.0)
+    assert device.world.joints.deg == pytest.approx(joints.deg, abs=0.25)
+    assert device.world.opening_mm == pytest.approx(33.0, abs=0.1)
+    assert device.registers == device.world.motors - before
+    assert device.world.energised is energised
     device.power_off()
     with pytest.raises(BadRequest):
         device.bring_to(joints, 20.0)
+
+
+@pytest.mark.parametrize("dialect", SPOKEN)
+def test_without_power_every_arm_sags_says_nothing_and_forgets_where_it_was(dialect):
+    twin = lived(dialect)
+    device, height_mm = twin.device, twin.world.pose.z_mm
+    device.jog((10, 0, -3, 0, 0, 7))
+    now_s = device.now_s
+    device.power_off()
+    assert not twin.world.energised
+    assert twin.world.pose.z_mm < height_mm - 5
+    assert device.transmit(now_s + 1.0) == b""
+    assert not device.powered
+    device.power_on()
+    device.transmit(now_s + 5.0)
+    assert not device.registers.largest
+
+
+SAVED = [
+    ("grbl", ("axes",), "XYZ"),
+    ("grbl", ("state",), "Run"),
+    ("grbl", ("startup",), ["G91"]),
+    ("grbl", ("settings",), {}),
+    ("grbl", ("note",), 3),
+    ("mks", ("drives", 0, "settings", "mode"), "09"),
+    ("mks", ("drives", 0, "settings", "node"), ""),
+    ("mks", ("drives", 0, "settings", "homing"), "zz"),
+    ("mks", ("drives", 0, "settings", "extra"), "00"),
+    ("cia402", ("drives", 0, "nmt"), "asleep"),
+    ("cia402", ("drives", 0, "state"), "ill"),
+    ("cia402", ("drives", 0, "objects"), {"6060:00": "xx"}),
+]
+
+
+@pytest.mark.parametrize(("dialect", "path", "value"), SAVED)
+def test_what_no_device_has_saved_is_refused(dialect, path, value):
+    saved = simulate(simulated_config(dialect)).save()
+    *way, key = path
+    table = saved
+    for each in way:
+        table = table[each]
+    table[key] = value
+    with pytest.raises(StateFileError, match="--fresh"):
+        simulate(simulated_config(dialect), saved)
 
 
 def test_a_world_of_another_dialect_is_refused():
@@ -69,12 +142,79 @@ def test_a_dialect_without_a_device_is_refused_with_the_nearest():
         simulated_kind("teachmoover")
 
 
+SETTINGS = [
+    ("teachmover", {"sped_error": 0.25}, "did you mean 'speed_error'"),
+    ("robko01", {"watchdog_s": -1.0}, "watchdog_s"),
+    ("armdroid", {"character_s": -1.0}, "character_s|less than nothing"),
+    ("armdroid", {"speed_error": -2.0}, "speed error"),
+    ("armdroid", {"greet": 1}, "greets"),
+    ("grbl", {"firmware": "marlin"}, "grblhal"),
+    ("grbl", {"coast": -1.0}, "coast"),
+    ("mks", {"firmware": "1.0"}, "1.0.9"),
+    ("mks", {"firmware": "1.0.6+1.0.9"}, "6 of them"),
+    ("mks", {"bitrate": 9600}, "125000"),
+    ("mks", {"answer_ms": -1.0}, "answer_ms"),
+    ("mks", {"stall_turns": 0.0}, "stall_turns"),
+    ("cia402", {"bitrate": 123}, "bitrate"),
+    ("cia402", {"missing": "60C"}, "missing"),
+    ("cia402", {"profile": -1}, "profile"),
+    ("cia402", {"answer_ms": -1.0}, "answer_ms"),
+    ("cia402", {"boot_s": 0.0}, "boot_s"),
+    ("cia402", {"missing": "608F"}, "608F"),
+]
+
+
+@pytest.mark.parametrize(("dialect", "setting", "named"), SETTINGS)
+def test_a_setting_that_no_device_has_is_refused(dialect, setting, named):
+    with pytest.raises(BadRequest, match=named):
+        simulate(simulated_config(dialect), **setting)
+
+
+@pytest.mark.parametrize("dialect", ["mks", "cia402"])
+@pytest.mark.parametrize("ids", [(1, 2), (1, 2, 3)])
+def test_every_motor_needs_a_drive(dialect, ids):
+    with pytest.raises(BadRequest, match=f"{len(ids)} drives cannot turn the 6 motors"):
+        simulate(arm_config(dialect, {"ids": ids}))
+
+
 def test_settings_reach_the_device():
-    twin = simulate(simulated_config("teachmover"), speed_error=0.25)
-    assert isinstance(twin.board, TeachMoverBoard)
-    assert twin.board.motor_speed.error == 0.25
-    with pytest.raises(BadRequest, match="did you mean 'speed_error'"):
-        simulate(simulated_config("teachmover"), sped_error=0.25)
+    assert (
+        simulate(simulated_config("teachmover"), speed_error=0.25).board.motor_speed.error == 0.25
+    )
+    robko = simulate_device(
+        simulated_config("robko01"), settings={"board": "esp32", "watchdog_s": 3.0}
+    )
+    assert robko.board.quirks == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
+
+
+HOSTS = {
+    "teachmover": (Bench, lambda move: Step(240, move)),
+    "robko01": (lambda: RobkoBench().enabled(), lambda move: MoveRelative(axes(*move))),
+}
+
+
+def let_pass(bench, seconds):
+    bench.host.receive_data(bench.let_pass(seconds))
+    while bench.host.next_event() is not None:
+        pass
+
+
+@pytest.mark.parametrize("dialect", HOSTS)
+@settings(max_examples=20)
+@given(
+    moves=st.lists(st.tuples(*[st.integers(-40, 40)] * 6), max_size=3),
+    looks=st.lists(st.floats(0.0, 0.2), max_size=10),
+)
+def test_how_often_one_looks_changes_nothing(dialect, moves, looks):
+    make, request = HOSTS[dialect]
+    watched, alone = make(), make()
+    for move in moves:
+        for bench, pauses in ((watched, looks), (alone, [math.fsum(looks)])):
+            bench.begin(request(move))
+            for pause in (*pauses, 5.0):
+                let_pass(bench, pause)
+    assert watched.device.registers == alone.device.registers
+    assert watched.device.world.motors == alone.device.world.motors
 
 
 def test_settings_are_read_as_a_person_types_them():

@@ -13,8 +13,7 @@ from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
-from armdrive.storage.record import FileRecorder, Record
-from armdrive.storage.record_writer import RecordWriter, WriteOutcome
+from armdrive.storage.record import FileRecorder, Record, RecordWriter, WriteOutcome
 
 
 @pytest.fixture

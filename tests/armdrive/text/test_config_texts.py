@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from armdrive.config.write import complete, shortest
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.registry.arm_files import load_arm
-from armdrive.setup.draft import Gearing, flattened, ratio
-from armdrive.text.toml_document import TomlEntry, TomlSection, document
+from armdrive.setup.draft import flattened, ratio
+from armdrive.text.toml import TomlEntry, TomlSection, document
 
 
 @pytest.mark.parametrize(
@@ -28,10 +28,6 @@ def test_a_gear_is_read_as_people_write_it(line, turns):
 def test_what_is_no_gear_is_refused(line):
     with pytest.raises(WrongAnswer):
         ratio(line)
-
-
-def test_the_sum_of_a_gear_is_shown():
-    assert str(Gearing(200, 16, ratio("20:1"))) == ("200 full steps x 16 microsteps x 20:1 = 64000")
 
 
 VALUES = st.recursive(

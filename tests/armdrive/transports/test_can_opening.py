@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
-from armdrive.transports import open_errors as can_refusals
+from armdrive.transports import ports as can_refusals
 from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.can_link import _filters
-from armdrive.transports.open_errors import can_refusal, is_down
 from armdrive.transports.opening import open_link
+from armdrive.transports.ports import can_refusal, is_down
 from firmware_protocol.frames import Frame, pack
 
 NAMES = ("CAN_INTERFACE", "CAN_CHANNEL", "CAN_BITRATE", "CAN_CONFIG")
@@ -138,7 +138,7 @@ CASES = [
     (GS_USB, os_error(errno.EPIPE), PortUnavailable, "cannot be opened"),
     (GS_USB, ValueError("No backend available"), PortUnavailable, "libusb"),
     (GS_USB, ModuleNotFoundError("No module named 'usb'"), PortUnavailable,
-     r'pip install "python-can\[gs-usb\]"'),
+     r"pip install 'python-can\[gs-usb\]'"),
     ("can:kvaser:0", NameError("canGetNumberOfChannels"), PortUnavailable, "driver's library"),
     ("can:pcan:", ValueError("the channel is missing"), PortUnavailable, "names no channel"),
     ("can:pcan:X", RuntimeError(), PortUnavailable, "RuntimeError"),
@@ -148,7 +148,7 @@ CASES = [
 
 @pytest.mark.parametrize(("port", "error", "kind", "words"), CASES)
 def test_what_a_driver_says_is_put_into_words(port, error, kind, words, tmp_path):
-    found = can_refusal(CanAddress.parse(port), error, list, tmp_path)
+    found = can_refusal(CanAddress.parse(port), error, tmp_path)
     assert type(found) is kind
     with pytest.raises(kind, match=words):
         raise found

@@ -10,8 +10,7 @@ from serial.tools import list_ports as pyserial
 
 from armdrive.errors import NoSuchPort
 from armdrive.transports import ports
-from armdrive.transports.open_errors import PortHolder, owning_group
-from armdrive.transports.ports import PortInfo, device_names, list_ports
+from armdrive.transports.ports import PortHolder, PortInfo, device_names, list_ports, owning_group
 from armdrive.transports.serial_port import SerialLink
 
 USB = {

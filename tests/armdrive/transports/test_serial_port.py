@@ -12,10 +12,10 @@ import serial
 from waiting import FOREVER_S, LONG_S, returns, soon
 
 from armdrive.errors import LinkLost, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
-from armdrive.transports import open_errors as refusals
+from armdrive.transports import ports as refusals
 from armdrive.transports.link import Bell
-from armdrive.transports.open_errors import PortHolder, holder, holders, refusal
 from armdrive.transports.opening import open_link
+from armdrive.transports.ports import PortHolder, holder, holders, refusal
 from armdrive.transports.serial_port import SerialLink, clear_hupcl
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
@@ -176,7 +176,7 @@ def pyserial_error(number: int) -> serial.SerialException:
 )
 def test_a_forbidden_port_names_the_group_to_join(monkeypatch, group, advice):
     monkeypatch.setattr(refusals, "owning_group", lambda device: group)
-    error = refusal("/dev/ttyUSB0", pyserial_error(errno.EACCES), list)
+    error = refusal("/dev/ttyUSB0", pyserial_error(errno.EACCES))
     assert isinstance(error, PortForbidden)
     assert "no permission to open /dev/ttyUSB0" in str(error)
     assert advice in str(error)
@@ -198,7 +198,7 @@ def test_a_forbidden_port_names_the_group_to_join(monkeypatch, group, advice):
     ],
 )
 def test_each_failure_has_its_kind_and_says_what_to_do(error, kind):
-    made = refusal("/dev/ttyUSB77", error, list)
+    made = refusal("/dev/ttyUSB77", error)
     assert type(made) is kind
     assert "/dev/ttyUSB77" in str(made)
     assert ": " in str(made) or ". " in str(made)

@@ -10,7 +10,7 @@ from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, PUMA, difference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose, RollFrame
+from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import PITCH_FIRST, Effort, Reason, solve_frame_ik, solve_pose_ik
@@ -95,7 +95,6 @@ def test_a_wrist_s_second_turn_is_found_from_its_seed():
     assert solution.joints == pytest.approx(values, abs=1e-6)
 
 
-@pytest.mark.parametrize("roll_frame", RollFrame)
 @pytest.mark.parametrize(
     ("x", "y", "z", "pitch"),
     [
@@ -107,10 +106,10 @@ def test_a_wrist_s_second_turn_is_found_from_its_seed():
         (120, 30, 60, 100),
     ],
 )
-def test_the_closed_form_and_the_numbers_agree_on_what_can_be_reached(x, y, z, pitch, roll_frame):
+def test_the_closed_form_and_the_numbers_agree_on_what_can_be_reached(x, y, z, pitch):
     pose = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch, roll_deg=15)
-    exact = ARM.solve(pose, None, roll_frame)
-    solution = solve_pose_ik(MINI_MOVER, pose, roll_frame=roll_frame)
+    exact = ARM.solve(pose)
+    solution = solve_pose_ik(MINI_MOVER, pose)
     assert solution.ok == (exact is not None)
     if exact is not None:
         holds(MINI_MOVER, solution, MINI_MOVER.fk(exact.angles_rad))
@@ -185,15 +184,6 @@ def test_what_is_left_free_is_not_missed():
     rolled = solve_pose_ik(MINI_MOVER, pose, pitch_free=True, roll_free=True)
     assert rolled.ok
     assert Part.ROLL not in rolled.met | rolled.missed
-
-
-def test_the_roll_counts_from_the_table_on_request():
-    pose = Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=-90, roll_deg=20)
-    hand, table = (
-        solve_pose_ik(MINI_MOVER, pose, roll_frame=frame).joints
-        for frame in (RollFrame.HAND, RollFrame.TABLE)
-    )
-    assert table[4] - hand[4] == pytest.approx(math.atan2(80, 250), abs=1e-6)
 
 
 def test_on_the_base_axis_any_base_angle_serves():

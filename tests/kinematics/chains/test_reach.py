@@ -10,10 +10,10 @@ from hypothesis import given
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.chains.many import BLOCK, reach_maps, tips_of_many
-from kinematics.chains.reach import spans_of, spread_over
+from kinematics.chains.many import BLOCK, reach_maps, spans_of, tips_of_many
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of
+from kinematics.limits import spread_over
 from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm

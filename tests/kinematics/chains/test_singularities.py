@@ -19,9 +19,15 @@ from kinematics.chains.jacobians import (
     nearest_singularity,
 )
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.five_axis.rates import FiveAxisSingularity, five_axis_singularities, task_jacobian
-from kinematics.textbook.study import study, subject_of_system
+from kinematics.five_axis.rates import task_jacobian
+from kinematics.textbook.study import named_singularities, study, subject_of_system
 from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.mini_movers import (
+    ELBOW_FOLDED,
+    ELBOW_STRAIGHT,
+    TIP_OVER_BASE,
+    with_arm,
+)
 
 TWO_LINK = Chain((DHLink(a_mm=200.0), DHLink(a_mm=100.0)))
 
@@ -122,33 +128,34 @@ def test_rows_that_a_jacobian_has_not_are_refused():
         condition(PUMA, PUMA.zero, rows=(0, 6))
 
 
-def nearness(arm, joints, singularity):
-    return next(n for n in five_axis_singularities(arm, joints) if n.singularity is singularity)
+def singularities(arm, joints):
+    """Return by their words the ways in which an arm of the Mini-mover's build is singular."""
+    found = named_singularities(with_arm(SYSTEMS["minimover5"], arm), joints)
+    return {one.reason: one for one in found}
 
 
 @given(arm_and_posture)
 def test_the_singularities_are_where_the_task_jacobian_loses_a_rank(case):
     arm, joints = case
     size = manipulability(task_jacobian(arm, joints))
-    distances = {n.singularity: n for n in five_axis_singularities(arm, joints)}
-    radius = distances[FiveAxisSingularity.TIP_OVER_BASE].distance_mm
-    bend = distances[FiveAxisSingularity.ELBOW_STRAIGHT].distance_rad
+    found = singularities(arm, joints)
+    radius, bend = found[TIP_OVER_BASE].distance_mm, found[ELBOW_STRAIGHT].distance_rad
     expected = radius * arm.upper_arm_mm * arm.forearm_mm * math.sin(bend)
     assert size == pytest.approx(expected, rel=1e-6, abs=1e-1)
 
 
 def test_the_zero_posture_is_stretched():
-    nearest = five_axis_singularities(TEACHMOVER, Joints.of(0, 0, 0, 0, 0))[0]
-    assert nearest.singularity is FiveAxisSingularity.ELBOW_STRAIGHT
+    found = singularities(TEACHMOVER, Joints.of(0, 0, 0, 0, 0))
+    nearest = min(found.values(), key=lambda one: one.distance_rad)
+    assert nearest.reason == ELBOW_STRAIGHT
     assert nearest.distance_rad == 0.0
     assert nearest.distance_mm == pytest.approx(0.0, abs=1e-9)
-    assert nearest.sentence.startswith("0.0° and 0.0 mm away: the elbow is straight")
 
 
 def test_a_folded_elbow_is_half_a_turn_from_a_straight_one():
     joints = Joints.of(0, 90, -140, 0, 0)
-    straight = nearness(TEACHMOVER, joints, FiveAxisSingularity.ELBOW_STRAIGHT)
-    folded = nearness(TEACHMOVER, joints, FiveAxisSingularity.ELBOW_FOLDED)
+    found = singularities(TEACHMOVER, joints)
+    straight, folded = found[ELBOW_STRAIGHT], found[ELBOW_FOLDED]
     assert straight.distance_rad + folded.distance_rad == pytest.approx(math.pi)
     assert straight.distance_mm + folded.distance_mm == pytest.approx(2 * 177.8)
 
@@ -156,7 +163,7 @@ def test_a_folded_elbow_is_half_a_turn_from_a_straight_one():
 @given(arm_and_posture)
 def test_the_way_over_the_base_is_no_longer_than_the_shoulder_s(case):
     arm, joints = case
-    over = nearness(arm, joints, FiveAxisSingularity.TIP_OVER_BASE)
+    over = singularities(arm, joints)[TIP_OVER_BASE]
     pose = arm.fk(joints)
     height = pose.z_mm - arm.base_height_mm
     alone = math.atan2(math.hypot(pose.x_mm, pose.y_mm), abs(height))
@@ -167,5 +174,5 @@ def test_the_way_over_the_base_is_no_longer_than_the_shoulder_s(case):
 
 def test_a_nearly_flat_slope_leads_nowhere():
     stretched = Joints.of(0.0, 1e-7, -2e-7, 1e-7, 0.0)
-    over = nearness(TEACHMOVER, stretched, FiveAxisSingularity.TIP_OVER_BASE)
+    over = singularities(TEACHMOVER, stretched)[TIP_OVER_BASE]
     assert over.distance_rad == pytest.approx(math.pi / 2, abs=1e-3)

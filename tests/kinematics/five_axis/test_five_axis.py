@@ -28,7 +28,6 @@ from kinematics import (
     Joints,
     KinematicsError,
     Pose,
-    RollFrame,
     Unreachable,
 )
 from kinematics.presets import PRESETS
@@ -49,15 +48,15 @@ def test_the_points_end_at_the_tip_and_keep_the_lengths(case):
     assert points[4] == pytest.approx((pose.x_mm, pose.y_mm, pose.z_mm), abs=1e-9)
 
 
-@given(arm_and_posture, st.sampled_from(RollFrame))
-def test_every_branch_holds_the_pose_even_beyond_the_limits(case, frame):
+@given(arm_and_posture)
+def test_every_branch_holds_the_pose_even_beyond_the_limits(case):
     arm, joints = case
-    pose = arm.fk(joints, frame)
-    branches = arm.branches(pose, joints, frame)
+    pose = arm.fk(joints)
+    branches = arm.branches(pose, joints)
     assert len(branches) == (2 if math.hypot(pose.x_mm, pose.y_mm) <= 1e-9 else 4)
     assert len({(branch.base, branch.elbow) for branch in branches}) == len(branches)
     for branch in branches:
-        assert same_pose(arm.fk(branch.joints, frame), pose, mm=1e-4)
+        assert same_pose(arm.fk(branch.joints), pose, mm=1e-4)
         assert branch.violations == arm.violations(branch.joints)
 
 
@@ -123,13 +122,6 @@ def test_a_base_beyond_half_a_turn_wraps_into_its_range():
     pose = UNEVEN.fk(Joints.of(183, 40, -60, 0, 0))
     solved = UNEVEN.ik(pose, Joints.of(170, 40, -60, 0, 0))
     assert math.degrees(solved["base"]) == pytest.approx(183)
-
-
-def test_roll_in_the_tables_frame_turns_the_wrist_with_the_base():
-    pose = Pose.of(x_mm=200, y_mm=200, z_mm=100, pitch_deg=-90, roll_deg=20)
-    solved = TEACHMOVER.ik(pose, None, RollFrame.TABLE)
-    assert math.degrees(solved["wrist_roll"]) == pytest.approx(65)
-    assert same_pose(TEACHMOVER.fk(solved, RollFrame.TABLE), pose)
 
 
 def test_a_posture_behind_holds_the_pose_of_the_front_posture_that_holds_it_alike():

@@ -83,7 +83,7 @@ def assert_honest(arm, goal, near):
     offered = []
     on_axis = math.hypot(*position_of(goal)[:2]) <= AXIS_MM  # where poses leave the base free
     if found.off_rad <= ON_MANIFOLD_RAD and not on_axis:
-        offered += [angles for _, _, angles in inverse(found.goal, arm.lengths, 0.0, near)]
+        offered += [angles for _, _, angles in inverse(found.goal, arm.lengths, near)]
     if met:
         assert offered or on_axis, "the branches lack what the nearest one has"
         assert all(

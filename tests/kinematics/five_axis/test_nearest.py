@@ -18,30 +18,28 @@ from kinematics_cases import (
     turn_between,
 )
 
-from kinematics import FiveAxisArm, JointRange, Joints, Pose, RollFrame
+from kinematics import FiveAxisArm, JointRange, Joints, Pose
 from kinematics.five_axis.nearest import nearest
 
-frames = st.sampled_from(RollFrame)
 
-
-@given(any_arm, goals, frames)
-def test_the_answer_can_be_reached_and_is_as_far_as_it_says(arm, goal, frame):
-    found = nearest(arm, goal, None, frame)
-    solved = arm.ik(found.pose, None, frame)
-    assert same_pose(arm.fk(solved, frame), found.pose, mm=1e-4)
+@given(any_arm, goals)
+def test_the_answer_can_be_reached_and_is_as_far_as_it_says(arm, goal):
+    found = nearest(arm, goal)
+    solved = arm.ik(found.pose)
+    assert same_pose(arm.fk(solved), found.pose, mm=1e-4)
     assert not arm.violations(found.joints)
-    assert same_pose(arm.fk(found.joints, frame), found.pose)
+    assert same_pose(arm.fk(found.joints), found.pose)
     assert found.distance_mm == pytest.approx(distance_mm(found.pose, goal), abs=1e-9)
 
 
-@given(arm_and_posture, frames)
-def test_a_pose_in_reach_is_its_own_nearest(case, frame):
+@given(arm_and_posture)
+def test_a_pose_in_reach_is_its_own_nearest(case):
     arm, joints = case
-    pose = arm.fk(joints, frame)
-    assert nearest(arm, pose, joints, frame).distance_mm < 1e-4
+    pose = arm.fk(joints)
+    assert nearest(arm, pose, joints).distance_mm < 1e-4
 
 
-def postures_like(arm, goal, frame, seed, count):
+def postures_like(arm, goal, seed, count):
     """Random postures within limits whose pose has the goal's pitch and roll."""
     chance = random.Random(seed)
     for _ in range(count):
@@ -50,11 +48,11 @@ def postures_like(arm, goal, frame, seed, count):
         )
         back = chance.random() < 0.5
         pitch = math.pi - goal.pitch_rad if back else goal.pitch_rad
-        roll = goal.roll_rad + (base if frame is RollFrame.TABLE else math.pi * back)
+        roll = goal.roll_rad + math.pi * back
         wrist = math.remainder(pitch - shoulder - elbow, math.tau)
         for turn in (0.0, math.tau, -math.tau):
             joints = Joints((base, shoulder, elbow, wrist, math.remainder(roll, math.tau) + turn))
-            pose = arm.fk(joints, frame)
+            pose = arm.fk(joints)
             if (
                 not arm.violations(joints)
                 and turn_between(pose.pitch_rad, goal.pitch_rad) < 1e-9
@@ -64,10 +62,10 @@ def postures_like(arm, goal, frame, seed, count):
                 break
 
 
-@given(any_arm, goals, frames, st.integers(0, 2**32))
-def test_no_posture_of_that_pitch_and_roll_is_nearer(arm, goal, frame, seed):
-    found = nearest(arm, goal, None, frame)
-    for pose in postures_like(arm, goal, frame, seed, 60):
+@given(any_arm, goals, st.integers(0, 2**32))
+def test_no_posture_of_that_pitch_and_roll_is_nearer(arm, goal, seed):
+    found = nearest(arm, goal)
+    for pose in postures_like(arm, goal, seed, 60):
         assert distance_mm(pose, goal) >= found.distance_mm - 1e-4
         assert found.pose.pitch_rad == goal.pitch_rad
         assert found.pose.roll_rad == goal.roll_rad
@@ -139,15 +137,6 @@ def test_a_roll_out_of_range_becomes_the_nearest_in_range():
     assert found.pose.pitch_rad == goal.pitch_rad
     assert found.joints.deg["wrist_roll"] in (pytest.approx(-100), pytest.approx(-5))
     assert not behind_is_shut.violations(found.joints)
-
-
-def test_roll_in_the_tables_frame_may_turn_the_base_to_be_held():
-    arm = FiveAxisArm(*UNEVEN.lengths, (*UNEVEN.limits[:4], JointRange.of(-10, 10)))
-    goal = Pose.of(x_mm=200, y_mm=120, z_mm=150, pitch_deg=0, roll_deg=0)
-    found = nearest(arm, goal, None, RollFrame.TABLE)
-    assert found.pose.roll_rad == goal.roll_rad
-    assert found.joints.deg["base"] == pytest.approx(10)
-    assert found.distance_mm > 1
 
 
 @pytest.mark.parametrize("arm", ARMS)

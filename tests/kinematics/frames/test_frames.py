@@ -17,7 +17,6 @@ from kinematics import (
     KinematicsError,
     UnknownFrame,
     ZeroVector,
-    basis_along,
     change_of_basis,
     handedness,
     is_rotation,
@@ -120,15 +119,6 @@ def test_a_third_axis_completes_either_hand(x, y):
         assert handedness(y, x, z) is not hand
 
 
-@given(directed, directed)
-def test_a_basis_is_built_along_its_first_axis(x, y):
-    assume(norm(cross(unit(x), unit(y))) > 1e-3)
-    basis = basis_along(x, y)
-    assert is_rotation(basis)
-    assert gap(columns(basis)[0], unit(x)) < 1e-15
-    assert transform_point(transform(transpose(basis), (0.0, 0.0, 0.0)), y)[1] > 0.0
-
-
 def test_axes_in_one_plane_are_no_basis():
     with pytest.raises(FlatBasis):
         handedness(X_AXIS, Y_AXIS, add(X_AXIS, Y_AXIS))
@@ -138,8 +128,6 @@ def test_axes_in_one_plane_are_no_basis():
         change_of_basis((X_AXIS, X_AXIS, Z_AXIS), IDENTITY)
     with pytest.raises(ZeroVector):
         third_axis(X_AXIS, scale(-2.0, X_AXIS))
-    with pytest.raises(ZeroVector):
-        basis_along(X_AXIS, X_AXIS)
 
 
 skew = st.tuples(*[st.tuples(*[st.integers(-5, 5).map(float)] * 3)] * 3).filter(

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -16,7 +17,6 @@ from kinematics import (
     NoArc,
     PathBroken,
     arc_path,
-    circle_path,
     line_path,
     system,
 )
@@ -25,7 +25,7 @@ from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.transforms import translation
 from kinematics.frames.vectors import cross, dot, subtract, unit
 from kinematics.geometry import Tool
-from kinematics.paths.traces import round_through
+from kinematics.paths.curves import round_through
 
 PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
 PUMA_START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
@@ -110,7 +110,8 @@ def test_an_arc_backwards_has_the_same_corners():
 
 
 def test_a_full_circle_returns_with_the_hand_as_it_was():
-    corners = circle_path(TEACHMOVER, START, pose(280, -70, 120), pose(250, -40, 120, 0, 90))
+    through = replace(TEACHMOVER.fk(START), x_mm=250.0, y_mm=-40.0, z_mm=120.0)
+    corners = arc_path(TEACHMOVER, START, pose(280, -70, 120), through, sweep_rad=math.tau)
     assert corners[-1].angles_rad == pytest.approx(START.angles_rad)
     ways = sampled(TEACHMOVER, corners)
     assert max(x for x, _, _ in ways) == pytest.approx(280, abs=1)

@@ -71,7 +71,7 @@ def test_the_code_that_counts_is_the_code_that_runs(angles):
 def test_helpers_called_by_name_are_counted_too():
     ledger = Ledger()
     goal = ledger.numbers((200.0, 100.0, 150.0, -1.0, 0.0))
-    found = on_any_numbers(closed_form.inverse)(goal, ARM.lengths, 0.0, (0.0,) * 5)
+    found = on_any_numbers(closed_form.inverse)(goal, ARM.lengths, (0.0,) * 5)
     assert len(found) == 4
     assert ledger.tally().arcs == 4  # base, direction, lift, and the bend in elbow_triangle
 

@@ -13,15 +13,16 @@ from systems_cases import symbols_gap
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.textbook.notation import PLAIN, definitions, matrix_text
-from kinematics.textbook.symbolic_systems import (
-    joint_symbols,
-    symbolic_chain,
-    symbolic_goal,
-    symbolic_system,
-    symbolic_system_example,
-)
+from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import (
+    joint_symbols,
+    symbolic_chain,
+    symbolic_example,
+    symbolic_goal,
+    symbolic_system,
+)
 
 
 def postures(system, low_rad=-3.0, high_rad=3.0):
@@ -174,7 +175,7 @@ def test_following_the_written_steps_leads_to_the_joint_values(name):
         for angle, kind in zip((0.4, 0.7, 0.9, 0.5, 0.6, 0.8), system.chain().kinds, strict=False)
     ]
     goal = system.goal_of(system.fk(posture))
-    for branch in symbolic_system_example(system).branches:
+    for branch in symbolic_example(subject_of_system(system)).branches:
         if branch.name not in {found.name for found in system.ik(goal)}:
             continue
         symbols = symbolic_goal(system.coordinates)

@@ -9,9 +9,9 @@ import pytest
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink
 from kinematics.frames.transforms import compose
-from kinematics.textbook.symbolic_systems import joint_symbols, symbolic_chain, symbolic_system
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import joint_symbols, symbolic_chain, symbolic_system
 
 sympy = pytest.importorskip("sympy", reason="the computer algebra to compare with is missing")
 

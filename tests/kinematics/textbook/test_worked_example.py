@@ -9,18 +9,15 @@ import pytest
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError, OutOfReach
-from kinematics.textbook.study import example_posture
-from kinematics.textbook.symbolic_systems import (
-    symbolic_chain_example,
-    symbolic_sections,
-    symbolic_system_example,
-)
+from kinematics.textbook.study import example_posture, subject_of_chain, subject_of_system
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.worked_example import (
     frame_text,
     number_text,
     plain,
     sections,
+    symbolic_example,
+    symbolic_sections,
     work_chain,
     work_system,
 )
@@ -159,7 +156,7 @@ def test_numbers_are_written_without_noise():
 
 
 def test_a_system_in_symbols_shows_matrices_product_and_solutions():
-    example = symbolic_system_example(system("two-link-1"))
+    example = symbolic_example(subject_of_system(system("two-link-1")))
     lines = [line for each in symbolic_sections(example) for line in each.lines]
     assert "A1 =" in lines
     assert "T = A1 A2 =" in lines
@@ -170,7 +167,7 @@ def test_a_system_in_symbols_shows_matrices_product_and_solutions():
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_latex_has_as_many_opening_as_closing_braces(name):
-    example = symbolic_system_example(system(name))
+    example = symbolic_example(subject_of_system(system(name)))
     text = "\n".join(line for each in symbolic_sections(example, latex=True) for line in each.lines)
     assert text.count("{") == text.count("}")
     assert text.count(r"\left") == text.count(r"\right")
@@ -180,7 +177,9 @@ def test_latex_has_as_many_opening_as_closing_braces(name):
 def test_a_chain_in_symbols_has_base_and_tool():
     based = Chain(LINKS, base=OWN.fk((0.0, 0.0, 10.0)), tool=OWN.fk((0.0, 0.0, 20.0)))
     lines = [
-        line for each in symbolic_sections(symbolic_chain_example(based)) for line in each.lines
+        line
+        for each in symbolic_sections(symbolic_example(subject_of_chain("", "", "", based)))
+        for line in each.lines
     ]
     assert "base =" in lines
     assert "tool =" in lines

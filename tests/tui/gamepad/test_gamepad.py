@@ -4,6 +4,7 @@ import os
 import queue
 import sys
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -88,6 +89,10 @@ class PadSession(Session):
         self.tell(pressed(), PadEvent(LEFT_X, -1.0))
         assert self.arm.asked("hold")
 
+    def lose(self):
+        self.arm.set(state=State.DISCONNECTED)
+        self.desk.poll()
+
     @property
     def moving(self):
         """Whether the last thing that was asked of the arm was to go on."""
@@ -104,60 +109,54 @@ async def test_a_stick_jogs_only_while_armed_and_while_the_button_is_held():
         session.tell(let_go(), PadEvent(LEFT_X, 0.0))
         await session.arm_keys()
         session.tell(PadEvent(LEFT_X, -1.0), PadEvent(LEFT_X, 0.0))
-        assert not session.arm.asked("hold")
+        session.tell(pressed(BUTTONS["south"]), pressed(704), pressed(), PadEvent(2, 1.0), let_go())
+        assert not session.arm.asked("hold"), "buttons and sticks without a row do nothing"
         session.tell(pressed(), PadEvent(LEFT_X, -1.0))
         assert session.arm.asked("hold") == [("hold", Jog.joint(base=1.0), 0.25, MOUSE_HOLD_S)]
         session.tell(let_go())
         assert not session.moving
 
 
+HALF = DEFAULT_PAD.dead_zone + (1.0 - DEFAULT_PAD.dead_zone) / 2
+PUSHED = [
+    # keys before, sticks and how far they are pushed, the jog
+    ("", {LEFT_X: -0.1}, None),  # within the dead zone
+    ("", {LEFT_X: HALF}, Jog.joint(base=-0.5)),
+    ("", {LEFT_X: HALF, LEFT_Y: -1.0}, Jog.joint(base=-0.5, shoulder=1.0)),
+    ("", {STICKS["dpad-x"]: 1.0}, Jog.joint(gripper=1.0)),  # the last row of any arm
+    ("m F", {LEFT_Y: -1.0}, Jog(Space.CARTESIAN, (("x", 1.0),), "tool")),
+]
+
+
 async def test_how_far_a_stick_is_pushed_is_how_fast_and_two_axes_go_together():
     async with PadSession() as session:
-        await session.arm_keys()
-        session.tell(pressed(), PadEvent(LEFT_X, -0.1))
-        assert not session.arm.asked("hold"), "within the dead zone"
-        half = DEFAULT_PAD.dead_zone + (1.0 - DEFAULT_PAD.dead_zone) / 2
-        session.tell(PadEvent(LEFT_X, half))
-        session.clock.now_s += STEER_S
-        session.tell(PadEvent(LEFT_Y, -1.0))
-        jogs = [dict(call[1].axes) for call in session.arm.asked("hold")]
-        assert jogs == [
-            {"base": pytest.approx(-0.5)},
-            {"base": pytest.approx(-0.5), "shoulder": 1.0},
-        ]
+        for keys, sticks, jog in PUSHED:
+            await session.keys(keys)
+            await session.arm_keys()
+            session.arm.calls.clear()
+            session.tell(pressed())
+            for code, value in sticks.items():
+                session.clock.now_s += STEER_S
+                session.tell(PadEvent(code, value))
+            jogs = [call[1] for call in session.arm.asked("hold")]
+            rounded = [
+                replace(each, axes=tuple((axis, round(by, 9)) for axis, by in each.axes))
+                for each in jogs
+            ]
+            assert rounded[-1:] == ([jog] if jog else [])
+            session.tell(let_go(), *(PadEvent(code, 0.0) for code in sticks))
 
 
-async def test_in_cartesian_mode_the_sticks_push_the_tip_in_the_frame_of_the_screen():
-    async with PadSession() as session:
-        await session.press("m", "F")
-        await session.arm_keys()
-        session.tell(pressed(), PadEvent(LEFT_Y, -1.0))
-        (hold,) = session.arm.asked("hold")
-        assert hold[1] == Jog(Space.CARTESIAN, (("x", 1.0),), "tool")
-
-
-async def test_the_gripper_is_the_last_row_of_any_arm():
-    async with PadSession() as session:
-        await session.arm_keys()
-        session.tell(pressed(), PadEvent(STICKS["dpad-x"], 1.0))
-        assert session.arm.asked("hold")[0][1] == Jog.joint(gripper=1.0)
-
-
-async def test_a_held_stick_is_renewed_in_short_holds_and_not_too_often():
+async def test_a_held_stick_is_renewed_in_short_holds_and_rest_ends_the_jog_at_once():
     async with PadSession() as session:
         await session.holding()
         for _ in range(5):
             session.tell(PadEvent(LEFT_X, -1.0))
-        assert len(session.arm.asked("hold")) == 1
+        assert len(session.arm.asked("hold")) == 1, "not too often"
         session.clock.now_s += MOUSE_RENEWS_S
         session.tick()
         assert len(session.arm.asked("hold")) == 2
         assert session.arm.asked("hold")[-1][3] <= MOUSE_HOLD_S
-
-
-async def test_a_stick_that_comes_to_rest_ends_the_jog_at_once_and_goes_on_when_pushed():
-    async with PadSession() as session:
-        await session.holding()
         session.tell(PadEvent(LEFT_X, 0.0))
         assert not session.moving
         session.clock.now_s += 60.0 - 11.0
@@ -169,7 +168,7 @@ async def test_a_pad_that_is_heard_of_no_more_holds_nothing_after_its_time():
     async with PadSession() as session:
         await session.holding()
         begun_s = session.clock.now_s
-        while session.desk.pad.hand.held:
+        while session.desk.pad.held:
             session.clock.now_s += 0.01
             session.tick()
         assert session.clock.now_s - begun_s <= MOUSE_HOLDS_S + 0.011
@@ -184,44 +183,44 @@ ENDS = {
     "another pad": lambda s: s.tell(Came("Other", {LEFT_X: -1.0})),
     "link lost": lambda s: s.lose(),
     "disarmed": lambda s: s.desk.disarm("x"),
-    "suspended": lambda s: s.desk.input.on_resumed(3.0),
+    "suspended": lambda s: s.desk.resumed(3.0),
     "its stop button": lambda s: s.tell(pressed(BUTTONS["east"])),
     "other settings": lambda s: s.tell(pressed(BUTTONS["north"])),
     "the focus is lost": lambda s: s.desk.on_app_blur(),
 }
 
 
-@pytest.mark.parametrize("end", ENDS)
-async def test_whatever_ends_a_jog_ends_that_of_a_pad_and_only_its_button_begins_it_again(end):
-    class Losing(PadSession):
-        def lose(self):
-            self.arm.set(state=State.DISCONNECTED)
-            self.desk.poll()
-
-    async with Losing() as session:
-        await session.holding()
-        ENDS[end](session)
-        assert not session.moving
-        session.arm.set(state=State.STANDBY)
-        session.desk.poll()
-        session.clock.now_s += 10.0
-        session.desk.screens.current.hand.arm_keys()
-        session.tell(PadEvent(LEFT_X, -0.8))
-        session.tick()
-        assert not session.moving
-        assert not session.desk.pad.hand.held
-
-
-@pytest.mark.parametrize("key", ["f3", "question_mark", "space", "q"])
-async def test_another_screen_a_dialog_a_stop_and_a_key_end_it(key):
+async def test_whatever_ends_a_jog_ends_that_of_a_pad_and_only_its_button_begins_it_again():
     async with PadSession() as session:
-        await session.holding()
-        await session.press(key)
-        assert not session.desk.pad.hand.held
-        held = len(session.arm.asked("hold"))
-        session.clock.now_s += MOUSE_RENEWS_S
-        session.tell(PadEvent(LEFT_X, -0.9))
-        assert len(session.arm.asked("hold")) == held
+        for name, end in ENDS.items():
+            session.tell(PadEvent(LEFT_X, 0.0), let_go())
+            session.arm.calls.clear()
+            await session.holding()
+            end(session)
+            assert not session.moving, name
+            session.arm.set(state=State.STANDBY)
+            session.desk.poll()
+            session.clock.now_s += 10.0
+            session.screen.hand.arm_keys()
+            session.tell(PadEvent(LEFT_X, -0.8))
+            session.tick()
+            assert not session.moving, name
+            assert not session.desk.pad.held, name
+
+
+async def test_another_screen_a_dialog_a_stop_and_a_key_end_it():
+    async with PadSession() as session:
+        for key in ("f3", "question_mark", "space", "q"):
+            session.tell(PadEvent(LEFT_X, 0.0), let_go())
+            session.arm.calls.clear()
+            await session.holding()
+            await session.press(key)
+            assert not session.desk.pad.held, key
+            held = len(session.arm.asked("hold"))
+            session.clock.now_s += MOUSE_RENEWS_S
+            session.tell(PadEvent(LEFT_X, -0.9))
+            assert len(session.arm.asked("hold")) == held, key
+            await session.keys("space f2")
 
 
 async def test_a_stick_that_is_pushed_already_moves_nothing_when_the_button_is_pressed():
@@ -239,21 +238,25 @@ async def test_its_stop_button_stops_on_any_screen_and_its_others_count_at_the_j
         await session.press("f3")
         session.tell(pressed(BUTTONS["east"]), pressed(BUTTONS["north"]))
         assert session.arm.asked("stop") == [("stop",)]
-        assert session.desk.screens.current.entry.form.cartesian, (
-            "the mode button is of the jog screen"
-        )
+        assert session.desk.message == "mode is for the jog screen alone"
+        assert session.screen.form.cartesian, "the mode button is of the jog screen"
         await session.press("f2")
         session.tell(pressed(BUTTONS["select"]), pressed(BUTTONS["north"]))
         assert session.desk.settings.cartesian
         assert session.desk.settings.speed == 0.1
 
 
-async def test_buttons_beside_the_table_and_sticks_without_a_row_do_nothing():
+async def test_without_a_link_its_buttons_do_what_their_keys_do_and_its_sticks_say_why_not():
     async with PadSession() as session:
-        await session.arm_keys()
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
         session.arm.calls.clear()
-        session.tell(pressed(BUTTONS["south"]), pressed(704), pressed(), PadEvent(2, 1.0))
-        assert not session.arm.asked("hold")
+        session.tell(pressed(BUTTONS["north"]), pressed(BUTTONS["select"]))
+        assert (session.desk.settings.cartesian, session.desk.settings.speed) == (True, 0.1)
+        assert session.desk.message == ""
+        session.tell(pressed(), PadEvent(LEFT_X, -1.0))
+        assert "there is no link to the arm, and no key moves it" in session.desk.message
+        assert session.arm.calls == []
 
 
 # -- the file of keys -------------------------------------------------------------------------

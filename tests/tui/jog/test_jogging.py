@@ -91,7 +91,7 @@ def test_a_button_is_dead_while_the_keys_are():
 
 def button(session, table, row, *, plus):
     """Return the place of a button on the screen."""
-    inner = session.desk.screens.current.query_one(f"#{table}", AxisTable).content_region
+    inner = session.screen.query_one(f"#{table}", AxisTable).content_region
     return inner.x + (1 if plus else 4), inner.y + row
 
 
@@ -101,7 +101,7 @@ async def mouse(session, kind, place):
     await session.send(event)
 
 
-async def test_the_mouse_holds_a_button_on_the_screen_and_lets_go():
+async def test_the_mouse_holds_a_button_on_the_screen_and_letting_go_or_leaving_it_ends_that():
     async with Session() as session:
         await session.arm_keys()
         place = button(session, "joints", 1, plus=False)
@@ -109,12 +109,8 @@ async def test_the_mouse_holds_a_button_on_the_screen_and_lets_go():
         assert session.arm.calls[-1][:2] == ("hold", Jog.joint(shoulder=-1.0))
         await mouse(session, events.MouseUp, place)
         assert session.arm.calls[-1] == ("release",)
-        assert session.desk.screens.current.armed
-
-
-async def test_leaving_the_button_lets_go():
-    async with Session() as session:
-        await session.arm_keys()
+        assert session.screen.armed
+        session.arm.calls.clear()
         x, y = button(session, "joints", 0, plus=True)
         await mouse(session, events.MouseDown, (x, y))
         await mouse(session, events.MouseMove, (x + 1, y))
@@ -135,33 +131,29 @@ async def test_in_cartesian_mode_the_buttons_are_those_of_the_tip():
         assert ("stop",) in session.arm.calls
         assert session.arm.calls[-1] == ("release",)
         await session.poll()
-        assert session.desk.screens.current.query_one("#tip", AxisTable).held is None
+        assert session.screen.query_one("#tip", AxisTable).held is None
 
 
-@pytest.mark.parametrize("ends", ["question_mark", "f3", "T"])
-async def test_what_takes_the_screen_away_lets_go_of_a_button(ends):
+async def lose_the_link(session):
+    session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+    await session.poll()
+    assert not session.screen.armed
+
+
+@pytest.mark.parametrize("end", ["question_mark", "f3", "T", lose_the_link])
+async def test_what_takes_the_screen_or_the_arm_away_lets_go_of_a_button(end):
     async with Session() as session:
         await session.arm_keys()
         await mouse(session, events.MouseDown, button(session, "joints", 0, plus=True))
-        await session.press(ends)
-        held = ends == "T"  # other colours take nothing away
+        await (session.press(end) if isinstance(end, str) else end(session))
+        held = end == "T"  # other colours take nothing away
         assert (session.arm.calls[-1][0] == "hold") == held
-
-
-async def test_a_lost_link_lets_go_of_a_button():
-    async with Session() as session:
-        await session.arm_keys()
-        await mouse(session, events.MouseDown, button(session, "joints", 0, plus=True))
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
-        assert session.arm.calls[-1] == ("release",)
-        assert not session.desk.screens.current.armed
 
 
 async def test_an_unknown_pose_has_no_buttons_for_the_tip():
     async with Session(FakeArm(**unknown_position())) as session:
         await session.press("m")
-        assert session.desk.screens.current.query_one("#tip", AxisTable).at(1, 0) is None
+        assert session.screen.query_one("#tip", AxisTable).at(1, 0) is None
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
@@ -173,7 +165,7 @@ async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
         await session.press("G")
         await session.settle()
         assert session.arm.asked("grasp") == [("grasp",)]
-        assert not session.desk.screens.current.armed
+        assert not session.screen.armed
         assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("messages")
         assert "pressing 8.9 N" in session.text("gripper")
 
@@ -233,49 +225,41 @@ def test_the_load_of_the_wire_is_that_of_its_busier_direction():
     assert LinkStats(10, 10, 0).load(LinkStats(), 1.0) is None
 
 
-@pytest.mark.parametrize(
-    ("key", "opening_mm"), [("1", 76.0), ("2", 38.0), ("3", 0.0)], ids=["open", "half", "closed"]
-)
-async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed(key, opening_mm):
+async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed():
     async with Session(PlannerArm()) as session:
-        await session.press(key)
-        assert session.arm.asked("open") == []
-        assert "enter arms the keys first" in session.text("messages")
-        await session.arm_keys()
-        await session.press(key)
-        await session.settle()
-        assert session.arm.asked("open") == [("open", opening_mm, 0.25)]
-        assert not session.desk.screens.current.armed
+        for key, opening_mm in (("1", 76.0), ("2", 38.0), ("3", 0.0)):
+            session.arm.calls.clear()
+            await session.keys(key)
+            assert session.arm.asked("open") == []
+            session.shows(key, messages="enter arms the keys first")
+            await session.arm_keys()
+            await session.keys(key)
+            assert session.arm.asked("open") == [("open", opening_mm, 0.25)]
+            assert not session.screen.armed
 
 
-@pytest.mark.parametrize(("answer", "asked_for"), [("y", [ParkMove(0.25)]), ("n", [])])
-async def test_the_arm_is_parked_only_after_a_yes(answer, asked_for):
-    async with Session(PlannerArm()) as session:
-        await session.press("K")
-        assert "THE ARM WILL MOVE" in session.desk.screen.query_one("#posture-text").shown
-        await session.press("enter")
-        assert session.arm.asked_for == [], "enter is neither yes nor no"
-        await session.press(answer)
-        await session.settle()
-        assert session.arm.asked_for == asked_for
-
-
-async def test_parking_an_arm_that_may_not_move_says_why_and_asks_nothing():
+async def test_the_arm_is_parked_only_after_a_yes():
     arm = PlannerArm()
-    arm.hindrance = Refused("the position is only restored")
     async with Session(arm) as session:
-        await session.press("K")
+        for answer, asked_for in (("n", []), ("y", [ParkMove(0.25)])):
+            await session.keys("K")
+            assert "THE ARM WILL MOVE" in session.desk.screen.query_one("#posture-text").shown
+            await session.keys("enter")
+            assert arm.asked_for == [], "enter is neither yes nor no"
+            await session.keys(answer)
+            assert arm.asked_for == asked_for
+        arm.hindrance = Refused("the position is only restored")
+        await session.follow([("K", {"messages": "the position is only restored"})])
         assert len(session.desk.screen_stack) == 1
-        assert "the position is only restored" in session.text("messages")
 
 
 async def test_the_wire_and_the_motors_are_shown_on_asking():
     async with Session(size=(120, 40)) as session:
-        assert not session.desk.screens.current.query_one("#details").display
+        assert not session.screen.query_one("#details").display
         await session.press("D")
         assert "sent @STEP" in session.text("details")
         await session.press("D")
-        assert not session.desk.screens.current.query_one("#details").display
+        assert not session.screen.query_one("#details").display
 
 
 @pytest.mark.parametrize(

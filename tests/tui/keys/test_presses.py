@@ -1,7 +1,7 @@
 """Presses that count: a pause before one, two of one key, and no other key between them."""
 
 from tui.app import action_call
-from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, DoublePress, SinglePress
+from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, SinglePress
 
 
 class Hand:
@@ -18,7 +18,8 @@ class Hand:
 
     def wait(self, time_s):
         self.now_s += time_s
-        self.confirmation.act_if_due()
+        if act := self.confirmation.due():
+            act()
 
 
 def test_a_key_that_is_held_counts_once():
@@ -84,15 +85,26 @@ def test_an_action_is_a_method_of_a_node_or_of_one_of_its_parts():
 
 def test_the_repeats_of_a_key_that_was_refused_confirm_nothing():
     """Held while a preview is worked out, its later repeats would be two presses by themselves."""
-    now = [0.0]
-    presses = DoublePress(lambda: now[0])
-    presses.refuse()
+    hand = Hand()
+    hand.confirmation.refuse()
     for _ in range(2):
-        now[0] += 0.05
-        presses.press()
-    now[0] += QUIET_S + 0.1
-    assert not presses.due()
-    presses.press()
-    presses.press()
-    now[0] += QUIET_S + 0.1
-    assert presses.due()
+        hand.press("moves", after_s=0.05)
+    hand.wait(QUIET_S + 0.1)
+    assert hand.done == []
+    hand.press("moves")
+    hand.press("moves")
+    hand.wait(QUIET_S + 0.1)
+    assert hand.done == ["moves"]
+
+
+def test_two_presses_far_apart_are_two_first_ones():
+    hand = Hand()
+    hand.press("moves")
+    hand.press("moves", after_s=60.0)
+    assert hand.confirmation.effect == "moves"
+    hand.press("moves", after_s=1.0)
+    hand.wait(0.0)
+    assert hand.done == []
+    hand.wait(0.5)
+    hand.wait(0.5)
+    assert hand.done == ["moves"]

@@ -89,16 +89,12 @@ async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands
         poll_at_rest(arm, "420 370")
         await session.poll()
         assert len(session.rows) == 5 + 4 + 4, "what moves the arm, and what it led to, is shown"
-        assert session.desk.screens.current.log_view.book.total == 92
-
-
-async def test_answers_that_differ_are_never_folded():
-    arm = LoggedArm()
-    async with LogSession(arm) as session:
+        assert session.screen.log_view.book.total == 92
         for number in range(6):
             poll_at_rest(arm, f"{number} 370")
         await session.poll()
-        assert len(session.rows) == 24
+        differing = session.rows[-24:]
+        assert not any("idle polling" in row for row in differing), "answers that differ"
 
 
 async def test_only_what_is_new_is_read_at_each_poll():
@@ -121,7 +117,7 @@ async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
         for _ in range(2000 // PORTION + 1):
             await session.poll()
         assert session.rows[-1].endswith("number 2799")
-        assert session.desk.screens.current.log_view.book.total == 2000
+        assert session.screen.log_view.book.total == 2000
         await session.press("home")
         assert "number 800" in session.rows[0]
 
@@ -163,13 +159,21 @@ async def test_topics_are_left_out_and_shown_again_each_by_its_key():
     }
     async with LogSession() as session:
         for number, (topic, mark) in enumerate(marks.items(), 1):
-            assert f"{number} [x] {topic.value}" in session.text("log-head")
+            session.shows(topic, log_head=f"{number} [x] {topic.value}")
             await session.press(str(number))
-            assert f"{number} [ ] {topic.value}" in session.text("log-head")
-            assert mark not in session.shown
+            session.shows(topic, log_head=f"{number} [ ] {topic.value}", not_log_lines=mark)
         assert session.shown.startswith("no line (left out: bytes, requests")
         await session.press("a")
         assert all(mark in session.shown for mark in marks.values())
+        await session.press("p")
+        before = session.shown
+        session.shows("p", log_head="HELD STILL")
+        session.arm.move("99,0,0,0,0,0")
+        await session.poll()
+        assert session.shown == before
+        await session.press("p")
+        await session.poll()
+        session.shows("p again: no line was lost", log_lines="base +99")
 
 
 async def test_a_text_is_typed_and_the_log_follows_it():
@@ -186,27 +190,11 @@ async def test_a_text_is_typed_and_the_log_follows_it():
         assert "only with: zz" in session.shown
         await session.press("enter", "a")
         assert len(session.rows) > 10
-
-
-@pytest.mark.parametrize("key", ["slash", "e"])
-async def test_a_space_in_a_search_stops_the_arm_and_is_not_typed(key):
-    async with LogSession() as session:
-        await session.press(key, "a", "space")
-        assert session.arm.asked("stop")
-        assert not session.open
-
-
-async def test_lines_are_held_still_while_others_come_and_none_is_lost():
-    async with LogSession() as session:
-        await session.press("p")
-        assert "HELD STILL" in session.text("log-head")
-        before = session.shown
-        session.arm.move("99,0,0,0,0,0")
-        await session.poll()
-        assert session.shown == before
-        await session.press("p")
-        await session.poll()
-        assert "base +99" in session.shown
+        for key in ("slash", "e"):
+            session.arm.calls.clear()
+            await session.press(key, "a", "space")
+            assert session.arm.asked("stop"), "a space is a stop, and is not typed"
+            assert not session.open
 
 
 async def test_the_arrows_choose_a_line_and_what_is_looked_at_stays():
@@ -221,7 +209,7 @@ async def test_the_arrows_choose_a_line_and_what_is_looked_at_stays():
         await session.press("down", "up")
         assert session.rows[at] == chosen
         await session.press("end")
-        assert "newest last" in session.text("log-head")
+        session.shows("end", log_head="newest last")
         assert "done" in session.rows[-1]
 
 
@@ -237,22 +225,18 @@ async def test_pages_and_the_oldest_line():
         assert session.rows[0].startswith("> ")
 
 
-async def test_an_error_is_opened_with_its_cause_and_remedy():
-    async with LogSession() as session:
+async def test_a_line_is_opened_whole_and_an_error_with_its_cause_and_remedy():
+    async with LogSession(size=(80, 24)) as session:
         await session.press("enter")
         text = session.dialog("line-text")
-        assert "NoAnswer: no answer to" in text
-        assert "E502: the controller does not answer" in text
+        for words in ("NoAnswer: no answer to", "E502: the controller does not answer"):
+            assert words in text
         assert "cause" in text
         assert "remedy" in text
         await session.press("enter")
         assert not session.open
         await session.press("end", "enter", "n")
         assert not session.open
-
-
-async def test_a_line_of_bytes_is_opened_whole():
-    async with LogSession(size=(80, 24)) as session:
         await session.press("slash", *"base,42", "enter", "enter")
         text = session.dialog("line-text")
         assert "to the arm" in text
@@ -263,7 +247,7 @@ async def test_a_line_of_bytes_is_opened_whole():
 async def test_nothing_can_be_opened_where_there_is_nothing():
     async with LogSession(LoggedArm()) as session:
         assert session.shown == "nothing has passed yet"
-        await session.press("enter", "up", "home", "pagedown")
+        await session.press("up", "home", "pagedown", "enter")
         assert not session.open
         assert "no line to be opened" in session.text("messages")
 
@@ -322,14 +306,17 @@ async def test_no_key_of_the_log_moves_the_arm():
         assert {call[0] for call in session.arm.calls} <= {"release"}
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
-async def test_nothing_is_wider_than_the_screen(size):
-    async with LogSession(size=size) as session:
-        assert len(session.rows) <= size[1] - 5
-        for text in (session.shown, session.text("log-head"), session.text("footer")):
-            assert max(map(len, text.splitlines())) <= size[0]
-        head = session.desk.screens.current.query_one("#log-head")
-        assert head.content_size.height == len(head.shown.splitlines()), "a line is cut off"
+async def test_nothing_is_wider_than_the_screen():
+    async with LogSession() as session:
+        for width, height in ((80, 24), (120, 40), (200, 60)):
+            await session.resize(width, height)
+            await session.poll()  # once the lines have their new height
+            await session.poll()
+            assert len(session.rows) <= height - 5
+            for text in (session.shown, session.text("log-head"), session.text("footer")):
+                assert max(map(len, text.splitlines())) <= width
+            head = session.screen.query_one("#log-head")
+            assert head.content_size.height == len(head.shown.splitlines()), "a line is cut off"
 
 
 def test_the_log_screen(snap_compare):

@@ -86,25 +86,20 @@ class ProgramSession(Session):
 
     async def __aenter__(self):
         await super().__aenter__()
-        await self.press("f8")
-        await settled(self.pilot)
+        await self.keys("f8")
         return self
 
     async def __aexit__(self, *error):
         self.arm.request_stop()
         await super().__aexit__(*error)
 
-    @property
-    def screen(self):
-        return self.desk.screens.current
-
-    async def rehearsed(self):
-        await self.press("r")
+    async def keys(self, line):
+        await self.press(*line.split())
         await settled(self.pilot)
 
     async def begin(self):
         """Rehearse the program, and press twice."""
-        await self.rehearsed()
+        await self.keys("r")
         await self.press("enter")
         await self.press("enter", after_s=0.2)
         self.clock.now_s += 0.5
@@ -142,30 +137,33 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
         assert "> wave.arm" in session.text("programs")
         assert "    2  draw 0, 20, 0" in session.text("program")
         assert "checked: no mistakes" in session.text("run")
+        await session.pilot.click("#programs", offset=(4, 2))
+        await settled(session.pilot)
+        session.shows("a click", programs="> waits.arm")
 
 
 async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
     async with ProgramSession(arm, tmp_path) as session:
         assert "armdrive jog --program FILE" in session.text("run")
-        await session.press("down", "enter", "r", "pagedown")
+        await session.press("down", "enter", "pagedown", "r")
         assert "choose a program without mistakes" in session.text("messages")
 
 
-async def test_a_file_that_changes_is_read_again_and_has_to_be_rehearsed_again(arm, tmp_path):
+async def test_a_file_or_an_arm_that_changes_has_to_be_rehearsed_again(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        await session.rehearsed()
-        assert "rehearsed:" in session.text("run")
+        await session.follow([("r", {"run": "rehearsed:"})])
         (session.folder / "wave.arm").write_text(WAVE + 'type "more"\n')
         await settled(session.pilot)
-        assert 'type "more"' in session.text("program")
-        assert "checked: no mistakes" in session.text("run")
-
-
-async def test_a_click_chooses_a_program(arm, tmp_path):
-    async with ProgramSession(arm, tmp_path, wave=WAVE, waits=WAITS) as session:
-        await session.pilot.click("#programs", offset=(4, 2))
-        await settled(session.pilot)
-        assert "> wave.arm" in session.text("programs")
+        session.shows("another text", program='type "more"', run="checked: no mistakes")
+        await session.keys("r")
+        await session.press("enter", "enter", "enter", after_s=0.03)
+        session.clock.now_s += 1.0
+        await session.poll()
+        assert not session.screen.run.busy, "a held key runs nothing"
+        arm.move_j(base_deg=20)
+        await session.poll()
+        session.shows("an arm that has moved", not_run="rehearsed:")
+        await session.follow([("enter", {"messages": "it is rehearsed first"})])
 
 
 async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_prints(
@@ -194,28 +192,9 @@ async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_p
         assert not journal_file(arm.config.name).exists()
 
 
-async def test_a_held_key_runs_nothing(arm, tmp_path):
-    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        await session.rehearsed()
-        await session.press("enter", "enter", "enter", after_s=0.03)
-        session.clock.now_s += 1.0
-        await session.poll()
-        assert not session.screen.run.busy
-
-
-async def test_an_arm_that_has_moved_is_rehearsed_anew(arm, tmp_path):
-    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        await session.rehearsed()
-        arm.move_j(base_deg=20)
-        await session.poll()
-        assert "rehearsed:" not in session.text("run")
-        await session.press("enter")
-        assert "it is rehearsed first" in session.text("messages")
-
-
 async def test_something_that_changes_between_the_presses_and_the_run_prevents_it(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        await session.rehearsed()
+        await session.keys("r")
         await session.press("enter")
         await session.press("enter", after_s=0.2)
         arm.move_j(base_deg=20)
@@ -239,14 +218,14 @@ NOT_READY = [
 ]
 
 
-@pytest.mark.parametrize(("state", "words"), NOT_READY)
-async def test_nothing_runs_on_an_arm_that_is_not_ready(arm, tmp_path, state, words):
+async def test_nothing_runs_on_an_arm_that_is_not_ready(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        await session.rehearsed()
-        session.desk.link.status = replace(arm.status, state=state)
-        await session.press("enter")
-        assert words in session.text("messages")
-        assert not session.screen.start.half_confirmed
+        await session.keys("r")
+        for state, words in NOT_READY:
+            session.desk.link.status = replace(arm.status, state=state)
+            await session.press("enter")
+            session.shows(state, messages=words)
+            assert not session.desk.confirmation.effect
 
 
 async def test_a_wait_is_shown_with_its_line_and_to_other_programs(arm, tmp_path):
@@ -330,7 +309,7 @@ LEAVING = {
     "a dialog": lambda session: session.press("question_mark"),
     "the focus is lost": lambda session: session.send(events.AppBlur()),
     "pasted text": lambda session: session.send(events.Paste("r")),
-    "a suspension": lambda session: session.desk.stalls.resumed(3.0),
+    "a suspension": lambda session: session.desk.resumed(3.0),
     "a lost link": lambda session: session.desk.link.take(
         replace(session.arm.status, state=State.DISCONNECTED)
     ),
@@ -362,7 +341,7 @@ async def test_leaving_lets_a_motion_end_and_begins_no_other_one(arm, tmp_path, 
 
 
 @pytest.mark.parametrize("how", LEAVING)
-@pytest.mark.parametrize("program", [WAITS, HOLDS])
+@pytest.mark.parametrize("program", [WAITS, HOLDS], ids=["waits", "holds"])
 async def test_leaving_ends_a_wait(arm, tmp_path, how, program):
     async with ProgramSession(arm, tmp_path, waits=program) as session:
         await session.begin()
@@ -408,8 +387,7 @@ async def test_a_small_terminal_shows_the_line_that_runs_and_what_it_waits_for(a
     async with ProgramSession(arm, tmp_path, size=(80, 24), waits=WAITS) as session:
         await session.begin()
         await session.at_line(2)
-        rows = session.desk.screen._compositor.render_strips(session.desk.size)
-        text = "\n".join("".join(segment.text for segment in row) for row in rows)
+        text = "\n".join(session.painted)
         assert ">   2  wait_input 2" in text
         assert "waiting until input 2 is on" in text
 
@@ -417,10 +395,9 @@ async def test_a_small_terminal_shows_the_line_that_runs_and_what_it_waits_for(a
 async def test_a_long_program_is_scrolled_by_pages(arm, tmp_path):
     many = "".join(f'type "{number}"\n' for number in range(200))
     async with ProgramSession(arm, tmp_path, many=many) as session:
-        await session.press("pagedown")
-        assert session.text("program").startswith("    9  ")
-        await session.press("pageup", "pageup")
-        assert session.text("program").startswith("    1  ")
+        for line, first in (("pagedown", 9), ("pageup pageup", 1)):
+            await session.keys(line)
+            assert session.text("program").startswith(f"    {first}  ")
 
 
 def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_path):

@@ -73,22 +73,11 @@ class SetupSession(Session):
 
     @property
     def stage(self):
-        return self.desk.screens.current.stage
+        return self.screen.stage
 
     @property
     def words(self):
         return "\n".join(self.text(f"setup-{part}") for part in ("head", "rows", "tail"))
-
-    async def typed(self, text):
-        names = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}
-        await self.press(*(names.get(each, each) for each in text))
-
-    async def enter_twice(self):
-        await self.press("enter")
-        await self.press("enter", after_s=0.3)
-        self.clock.now_s += 0.5
-        await self.settle()
-        await self.settle()
 
     async def choose(self, step):
         while f"> {step}" not in self.words:

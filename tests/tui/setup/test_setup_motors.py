@@ -31,7 +31,7 @@ async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_differ
         assert "+elbow = -1" in session.words
         assert "unclear: shoulder" in session.words
         assert path.read_text(encoding="utf-8") == FILE
-        await session.enter_twice()
+        await session.twice("enter")
         assert "elbow = -1" in path.read_text(encoding="utf-8")
         assert path.read_text(encoding="utf-8").startswith(FILE)
         assert "when it is next connected" in session.words
@@ -61,7 +61,7 @@ async def test_an_arm_whose_motors_count_otherwise_is_right_after_its_file_was_c
         await session.choose("4 check")
         await look_and_answer(session)
         await session.press("enter")
-        await session.enter_twice()
+        await session.twice("enter")
     config = load_arm(path)
     model = simulated_config("teachmover").model
     truth = model.transmission.with_signs(signs, (1,) * len(signs))
@@ -126,7 +126,7 @@ async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state):
         if state is State.DISABLED:
             session.desk.link.status = replace(session.desk.link.status, state=state)
             with session.desk.calls.acting():
-                session.desk.screens.current.stages.turn()
+                session.stage.turn()
         else:
             await session.turn()
         assert session.simulated.asked == []

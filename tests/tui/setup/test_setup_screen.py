@@ -39,8 +39,7 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         assert "it speaks robko01" in session.words
         await session.press("enter")
         assert isinstance(session.stage, InterviewAsking)
-        await session.typed("lab3")
-        await session.press("enter")
+        await session.keys("'lab3 enter")
         assert session.stage.describing.line == "robko01"  # the template of what was found
         for _ in range(200):
             if isinstance(session.stage, NewFile):
@@ -64,12 +63,12 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
 async def new_file(session):
     """Answer every question of a new file, and write it."""
     await session.choose("2 describe")
-    await session.typed("lab3")
+    await session.keys("'lab3")
     for _ in range(200):
         await session.press("enter")
         if isinstance(session.stage, NewFile):
             break
-    await session.enter_twice()
+    await session.twice("enter")
 
 
 async def test_the_desk_is_left_for_the_arm_of_the_new_file_by_two_presses():
@@ -104,15 +103,14 @@ async def test_a_port_that_cannot_be_opened_is_said_and_can_be_described_all_the
     found_at(monkeypatch, PortUnavailable("/dev/arm is held by cura: end it"))
     async with SetupSession() as session:
         await session.choose("1 find")
-        await session.enter_twice()
+        await session.twice("enter")
         assert "held by cura" in session.text("messages")
         await session.press("right")
         assert isinstance(session.stage, InterviewAsking)
         await session.press("left")
         assert isinstance(session.stage, Ports)
         await session.press("right")
-        await session.typed("xy")
-        await session.press("backspace")
+        await session.keys("'xy backspace")
         assert session.stage.describing.typed == "x"
 
 
@@ -121,9 +119,8 @@ async def test_another_port_is_typed_and_a_stop_is_never_typed(monkeypatch):
     async with SetupSession() as session:
         await session.choose("1 find")
         await session.press("down")
-        await session.typed("/dev/ttyXH")
-        await session.press("backspace")
-        await session.enter_twice()
+        await session.keys("'/dev/ttyXH backspace")
+        await session.twice("enter")
         assert opened == ["/dev/ttyX"]
         assert "no device answers" in session.words
         assert "asks again" in session.words
@@ -158,7 +155,7 @@ async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
         session.stage.marked = 1
         session.stage.enter()
         assert isinstance(session.stage, InterviewAsking)
-        session.stage.type("x")
+        session.stage.typing.type("x")
         session.stage.enter()
         assert session.stage.describing.question.key == "template"
         session.stage.enter()
@@ -171,8 +168,7 @@ async def test_a_name_that_is_taken_is_refused_and_its_file_left_alone():
     path = written()
     async with SetupSession() as session:
         await session.choose("2 describe")
-        await session.typed("bench")
-        await session.press("enter")
+        await session.keys("'bench enter")
         assert "not overwritten" in session.text("messages")
         assert session.stage.describing.question.key == "name"
     assert path.read_text(encoding="utf-8") == FILE

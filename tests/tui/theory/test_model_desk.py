@@ -48,7 +48,7 @@ class Session:
         return [round(math.degrees(value), 6) for value in self.desk.hand.values]
 
 
-async def test_the_screen_says_that_there_is_no_arm():
+async def test_the_screen_says_that_there_is_no_arm_and_a_stop_key_only_closes_the_help():
     async with Session() as session:
         assert session.text("title").startswith(NO_ARM)
         assert "link table" in session.text("theory-page-0")
@@ -57,27 +57,43 @@ async def test_the_screen_says_that_there_is_no_arm():
         everything = " ".join(each.shown for each in session.desk.screen.query(PlainText))
         assert "STOP" not in everything
         assert "trust" not in everything
+        await session.press("left_square_bracket", "left_square_bracket", "right_square_bracket")
+        assert "step 2°/mm" in session.text("messages")
+        for key in ("space", "escape"):
+            await session.press("question_mark")
+            assert len(session.desk.screen_stack) == 2
+            await session.press(key)
+            assert len(session.desk.screen_stack) == 1
+            assert "nothing to stop" in session.text("messages")
+        await session.press("S")
+        await session.desk.workers.wait_for_complete()
+        await session.pilot.pause()
+        assert "C1" in session.text("theory-page-0")
+        await session.press("S")
+        assert "link table" in session.text("theory-page-0")
+        await session.press("ctrl+q")
+    assert session.desk.return_value == 0
 
 
-@pytest.mark.parametrize(
-    ("name", "key", "joint", "by"),
-    [
-        ("two-link-1", "q", 0, math.radians(5)),
-        ("two-link-1", "a", 0, -math.radians(5)),
-        ("two-link-1", "w", 1, math.radians(5)),
-        ("two-link-1", "s", 1, -math.radians(5)),
-        ("two-link-1", "left", 0, math.radians(5)),
-        ("two-link-1", "down", 1, -math.radians(5)),
-        ("two-link-3", "w", 1, 5.0),
-        ("puma", "y", 5, math.radians(5)),
-    ],
-)
-async def test_a_jog_key_moves_its_joint_by_one_increment(name, key, joint, by):
+STEP = math.radians(5)
+JOGS = {
+    # a model, and by how much each key moves which joint
+    "two-link-1": [("q", 0, STEP), ("a", 0, -STEP), ("w", 1, STEP), ("s", 1, -STEP),
+                   ("left", 0, STEP), ("down", 1, -STEP)],
+    "two-link-3": [("w", 1, 5.0)],
+    "puma": [("y", 5, STEP)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", JOGS)
+async def test_a_jog_key_moves_its_joint_by_one_increment(name):
     async with Session(name) as session:
-        before = session.desk.hand.values
-        await session.press(key)
-        moved = [b - a for a, b in zip(before, session.desk.hand.values, strict=True)]
-        assert moved == pytest.approx([by if i == joint else 0.0 for i in range(len(moved))])
+        for key, joint, by in JOGS[name]:
+            before = session.desk.hand.values
+            await session.press(key)
+            moved = [b - a for a, b in zip(before, session.desk.hand.values, strict=True)]
+            wanted = [by if i == joint else 0.0 for i in range(len(moved))]
+            assert moved == pytest.approx(wanted), key
 
 
 async def test_the_matrices_follow_the_joints_at_once():
@@ -101,12 +117,6 @@ async def test_the_hand_is_jogged_by_the_same_keys_in_the_other_mode():
         assert "no axis of this model is moved by that key" in session.text("messages")
         await session.press("right_square_bracket", "right_square_bracket", *["q"] * 10)
         assert "out of reach" in session.text("messages")
-
-
-async def test_increments_follow_their_keys():
-    async with Session() as session:
-        await session.press("left_square_bracket", "left_square_bracket", "right_square_bracket")
-        assert "step 2°/mm" in session.text("messages")
 
 
 async def test_the_next_solution_is_the_same_place_of_the_hand():
@@ -155,16 +165,6 @@ async def test_pages_are_turned_and_come_round():
         assert "solutions for this place of the hand" in "\n".join(seen)
 
 
-async def test_symbols_take_the_place_of_numbers():
-    async with Session() as session:
-        await session.press("S")
-        await session.desk.workers.wait_for_complete()
-        await session.pilot.pause()
-        assert "C1" in session.text("theory-page-0")
-        await session.press("S")
-        assert "link table" in session.text("theory-page-0")
-
-
 async def test_the_thirteen_steps_are_taken_one_a_page_in_both_conventions():
     async with Session("alpha2", size=(120, 40)) as session:
         view = session.desk.screen.query_one(SpaceView)
@@ -207,22 +207,6 @@ async def test_the_singularity_of_a_table_is_looked_for_aside(tmp_path):
         assert "20.0° away" in "".join(session.text(f"theory-page-{n}") for n in range(3))
         await session.press("w")
         assert "searching" in "".join(session.text(f"theory-page-{n}") for n in range(3))
-
-
-@pytest.mark.parametrize("key", ["space", "escape"])
-async def test_a_stop_key_closes_the_help_and_says_that_nothing_moves(key):
-    async with Session() as session:
-        await session.press("question_mark")
-        assert len(session.desk.screen_stack) == 2
-        await session.press(key)
-        assert len(session.desk.screen_stack) == 1
-        assert "nothing to stop" in session.text("messages")
-
-
-async def test_it_is_left_by_its_key():
-    async with Session() as session:
-        await session.press("ctrl+q")
-    assert session.desk.return_value == 0
 
 
 async def test_keys_can_be_others(tmp_path):

@@ -34,19 +34,14 @@ async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
         assert "wrist pitch" in session.text("theory-page-0")
         pages = session.text("theory-page-0") + session.text("theory-page-1")
         assert not {"wrist_pitch", "wrist_roll"} & set(pages.split())
+        assert session.text("footer").startswith("space STOP")
+        assert f"{label('pagedown')} next page" in session.text("footer")
         session.arm.calls.clear()
-        for key in (
-            "q",
-            "w",
-            "m",
-            "enter",
-            "G",
-            "Z",
-            "left",
-            *(k for r in THEORY_KEYS for k in r.keys),
-        ):
-            await session.press(key)
+        own = (key for row in THEORY_KEYS for key in row.keys)
+        await session.press("q", "w", "m", "enter", "G", "Z", "left", *own)
         assert session.arm.calls == []
+        await session.press("space")
+        assert session.arm.asked("stop")
 
 
 async def test_every_key_of_the_screen_turns_a_page_or_changes_the_notation():
@@ -65,15 +60,6 @@ async def test_every_key_of_the_screen_turns_a_page_or_changes_the_notation():
         assert "standard frames, 1 of " in session.text("theory-page-0")
         pressed = {"pagedown", "N", "pageup", "B", "S", "A"}
         assert {key for row in THEORY_KEYS for key in row.keys} == pressed
-
-
-async def test_the_footer_names_the_stop_first_and_the_pages():
-    async with Session(size=(200, 60)) as session:
-        await opened(session)
-        assert session.text("footer").startswith("space STOP")
-        assert f"{label('pagedown')} next page" in session.text("footer")
-        await session.press("space")
-        assert session.arm.asked("stop")
 
 
 async def test_the_numbers_follow_the_arm_but_no_oftener_than_need_be():

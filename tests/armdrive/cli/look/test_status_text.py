@@ -7,7 +7,7 @@ from argparse import Namespace
 import pytest
 
 from armdrive import Arm
-from armdrive.cli.look.status_text import INKS, Watched, next_step, status_lines
+from armdrive.cli.look.status import INKS, Watched, next_step, status_lines
 from armdrive.cli.presenter import Inked
 from armdrive.status import State, Trust, status_view
 

@@ -1,7 +1,7 @@
 """The shell's own words in the table of words are those that it carries out."""
 
-from armdrive.cli.program.shell_session import OWN_WORDS
 from armdrive.programs.language.words import SHELL
+from armdrive.programs.shell import OWN_WORDS
 from armdrive.sim.world.table import PARTS
 
 

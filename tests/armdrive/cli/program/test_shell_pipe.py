@@ -8,11 +8,12 @@ from contextlib import closing
 import pytest
 
 from armdrive import Arm
-from armdrive.cli.program.shell_session import OWN_WORDS, Shell
+from armdrive.cli.program.shell import ShellTerminal
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SHELL, SPELLINGS
+from armdrive.programs.shell import OWN_WORDS
 from armdrive.status import State
 
 FETCH = """\
@@ -150,7 +151,7 @@ def test_after_an_emergency_stop_the_message_names_the_next_step(capsys):
     with closing(Arm(connect_simulated(simulated_config("robko01")))) as arm:
         arm.enable()
         arm.home()
-        shell = Shell(arm, Namespace(json=False), typing=True)
+        shell = ShellTerminal(arm, Namespace(json=False), typing=True)
         shell.take("point rest = here")
         arm.estop()
         with pytest.raises(WrongState) as caught:

@@ -20,8 +20,8 @@ GO = go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
 LINES = numbered_lines(["# a program", "  move pick  ", "move put"], "t.arm")
 
 
-def step(arm, line, number=1):
-    return RunStep(arm, SourceMark(line, 3, "t.arm"), "Go", number, moves=True, act=GO)
+def step(arm, line):
+    return RunStep(arm, SourceMark(line, 3, "t.arm"), "Go", moves=True, act=GO)
 
 
 @pytest.fixture
@@ -37,12 +37,12 @@ def rehearsed():
 
 def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_output.REDRAW_S", 1e3)
-    with Display(RunOutput(as_json=False, rewrites=True), LINES) as display:
+    with Display(RunOutput(as_json=False, rewrites=True), LINES).shown() as display:
         display.run.use(arm)
         display.run.follow(rehearsed())
         display.begins(step(arm, 2))
         display.say("hello")
-        display.begins(step(arm, 3, 2))
+        display.begins(step(arm, 3))
     shown = capsys.readouterr().out
     assert shown == (
         f"{CLEAR_LINE}  0%  line 2: move pick  1 min 40 s left"
@@ -52,7 +52,7 @@ def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
 
 
 def test_no_line_is_drawn_over_a_question(arm, capsys):
-    with Display(RunOutput(as_json=False, rewrites=True), LINES) as display:
+    with Display(RunOutput(as_json=False, rewrites=True), LINES).shown() as display:
         display.run.use(arm)
         display.begins(RunStep(arm, SourceMark(3, 1, "t.arm"), "Home", moves=True))
         display._look_once()
@@ -60,7 +60,7 @@ def test_no_line_is_drawn_over_a_question(arm, capsys):
 
 
 def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
-    with Display(RunOutput(as_json=False, rewrites=True), LINES) as display:
+    with Display(RunOutput(as_json=False, rewrites=True), LINES).shown() as display:
         display.run.use(arm)
         display.run.follow(rehearsed())
         display.begins(step(arm, 2))
@@ -82,16 +82,17 @@ def test_the_status_thread_ends_quietly_when_its_reader_has_gone(arm, monkeypatc
             if event["event"] == "paused":
                 raise OSError(5, "the terminal is gone")
 
-    with Display(Gone(as_json=True), LINES) as display:
+    with Display(Gone(as_json=True), LINES).shown() as display:
         display.run.use(arm)
         display.begins(step(arm, 2))
+        (looking,) = (each for each in threading.enumerate() if each.name == "progress")
         arm.pause()
-        display._thread.join(timeout=10)
-        assert not display._thread.is_alive()
+        looking.join(timeout=10)
+        assert not looking.is_alive()
 
 
 def test_no_progress_is_shown_before_the_run_began(arm, capsys):
-    with Display(RunOutput(as_json=False, rewrites=False), LINES) as display:
+    with Display(RunOutput(as_json=False, rewrites=False), LINES).shown() as display:
         display.run.use(arm)
         display._look_once()
         assert arm.program() == {}

@@ -75,7 +75,7 @@ def test_a_missing_port_is_reported_before_the_question(call, port, tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
 def test_a_forbidden_port_is_listed_with_its_remedy(call, port, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    monkeypatch.setattr("armdrive.transports.open_errors.owning_group", lambda name: "dialout")
+    monkeypatch.setattr("armdrive.transports.ports.owning_group", lambda name: "dialout")
     said = call("doctor", str(port), "--yes", code=4).out
     assert "no permission to open" in said
     assert "sudo usermod -aG dialout $USER" in said

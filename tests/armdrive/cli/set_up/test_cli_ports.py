@@ -62,7 +62,9 @@ def test_the_holder_of_a_port_is_named(call, adapter):
         (seen,) = call("ports", "--json", code=0).json["ports"]
         assert seen["holder"]["pid"] == os.getpid()
         assert seen["holder"]["arm"] is None
-        assert f"(pid {os.getpid()})" in call("ports", code=0).out
+        said = call("ports", code=0).out
+        assert f"(pid {os.getpid()})" in said
+        assert "FT232R USB UART" in said
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
@@ -80,11 +82,13 @@ def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
 def test_a_forbidden_port_is_listed_with_its_remedy(call, adapter, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    monkeypatch.setattr("armdrive.transports.open_errors.owning_group", lambda port: "dialout")
+    monkeypatch.setattr("armdrive.transports.ports.owning_group", lambda port: "dialout")
     (seen,) = call("ports", "--json", code=0).json["ports"]
     assert not seen["allowed"]
     assert "sudo usermod -aG dialout $USER" in seen["mend"]
-    assert "sudo usermod -aG dialout $USER" in call("ports", code=0).out
+    said = call("ports", code=0).out
+    assert "sudo usermod -aG dialout $USER" in said
+    assert "FT232R USB UART" in said
 
 
 def test_arm_files_that_are_broken_or_lack_their_port_are_listed(call, adapter):

@@ -20,7 +20,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup.questions import ROWS
-from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
+from armdrive.setup.templates import TEMPLATES
 from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 
@@ -222,8 +222,8 @@ def test_every_action_template_and_length_is_on_the_page():
         assert f"armdrive config {action}" in PAGE
     for template in TEMPLATES:
         assert f"| `{template}` |" in PAGE
-    for length in PRINTED_SIX.lengths:
-        assert f"| `{length.key}` |" in PAGE
+    for length in TEMPLATES["printed-six"].lengths:
+        assert f"| `{length}` |" in PAGE
 
 
 def test_every_answer_is_on_the_page():

@@ -16,11 +16,11 @@ from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import listen
-from armdrive.dialects.cia402.wire import Cia402Bus
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.status import State, Trust
 from armdrive.transports import opening as url
 from firmware_protocol.canopen import STATUSWORD, SdoServer
+from firmware_protocol.canopen import Host as CanopenHost
 from firmware_protocol.frames import Unpacker, pack
 
 sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks"))
@@ -58,7 +58,7 @@ def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(
 
 
 def test_an_answer_that_nobody_has_fetched_is_given_up_with_its_transfer():
-    bus, server = Cia402Bus((4,)), SdoServer(4)
+    bus, server = CanopenHost((4,)), SdoServer(4)
     for _ in range(2):  # the first answer has come, and is not looked at before its time is over
         (asked,) = Unpacker().feed(bus.upload(4, STATUSWORD))
         server.receive_frame(asked)

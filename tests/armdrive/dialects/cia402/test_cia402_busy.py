@@ -10,12 +10,12 @@ import math
 import random
 
 import pytest
+from amounts import in_pairs
 from cia402_rig import Rig, steps
 
-from armdrive.dialects.cia402.wire import TRANSMITTED
 from armdrive.dialects.exchange import ListenedTime
 from armdrive.tasks import AlertKind, ClearFault, Done, Halted, MoveAlong, MoveBy
-from firmware_protocol.canopen import Service, service_of
+from firmware_protocol.canopen import REPORT_PDO, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(40))
@@ -54,9 +54,9 @@ class BusyRig(Rig):
         found = service_of(frame.can_id)
         if found is None or found[0] is not Service.TPDO1:
             return pack(frame)
-        word, mode, position = TRANSMITTED.unpack(frame.data)
+        word, mode, position = REPORT_PDO.unpack(frame.data)
         position = int(position) + self._random.choice(TREMBLE)
-        return pack(Frame(frame.can_id, TRANSMITTED.pack((word, mode, position))))
+        return pack(Frame(frame.can_id, REPORT_PDO.pack((word, mode, position))))
 
     def _step(self, end_s: float) -> None:
         late_s = self._random.uniform(*LATE_S) if self.busy and self._program else 0.0
@@ -81,8 +81,8 @@ def busy_both(seed: int, **settings) -> BusyRig:
     return BusyRig(seed, program=True, wire=True, settings=settings)
 
 
-KINDS = pytest.mark.parametrize("made", [busy_program, busy_wire, busy_both])
-SEEDS = pytest.mark.parametrize("seed", range(4))
+MADE, SEEDS = [busy_program, busy_wire, busy_both], range(4)
+KINDS = pytest.mark.parametrize("made", MADE)
 
 
 def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
@@ -96,9 +96,7 @@ def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
     return False
 
 
-@SEEDS
-@KINDS
-@pytest.mark.parametrize("how", ["stop", "release", "end"])
+@in_pairs("how, made, seed", ["stop", "release", "end"], MADE, SEEDS)
 def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, how):
     rig, let_go = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
     before = rig.positions
@@ -120,7 +118,7 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, ho
     assert (rig.positions - stood - steps(4000, -2000)).largest <= rig.config.device.rest_window
 
 
-@SEEDS
+@pytest.mark.parametrize("seed", SEEDS)
 @KINDS
 def test_one_whose_drives_miss_a_heartbeat_meanwhile_says_so(made, seed):
     rig, let_go = made(seed).ready(), []

@@ -39,7 +39,7 @@ def differences(targets: list[tuple[float, int]]) -> list[int]:
 
 
 def smoothed(way: PlannedPath, time_s: float) -> tuple[int, ...]:
-    return tuple(round(way.averaged(motor, time_s, 0.03)) for motor in range(len(way.end)))
+    return tuple(map(round, way.averaged(time_s, 0.03)))
 
 
 def test_a_straight_way_stays_straight_however_it_is_smoothed():

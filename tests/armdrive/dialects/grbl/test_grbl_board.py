@@ -3,55 +3,17 @@
 from dataclasses import replace
 
 import pytest
-from grbl_arm import OPENING_MM, OVER, config, found, ready, standing_as_said
+from faults import OVER_THE_TABLE
+from grbl_arm import config, found, ready, standing_as_said
 
 from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import DeviceFault, NoAnswer, PendantStop, Refused, SettingsDiffer, Stopped
+from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
 from armdrive.sim.device import SwitchState
-from armdrive.status import Current, State, Trust
+from armdrive.status import State, Trust
 from kinematics import Joints
 
 HOLD_PIN = 2
-
-
-def test_disabling_drops_the_current_and_enabling_wakes_the_board():
-    arm = ready()
-    arm.disable()
-    assert arm.status.current is Current.OFF
-    arm.sleep(0.5)  # the board holds the motors for the time in $1, 255 ms, before it releases them
-    assert not arm.twin.world.energised
-    assert arm.status.trust is Trust.SUSPECT
-    arm.enable()
-    assert arm.twin.world.energised
-    assert arm.status.state is State.STANDBY
-    assert arm.twin.board.details()["state"] == "Idle"
-    arm.move_motors(10, 0, 0, 0, 0, 0)
-
-
-def test_a_board_that_is_reset_in_motion_is_told_of_in_words():
-    arm = ready()
-    handle = arm.move_j(base_deg=60, wait=False)
-    arm.sleep(0.6)
-    arm.twin.board.reset()
-    with pytest.raises(NoAnswer, match="mute in motion"):
-        handle.wait(5.0)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.trust is Trust.SUSPECT
-    arm.sleep(1.0)  # the boot loader waits for 1.5 s
-    assert "counts from zero" in arm.status.error
-    arm.reset()
-    assert arm.status.state is State.STANDBY
-    assert arm.status.trust is Trust.SUSPECT
-
-
-def test_a_board_that_is_reset_while_it_stands_makes_the_position_suspect():
-    arm = ready()
-    arm.twin.board.reset()
-    arm.sleep(3.0)
-    assert arm.status.state is State.ERROR_STOP
-    assert "counts from zero" in arm.status.error
-    assert arm.status.trust is Trust.SUSPECT
 
 
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
@@ -96,7 +58,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm = found(factory=True)
     musts = [each for each in arm.core.differences if each.must]
     assert {each.mend for each in musts} >= {"$1=255", "$10=3", "$100=1", "$105=1"}
-    arm.declare_posture(OVER, opening_mm=OPENING_MM)
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
     from armdrive.motion.device import mend_settings
@@ -136,16 +98,6 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
         assert arm.twin.world.motors == arm.status.acknowledged
     homed = [piece for _, piece in arm.twin.link.sent if piece.startswith(b"$H")]
     assert homed == ([b"$HZ\n", b"$HY\n", b"$HX\n", b"$HA\n", b"$HB\n"] if groups else [b"$H\n"])
-
-
-def test_homing_that_is_stopped_leaves_an_arm_that_can_be_jogged():
-    arm = found(homing_config())
-    arm.twin.device.at(arm.status.time_s + 1.0, arm.request_stop)
-    with pytest.raises(Stopped):
-        arm.home()
-    assert arm.status.state is State.STANDBY
-    assert arm.status.trust is Trust.UNKNOWN
-    arm.jog_j(base_deg=1)
 
 
 def test_a_board_that_cannot_home_says_so():

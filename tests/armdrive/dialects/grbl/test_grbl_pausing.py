@@ -2,8 +2,8 @@
 
 import pytest
 from backlash_bench import off_steps, played_arm
-from faults import Rule, lost, without_byte
-from grbl_arm import OVER, config, ready, standing_as_said, tip_mm
+from faults import OVER_THE_TABLE, Rule, lost, without_byte
+from grbl_arm import config, ready, standing_as_said, tip_mm
 
 from armdrive import Jog
 from armdrive.runtime.backlash import Slack
@@ -56,7 +56,7 @@ def test_a_motion_that_is_paused_again_and_again_ends_on_the_same_steps():
     arm = ready()
     arm.move_j(**GOAL)
     goal = arm.twin.world.motors
-    arm.move_j(base_deg=0.0, shoulder_deg=OVER.deg["shoulder"])
+    arm.move_j(base_deg=0.0, shoulder_deg=OVER_THE_TABLE.deg["shoulder"])
     handle = arm.move_j(wait=False, **GOAL)
     for moving_s in (0.03, 0.05, 0.07, 0.11, 0.13, 0.3):
         arm.sleep(moving_s)

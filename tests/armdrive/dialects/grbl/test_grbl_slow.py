@@ -197,18 +197,6 @@ def test_a_held_jog_is_smooth_and_cancelled_once(firmware, speed):
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_a_jog_cancel_that_is_lost_is_followed_by_a_hold():
-    arm = ready()
-    arm.twin.link.to.append(Rule(CANCEL, lost))
-    jogged(arm, 0.5, 1.0)
-    status = arm.status
-    arm.release()
-    assert stands(arm) - status.time_s <= status.stop_time_s
-    assert arm.status.state is State.STANDBY
-    assert standing_as_said(arm)
-    assert arm.twin.link.pressed(CANCEL) == 1
-
-
 class Hangs:
     """Makes a simulated board hang as soon as it is Idle after a cancel."""
 

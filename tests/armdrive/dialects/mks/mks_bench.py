@@ -380,6 +380,15 @@ def suspend(bench: MksBench, for_s: float) -> None:
     bench._speak()
 
 
+def send_late(bench: MksBench, for_s: float) -> None:
+    """Suspend the program as it writes: what it says comes late, and so does it itself."""
+    said = len(bench.sent)
+    while len(bench.sent) == said:
+        bench._step(bench.now_s + 1.0)
+    bench.to[:] = [(at_s + for_s, data) for at_s, data in bench.to]
+    suspend(bench, for_s)
+
+
 def restart(bench: MksBench, number: int, *, dead_s=0.0, keeps_angle=False) -> Callable[[], int]:
     """Restart a drive's firmware; return what tells where its shaft really is."""
     node = bench.node(number)

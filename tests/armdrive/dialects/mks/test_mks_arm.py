@@ -6,36 +6,22 @@ import math
 from dataclasses import replace
 
 import pytest
+from faults import arm_config, driven
 
 from armdrive import Arm
 from armdrive.config.sections import HomingSettings
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault, Stopped
 from armdrive.motion.context import _evidence, _refused_words
-from armdrive.registry.simulate import simulate
-from armdrive.status import Evidence, State, Trust
+from armdrive.status import Evidence, Trust
 from armdrive.tasks import RequestRejected
 from kinematics import Joints, Pose
 
-START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 LOOK_S = 0.02
 
 
-def mks_arm(homing=None, options=None, **settings) -> Arm:
-    """Connect to a fresh twin that stands in the air."""
-    config = simulated_config("mks")
-    config = replace(config, device=replace(config.device, **settings), homing=homing)
-    twin = simulate(config, **(options or {}))
-    twin.device.bring_to(START, 20.0)
-    return Arm(connect_simulated(config, twin=twin))
-
-
 def ready(**settings) -> Arm:
-    arm = mks_arm(**settings)
-    arm.enable()
-    arm.declare_posture(START, opening_mm=20.0)
-    return arm
+    """An arm that stands in the air, referenced."""
+    return driven(arm_config("mks", device=settings))
 
 
 def watched(arm, handle, look):
@@ -77,10 +63,7 @@ def test_a_line_is_straight_in_motion_whatever_the_firmware(name):
 
 def test_drives_that_are_not_steered_find_out_of_a_guard_in_bursts_of_some_size():
     low = Joints.of(0.0, -5.0, -60.0, -40.0, 0.0)
-    arm = mks_arm(segment_s=0.0)
-    arm.twin.device.bring_to(low, 20.0)
-    arm.enable()
-    arm.declare_posture(low, opening_mm=20.0)
+    arm = driven(arm_config("mks", device={"segment_s": 0.0}), at=low)
     start = arm.pose
     assert start.z_mm < -10.0
     moved = arm.move_l(replace(start, z_mm=start.z_mm + 20.0))
@@ -106,37 +89,10 @@ def test_a_motion_of_all_joints_keeps_in_proportion():
     assert arm.twin.world.motors == goal
 
 
-def test_homing_finds_the_switches_in_the_order_of_the_arm_file():
-    homed = Joints.of(4.0, 43.0, -77.0, -40.0, 0.0)
-    arm = mks_arm(homing=HomingSettings(homed, 20.0, ((3,), (2,), (1,))))
-    arm.enable()
-    told = []
-    arm.home(told=told.append)
-    assert told == [("elbow",), ("shoulder",), ("base",)]
-    assert arm.status.trust is Trust.REFERENCED
-    arm.move_j(base_deg=0.0)
-    assert arm.joints.deg["base"] == pytest.approx(0.0, abs=0.01)
-    assert arm.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.01)
-
-
-def test_a_search_for_a_switch_can_be_stopped():
-    arm = mks_arm(homing=HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),)))
-    arm.enable()
-    arm.twin.device.at(arm.pace.now_s() + 0.5, arm.request_stop)
-    with pytest.raises(Exception, match="stopped"):
-        arm.home()
-    stood = arm.twin.world.motors
-    arm.sleep(1.0)
-    assert arm.twin.world.motors == stood
-    assert arm.status.trust is not Trust.REFERENCED
-
-
 def test_a_referenced_arm_whose_homing_was_stopped_is_suspect():
     """Encoders count on, but nobody knows whether a home was set meanwhile."""
     homing = HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),))
-    arm = mks_arm(homing=homing)
-    arm.enable()
-    arm.declare_posture(START, opening_mm=20.0)
+    arm = driven(replace(arm_config("mks"), homing=homing))
     arm.twin.device.at(arm.pace.now_s() + 0.5, arm.request_stop)
     with pytest.raises(Stopped):
         arm.home()
@@ -146,50 +102,16 @@ def test_a_referenced_arm_whose_homing_was_stopped_is_suspect():
 
 def test_drives_as_they_are_shipped_are_one_id_and_that_is_said():
     with pytest.raises(DeviceFault, match="id"):
-        mks_arm(options={"factory": True})
+        driven(arm_config("mks"), factory=True)
 
 
-def connected_in_another_mode() -> Arm:
-    """Connect to an arm of which one drive is in another mode."""
-    config = simulated_config("mks")
-    twin = simulate(config)
-    twin.faults.add("drive-mode", "3", "2")
-    return Arm(connect_simulated(config, twin=twin))
-
-
-def test_nothing_moves_while_a_drive_is_in_another_mode():
-    arm = connected_in_another_mode()
-    stood = arm.twin.world.motors
-    assert "drive 3 (elbow)" in arm.status.notice
-    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\) is in mode 2"):
-        arm.enable()
-    assert arm.twin.world.motors == stood
-
-
-def other_mode() -> Arm:
-    """An arm of which one drive was in another mode while it was connected, and the fault."""
-    arm = connected_in_another_mode()
-    with pytest.raises(DeviceFault, match="in mode 2"):
-        arm.enable()
-    return arm
-
-
-def test_a_mode_that_was_set_right_is_found_by_the_reset():
-    arm = other_mode()
-    arm.twin.faults.end()
-    arm.reset()
-    arm.enable()
-    assert arm.status.state is State.STANDBY
-    before = arm.twin.world.motors
-    arm.jog_j(base_deg=1.0)
-    assert arm.twin.world.motors[0] > before[0] + 2000
-
-
-def test_a_mode_that_is_wrong_still_keeps_the_arm_from_moving():
-    arm = other_mode()
-    arm.reset()
-    with pytest.raises(DeviceFault, match="in mode 2"):
-        arm.enable()
+def test_a_mode_that_is_still_wrong_after_a_reset_keeps_the_arm_from_moving():
+    arm = driven(arm_config("mks"), referenced=False)
+    arm.twin.faults.add("drive-mode", "3", "2")
+    for _ in range(2):
+        with pytest.raises(DeviceFault, match="in mode 2"):
+            arm.enable()
+        arm.reset()
     with pytest.raises(ArmError):
         arm.jog_j(base_deg=1.0)
 

@@ -49,7 +49,8 @@ def test_a_thread_that_wakes_late_does_not_put_off_what_comes_after():
     moves = segments(*([(1200, -600, 300, 0, 140, 4)] * 100), duration_s=0.02)
     assert isinstance(bench.do(along(moves)), Done)
     orders = [at_s for at_s, frame in bench.sent if frame.can_id == 1 and frame.data[0] == 0xF5]
-    orders = [at_s for at_s in orders if began_s < at_s < began_s + 1.8]
+    # later orders may be left out: by then the target is the end of the path
+    orders = [at_s for at_s in orders if began_s < at_s < began_s + 1.7]
     periods = [after - before for before, after in pairwise(orders)]
     assert sum(periods) / len(periods) == pytest.approx(0.04, abs=0.0005)
     assert min(periods) > 0.02

@@ -115,3 +115,18 @@ def test_a_failure_alone_is_a_denial_and_two_are_looked_into():
     assert not denials.confirm()
     denials.refused(1.02)
     assert denials.confirm()
+
+
+@pytest.mark.parametrize("count", [0, 5, 6])
+def test_a_rejected_order_is_repeated_once_before_the_drive_is_asked_why(count):
+    """Drive 5 stands during the first segments; some of its first orders come with a poll."""
+    bench = MksBench().ready()
+    first, then = Motors((2000, 0, 0, 2000, 0, 0)), Motors(TOGETHER)
+    bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
+    began_s = bench.now_s
+    bench.begin(along([MoveBy(way, SPEED) for way in (*[first] * count, *[then] * 20)]))
+    bench.run(1.0)
+    sent = [frame.data for at_s, frame in bench.sent if frame.can_id == 5 and at_s >= began_s]
+    asked = next(index for index, data in enumerate(sent) if data[0] == Code.STALL)
+    order = next(data for data in sent if data[0] == Code.ABSOLUTE_AXIS)
+    assert sent[:asked].count(order) == 2

@@ -6,22 +6,14 @@ not.
 
 from __future__ import annotations
 
-import random
-
 import pytest
 from amounts import in_pairs
 from mks_bench import (
-    BOTH,
-    ORDERS,
-    MksBench,
-    along,
     begun,
     blamed,
     ends_well,
-    hold_up,
     segments,
     straight,
-    suspend,
 )
 
 from armdrive.dialects.bus.ledger import LOOK_S
@@ -60,18 +52,6 @@ def run_until_told(bench):
 
 
 # -- blocked, or only behind -----------------------------------------------------------------------
-
-
-@in_pairs(
-    "sides, after_s, tail", [BOTH, ORDERS], [0.48, 0.49, 0.5, 0.51, 0.52], [0, 1, 6]
-)  # fmt: skip
-def test_a_drive_that_was_late_before_its_slow_end_is_not_called_blocked(sides, after_s, tail):
-    bench = moving(segments(*([FAST] * 6 + [SLOW] * tail)), after_s)
-    hold_up(bench, STALL_S, sides)
-    ends_well(bench)
-    assert bench.positions == Motors(
-        50_000 + 6 * fast + tail * slow for fast, slow in zip(FAST, SLOW, strict=True)
-    )
 
 
 @pytest.mark.parametrize(
@@ -178,18 +158,6 @@ def test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_
     assert bench.now_s < 0.5 + TOLD_S
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_a_host_that_is_always_late_calls_no_drive_too_slow(seed):
-    dice = random.Random(seed)
-    bench = MksBench(starts=(50_000,) * 6).ready()
-    ways = [tuple(dice.choice(SPEEDS) for _ in range(6)) for _ in range(3)]
-    bench.begin(along(segments(*(way for way in ways for _ in range(6)))))
-    while bench.controller.busy:
-        bench.run(dice.uniform(0.005, 0.06))
-        suspend(bench, dice.uniform(0.005, 0.08))
-    ends_well(bench)
-
-
 def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
     bench = begun(straight(20, (9000, -9000, 0, 0, 0, 0)))
     weaken(bench, 1, 0.9)
@@ -200,17 +168,3 @@ def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
 @pytest.mark.parametrize("acceleration", [100, 200, 252])
 def test_drives_with_gentle_ramps_are_late_together_and_well(acceleration):
     ends_well(begun(straight(20, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration))
-
-
-@pytest.mark.parametrize("sides", [BOTH, ORDERS])
-@pytest.mark.parametrize("seed", range(6))
-def test_a_computer_that_is_late_blames_no_drive(seed, sides):
-    dice = random.Random(seed)
-    speeds = [dice.choice((1.0, 0.1, -1.0, -0.3)) for _ in range(5)]
-    ways = [(round(6000 * s), round(-3000 * s), 700, 0, 0, 0) for s in speeds for _ in range(5)]
-    bench = begun(segments(*ways))
-    while bench.controller.busy and bench.now_s < 30.0:
-        bench.run(dice.uniform(0.0, 0.3))
-        late = dice.choice((hold_up, suspend))
-        late(bench, dice.uniform(0.0, 0.2), *([sides] if late is hold_up else []))
-    ends_well(bench)

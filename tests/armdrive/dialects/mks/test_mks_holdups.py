@@ -8,7 +8,6 @@ from mks_bench import (
     AHEAD_S,
     ANSWERS,
     BOTH,
-    BURSTS,
     FAR_FROM_ZERO,
     ORDERS,
     WAY,
@@ -23,12 +22,11 @@ from mks_bench import (
     segments,
     stands,
     straight,
-    suspend,
 )
 from test_mks_arm import ready
 
 from armdrive.status import State, Trust
-from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected, Timeout
+from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, RequestRejected, Timeout
 from kinematics import Motors
 
 AFTER_S = [0.0, 0.01, 0.31, 0.42, 1.9]
@@ -38,14 +36,6 @@ SIDES = pytest.mark.parametrize("sides", ALL_SIDES)
 
 def moving(after_s, moves=None):
     return begun(moves or straight(20), after_s)
-
-
-@in_pairs("for_s, after_s, sides", [0.12, 0.14, 0.2, 0.45, 0.9], AFTER_S, ALL_SIDES)
-def test_a_bus_that_stood_still_for_a_moment_blames_no_drive(for_s, after_s, sides):
-    bench = moving(after_s)
-    hold_up(bench, for_s, sides)
-    ends_well(bench)
-    assert (bench.positions - Motors(50_000 + 20 * each for each in WAY)).largest <= 8
 
 
 @in_pairs("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
@@ -124,24 +114,6 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
     assert bench.alerts()[0].kind is AlertKind.RESTARTED
     bench.run(2.0)
     assert bench.positions.largest < 4500
-
-
-@pytest.mark.parametrize("for_s", [0.2, 0.5, 0.6])
-def test_a_program_that_stood_still_goes_on_where_the_drives_are(for_s):
-    bench = moving(0.5, CORNER)
-    suspend(bench, for_s)
-    ends_well(bench)
-    assert bench.positions == Motors((50_000, 98_000, *FAR_FROM_ZERO[2:]))
-
-
-@SIDES
-@pytest.mark.parametrize("for_s", [0.2, 0.5, 0.9])
-def test_a_burst_is_waited_for(for_s, sides):
-    bench = MksBench(starts=FAR_FROM_ZERO, settings=BURSTS).ready()
-    bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
-    bench.run(0.2)
-    hold_up(bench, for_s, sides)
-    ends_well(bench)
 
 
 def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):

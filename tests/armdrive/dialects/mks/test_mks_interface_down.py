@@ -23,7 +23,7 @@ from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PortUnavailable
 from armdrive.registry.simulate import simulate_device
 from armdrive.sim.serving.loop import make_server
 from armdrive.status import State, Trust
-from armdrive.transports import open_errors as can_refusals
+from armdrive.transports import ports as can_refusals
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 GOAL = {"base_deg": 60, "shoulder_deg": 60, "elbow_deg": -60}

@@ -2,9 +2,30 @@
 
 from __future__ import annotations
 
+import random
+from functools import partial
+
 import mks_bench
 import pytest
-from mks_bench import BURSTS, MksBench, along, begun, blamed, ends_well, straight, suspend
+from amounts import amount, in_pairs
+from mks_bench import (
+    ANSWERS,
+    BOTH,
+    BURSTS,
+    FAR_FROM_ZERO,
+    ORDERS,
+    MksBench,
+    along,
+    begun,
+    blamed,
+    ends_well,
+    hold_up,
+    segments,
+    send_late,
+    straight,
+    suspend,
+    total,
+)
 
 from armdrive.dialects.bus.ledger import LATE_REPLY_MAX_S, LateReplies
 from armdrive.tasks import Done, MoveBy, ProtocolWarning, ReadPosition, Registers, SwitchOn
@@ -50,23 +71,111 @@ def test_late_answers_are_not_taken_for_those_of_a_second_drive(late_s):
     assert bench.finish() == Registers(Motors(STARTS))
 
 
-def send_late(bench, for_s):
-    """Have the thread stand still as it writes: what it says comes late, and so does it itself."""
-    said = len(bench.sent)
-    while len(bench.sent) == said:
-        bench._step(bench.now_s + 1.0)
-    bench.to[:] = [(at_s + for_s, data) for at_s, data in bench.to]
-    suspend(bench, for_s)
+# -- nobody is to blame --------------------------------------------------------------------------
+
+NEAR_ZERO = (-2000, 0, 0, 0, 0, 0)
+FAST, CREEPING = (9000, -3000, 0, 0, 0, 0), (300, -100, 0, 0, 0, 0)
+CORNER = segments(*([(6000, 3000, 0, 0, 0, 0)] * 8 + [(-6000, 3000, 0, 0, 0, 0)] * 8))
+HOLD_UPS = [partial(hold_up, sides=sides) for sides in (BOTH, ORDERS, ANSWERS)]
+BURST = MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0)
 
 
-@pytest.mark.parametrize("for_s", [0.1, 0.2, 0.3, 0.45])
-@pytest.mark.parametrize("after_s", [0.0, 0.01, 0.3, 0.31, 0.42])
-def test_a_thread_that_stands_still_as_it_writes_blames_no_drive(after_s, for_s):
-    way = (6000, -3000, 1500, 0, 700, 20)
-    bench = begun(straight(20, way), after_s)
-    send_late(bench, for_s)
+def comes_through(moves, late, for_s, after_s, **begins):
+    """Have something be late in a motion, which ends well and where it should."""
+    bench = begun(moves, 0.0, **begins)
+    start = bench.positions
+    bench.run(after_s)
+    late(bench, for_s)
     ends_well(bench)
-    assert (bench.positions - Motors(50_000 + 20 * each for each in way)).largest <= 8
+    assert (bench.positions - start - total(moves)).largest <= 8
+
+
+@in_pairs(
+    "late, for_s, after_s",
+    [*HOLD_UPS, send_late, suspend],
+    [0.12, 0.14, 0.2, 0.3, 0.45],
+    [0.0, 0.01, 0.31, 0.42, 1.9],
+)
+def test_a_bus_or_a_program_that_stands_still_for_a_moment_blames_no_drive(late, for_s, after_s):
+    comes_through(straight(20), late, for_s, after_s)
+
+
+LATE = [
+    *((straight(20), late, 0.9, after_s, {}) for late in HOLD_UPS for after_s in (0.01, 1.9)),
+    *((CORNER, suspend, for_s, 0.5, {}) for for_s in (0.2, 0.5, 0.6)),
+    *((straight(20, (2500, 400, 0, 0, 0, 0)), suspend, for_s, 0.12, {"starts": NEAR_ZERO})
+      for for_s in (0.1, 0.15, 0.3)),
+    # it is late before its slow end, with so little sent ahead that it stands meanwhile
+    *((segments(*([FAST] * 6 + [CREEPING] * tail)), partial(hold_up, sides=sides), 0.05, after_s,
+       {"ahead_s": 0.06, "segment_s": 0.02})
+      for tail, after_s in ((0, 0.48), (1, 0.49), (6, 0.5), (0, 0.51), (1, 0.52), (6, 0.48))
+      for sides in (BOTH, ORDERS)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("moves", "late", "for_s", "after_s", "begins"), LATE)
+def test_nor_in_motions_of_other_kinds(moves, late, for_s, after_s, begins):
+    comes_through(moves, late, for_s, after_s, **begins)
+
+
+@pytest.mark.parametrize("late", HOLD_UPS)
+@pytest.mark.parametrize("for_s", [0.2, 0.5, 0.9])
+def test_a_burst_is_waited_for(for_s, late):
+    bench = MksBench(starts=FAR_FROM_ZERO, settings=BURSTS).ready()
+    bench.begin(BURST)
+    bench.run(0.2)
+    late(bench, for_s)
+    ends_well(bench)
+
+
+@in_pairs("settings, watchdog_s, way", [{}, BURSTS], [0.0, 0.5], [9000, 60_000])
+def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, settings):
+    bench = MksBench(starts=FAR_FROM_ZERO, settings={**settings, "watchdog_s": watchdog_s}).ready()
+    move = MoveBy(Motors((way, -3000, 0, 0, 0, 0)), 30_000.0)
+    bench.begin(move if settings else along([move]))
+    bench.run(0.2)
+    suspend(bench, 6.0)
+    ends_well(bench)
+
+
+SPEEDS = (9000, -6000, 3000, -1000, 300, 0)
+
+
+def there_and_back(_):
+    way = (9000, -4500, 700, 0, 0, 0)
+    return [way] * 12 + [tuple(-each for each in way)] * 12
+
+
+def of_many_speeds(dice):
+    speeds = [dice.choice((1.0, 0.1, -1.0, -0.3)) for _ in range(5)]
+    return [(round(6000 * s), round(-3000 * s), 700, 0, 0, 0) for s in speeds for _ in range(5)]
+
+
+def of_all_motors(dice):
+    ways = [tuple(dice.choice(SPEEDS) for _ in range(6)) for _ in range(3)]
+    return [way for way in ways for _ in range(6)]
+
+
+RANDOM = [
+    (there_and_back, 0.1, (0.0, 0.4), (0.0, 0.3), [hold_up, suspend]),
+    (there_and_back, 0.1, (0.0, 0.4), (0.0, 0.3), [HOLD_UPS[1], suspend]),
+    (of_many_speeds, 0.0, (0.0, 0.3), (0.0, 0.2), [hold_up, suspend]),
+    (of_many_speeds, 0.0, (0.0, 0.3), (0.0, 0.2), [HOLD_UPS[1], suspend]),
+    (of_all_motors, 0.0, (0.005, 0.06), (0.005, 0.08), [suspend]),
+]
+
+
+@pytest.mark.parametrize("seed", range(amount(6, 20)))
+@pytest.mark.parametrize(("ways", "after_s", "well_s", "late_s", "lates"), RANDOM)
+def test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow(
+    seed, ways, after_s, well_s, late_s, lates
+):
+    dice = random.Random(seed)
+    bench = begun(segments(*ways(dice)), after_s)
+    while bench.controller.busy and bench.now_s < 60.0:
+        bench.run(dice.uniform(*well_s))
+        dice.choice(lates)(bench, dice.uniform(*late_s))
+    ends_well(bench)
 
 
 def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
@@ -75,18 +184,6 @@ def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
     send_late(bench, 0.3)
     blamed(bench, "drive 3 (elbow)")
     assert bench.now_s < 2.0
-
-
-@pytest.mark.parametrize("settings", [{}, BURSTS])
-@pytest.mark.parametrize("watchdog_s", [0.0, 0.5])
-@pytest.mark.parametrize("way", [9000, 60_000])
-def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, settings):
-    bench = MksBench(starts=(50_000,) * 6, settings={**settings, "watchdog_s": watchdog_s}).ready()
-    move = MoveBy(Motors((way, -3000, 0, 0, 0, 0)), 30_000.0)
-    bench.begin(move if settings else along([move]))
-    bench.run(0.2)
-    suspend(bench, 6.0)
-    ends_well(bench)
 
 
 def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():

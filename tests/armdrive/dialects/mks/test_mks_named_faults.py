@@ -1,7 +1,6 @@
-"""What can go wrong with drives on a bus in motion: said clearly, the arm stands, and it is mended.
+"""MKS drives that restart where their counts hardly show it, and a serial adapter that fails.
 
-Every row ends in the same program: with the fault over it is reconnected or reset, referenced, and
-moves again.
+`tests/conformance/expected_errors.py` lists what is reported of every other fault in motion.
 """
 
 from __future__ import annotations
@@ -10,8 +9,8 @@ import re
 import sys
 
 import pytest
-from can_fault_bench import ENDED, brought_back, fails_in_motion, is_told_and_stands
-from test_mks_arm import mks_arm, ready
+from can_fault_bench import ENDED, brought_back, fails_in_motion
+from faults import arm_config, driven
 from waiting import until
 from watched_sim import WatchedSim
 
@@ -22,40 +21,11 @@ from kinematics import Joints
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
-LOST, FAULT, SILENT = "E407", "E501", "E502"
-ROWS = {
-    "the interface goes down": ("unplug", "lost|gone|unplugged", LOST),
-    "the adapter leaves the bus": ("bus-off", "lost|bus", LOST),
-    "nobody acknowledges": ("alone", "answer|lost", SILENT),
-    "nothing is heard": ("mute", "answer|heard", SILENT),
-    "a drive is reset": ("drive-reset 3", r"drive 3 \(elbow\)", FAULT),
-    "a drive says nothing": ("drive-mute 3", r"drive 3 \(elbow\)", FAULT),
-    "a drive has no power": ("drive-dead 3", r"drive 3 \(elbow\)", FAULT),
-    "a shaft is blocked": ("stall 2", r"drive 2 \(shoulder\)", FAULT),
-    "a drive gets another mode": ("drive-mode 3 2", r"drive 3 \(elbow\) is in mode 2", FAULT),
-    "a drive gets an id of another": ("drive-id 3 2", r"drive [23]", FAULT),
-    "all drives lose their power": ("brown-out", "power|answer|reset", FAULT),
-    "all drives are reset": ("reset", "power|reset", FAULT),
-}
-
-
-@pytest.mark.parametrize("settings", [{}, {"segment_s": 0.0}], ids=["steered", "bursts"])
-@pytest.mark.parametrize("name", ROWS)
-def test_it_is_said_the_arm_stands_and_it_is_mended_in_the_same_program(name, settings):
-    fault, words, code = ROWS[name]
-    arm = ready(**settings)
-    is_told_and_stands(arm, words, code, fault)
-    brought_back(arm, arm.twin.world.motors)
-
 
 @pytest.mark.parametrize("fault", ["brown-out", "reset"])
 @pytest.mark.parametrize("base_deg", [-3.0, -1.0, 0.0, 0.5])
 def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_deg):
-    arm = mks_arm()
-    near = Joints.of(base_deg, 0.0, 0.0, 0.0, 0.0)
-    arm.twin.device.bring_to(near, 20.0)
-    arm.enable()
-    arm.declare_posture(near, opening_mm=20.0)
+    arm = driven(arm_config("mks"), at=Joints.of(base_deg, 0.0, 0.0, 0.0, 0.0))
     said, _ = fails_in_motion(arm, fault, {"base_deg": 40})
     assert re.search("reset|power|switched", said), said
     assert arm.status.trust is Trust.SUSPECT
@@ -68,11 +38,7 @@ def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_de
 )
 def test_a_drive_that_does_not_move_and_is_reset_meanwhile_is_named(drive, goal):
     """Its firmware keeps the angle within a turn, so that it does not count from zero."""
-    arm = mks_arm(options={"keeps_angle": True})
-    start = Joints.of(30.0, 40.0, -80.0, -40.0, 0.0)
-    arm.twin.device.bring_to(start, 20.0)
-    arm.enable()
-    arm.declare_posture(start, opening_mm=20.0)
+    arm = driven(arm_config("mks"), at=Joints.of(30.0, 40.0, -80.0, -40.0, 0.0), keeps_angle=True)
     said, _ = fails_in_motion(arm, f"drive-reset {drive}", goal)
     assert f"drive {drive} (" in said
     assert "reset" in said

@@ -12,9 +12,7 @@ from itertools import product
 import pytest
 from amounts import in_pairs
 from mks_bench import (
-    BOTH,
     BURSTS,
-    ORDERS,
     MksBench,
     along,
     begun,
@@ -25,7 +23,6 @@ from mks_bench import (
     restart,
     segments,
     straight,
-    suspend,
 )
 
 from armdrive.dialects.mks.wire import GIVE
@@ -123,18 +120,6 @@ def test_drives_that_stop_as_they_should_alarm_nobody(hard, after_s):
     is_halted(begun(straight(20), after_s, starts=(-13, 0, 0, 0, 0, 0)), hard=hard)
 
 
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("sides", [BOTH, ORDERS])
-def test_a_bus_and_a_program_that_are_late_make_no_count_leap(sides, seed):
-    dice = random.Random(seed)
-    bench = moving(50_000, 9000, 0.1, turns=True)
-    while bench.controller.busy and bench.now_s < 30.0:
-        bench.run(dice.uniform(0.0, 0.4))
-        late = dice.choice((hold_up, suspend))
-        late(bench, dice.uniform(0.0, 0.3), *([sides] if late is hold_up else []))
-    ends_well(bench)
-
-
 @pytest.mark.parametrize("late_s", [0.05, 0.3])
 def test_one_answer_that_was_late_is_no_leap(late_s):
     bench = moving(50_000, 9000, 0.5)
@@ -227,13 +212,6 @@ def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
 
     bench.loses = lost
     bench.begin(along(straight(10, SLOWLY)))
-    ends_well(bench)
-
-
-@pytest.mark.parametrize("for_s", [0.1, 0.15, 0.3])
-def test_a_program_that_wakes_late_near_zero_blames_no_drive(for_s):
-    bench = begun(straight(20, SLOWLY), 0.12, starts=(-2000, 0, 0, 0, 0, 0))
-    suspend(bench, for_s)
     ends_well(bench)
 
 

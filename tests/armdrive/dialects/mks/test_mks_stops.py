@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, along, begun, is_halted, restart, straight
+from mks_bench import MksBench, along, begun, is_halted, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
-from armdrive.tasks import AlertKind, Halted
+from armdrive.tasks import Halted
 from firmware_protocol.mks import EmergencyStop, Stop, decode_request
 
 WAY = (0, 0, 0, 3000, -3000, 0)
@@ -74,21 +74,6 @@ def test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same(hard
 def test_drives_that_brake_are_told_once(hard):
     bench = stopping(hard=hard, loses=lambda *_: False)
     assert [len(stops_of(bench, number)) for number in (4, 5)] == [1, 1]
-
-
-@pytest.mark.parametrize("dead_s", [0.3, 0.5, 0.6])
-@pytest.mark.parametrize("speed", [100, 1000])
-def test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out(speed, dead_s):
-    bench = MksBench(starts=(0, 50_000, 0, 0, 0, 0)).ready()
-    bench.begin(along(straight(30, (speed, 3000, 0, 0, 0, 0))))
-    bench.run(0.5)
-    restart(bench, 1, dead_s=dead_s)
-    bench.run(0.2)
-    bench.controller.stop(hard=False)
-    bench.finish()
-    (alert,) = bench.alerts()
-    assert alert.kind is AlertKind.RESTARTED
-    assert "drive 1 (base)" in alert.text
 
 
 @pytest.mark.parametrize("silent_s", [0.06, 0.1, 0.15])

@@ -8,14 +8,14 @@ import pytest
 from faults import OVER_THE_TABLE, Rule, garbled, late_by, lost, stand_still_s, twice
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robko_bench import FrameLink, of, op_of, ready_robko, robko_arm, robko_config
+from robko_bench import FrameLink, of, op_of, ready_robko, robko_config
 
 from armdrive import Jog
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.controller import RobkoController
 from armdrive.dialects.robko01.exchange import MotorPower
 from armdrive.dialects.robko01.settings import RobkoSettings
-from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
 from armdrive.registry import dialect
 from armdrive.sim.device import SimDevice
 from armdrive.sim.robko01.device import RobkoQuirks, SimRobkoBoard
@@ -244,38 +244,31 @@ class TestRequests:
 
 
 class TestArm:
-    def test_connecting_enabling_resetting_and_closing_move_nothing(self):
-        arm = robko_arm()
-        before = arm.twin.world.motors
-        assert arm.status.state is State.DISABLED
-        with pytest.raises(WrongState, match="enable"):
-            arm.move_motors(1, 0, 0, 0, 0, 0)
-        arm.enable()
-        assert arm.status.current is Current.HELD
-        arm.estop()
-        arm.reset()
-        arm.close()
-        assert arm.twin.world.motors == before
-        assert arm.twin.world.energised
-        assert arm.twin.link.count(*MOVES) == 0
-
-    def test_every_kind_of_motion_ends_on_its_step(self):
+    def test_motors_are_sent_to_absolute_positions_and_what_they_stray_is_told(self):
         arm = ready_robko()
         arm.jog_j(base_deg=2, shoulder_deg=1)
-        arm.move_j(base_deg=10, elbow_deg=-75, speed=0.7)
         moved = arm.move_to(Pose.of(x_mm=280, y_mm=20, z_mm=130, pitch_deg=-80))
         assert moved.straying_mm > 0.0
-        arm.move_l(Pose.of(x_mm=285, y_mm=40, z_mm=125, pitch_deg=-80))
-        arm.jog_l(z_mm=4)
-        arm.gripper.move(26.0)
-        assert arm.twin.world.opening_mm == pytest.approx(26.0, abs=0.05)
-        assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
-        assert arm.status.trust is Trust.REFERENCED
         assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_RELATIVE, Op.CLEAR) == 0
 
-    def test_fingers_that_feel_nothing_refuse_to_grasp(self):
-        with pytest.raises(Refused, match="grip switch"):
-            ready_robko().gripper.grasp()
+    @pytest.mark.parametrize("after_s", [0.02, 0.31])
+    @pytest.mark.parametrize("error", [0.0, 0.4])
+    @pytest.mark.parametrize("held", [True, False])
+    def test_a_stop_that_is_not_heard_ends_it_within_the_time_of_silence(
+        self, held, error, after_s
+    ):
+        arm = ready_robko(speed_error=error)
+        if held:
+            arm.hold(Jog.joint(base=1.0, elbow=1.0), speed=1.0, for_s=1.0)
+        else:
+            arm.move_j(base_deg=60, shoulder_deg=65, wait=False)
+        arm.sleep(0.2 + after_s)
+        status, tip = arm.status, arm.twin.world.tip
+        assert status.state is State.MOVING
+        arm.twin.link.to += [Rule(of(op), lost, times=1e9) for op in Op]
+        arm.request_stop()
+        assert stand_still_s(arm) - status.time_s <= status.silent_time_s + 0.006
+        assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
 
     def test_where_the_arm_is_can_be_seen_while_it_moves(self):
         arm = ready_robko()
@@ -298,31 +291,6 @@ class TestArm:
         rate_hz = (arm.twin.world.motors - before).largest / (arm.status.time_s - began_s)
         assert 0.7 <= rate_hz / (config.device.known.max_rate_hz * fraction) <= 1.0
 
-    @pytest.mark.parametrize("after_s", [0.02, 0.31])
-    @pytest.mark.parametrize("error", [0.0, 0.4])
-    @pytest.mark.parametrize("held", [True, False])
-    @pytest.mark.parametrize("silent", [True, False])
-    def test_it_stands_within_the_announced_time(self, held, error, after_s, silent):
-        arm = ready_robko(speed_error=error)
-        if held:
-            arm.hold(Jog.joint(base=1.0, elbow=1.0), speed=1.0, for_s=1.0)
-        else:
-            arm.move_j(base_deg=60, shoulder_deg=65, wait=False)
-        arm.sleep(0.2 + after_s)
-        status, tip = arm.status, arm.twin.world.tip
-        assert status.state is State.MOVING
-        if silent:
-            arm.twin.link.to += [Rule(of(op), lost, times=1e9) for op in Op]
-        arm.request_stop()
-        bound_s = status.silent_time_s if silent else status.stop_time_s
-        assert stand_still_s(arm) - status.time_s <= bound_s + 0.006
-        assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
-        if not silent:
-            arm.sleep(status.stop_time_s)
-            assert arm.status.state is State.STANDBY
-            assert arm.twin.world.motors == arm.status.acknowledged
-            assert arm.status.trust is Trust.REFERENCED
-
     def test_the_stop_is_confirmed_within_the_announced_time(self):
         arm = ready_robko()
         for pause_s in (1.0, 1.13, 1.29, 1.41, 1.57):
@@ -331,19 +299,6 @@ class TestArm:
             status = arm.status
             arm.stop()
             assert arm.status.time_s - status.time_s <= status.stop_time_s
-
-    def test_an_emergency_stop_latches_and_the_motors_hold(self):
-        arm = ready_robko()
-        arm.move_j(base_deg=40, wait=False)
-        arm.sleep(1.2)
-        arm.estop()
-        arm.sleep(1.0)
-        assert arm.status.state is State.ERROR_STOP
-        assert not arm.twin.device.moving
-        assert arm.twin.world.energised
-        arm.reset()
-        assert arm.status.trust is Trust.REFERENCED
-        arm.move_j(base_deg=0)
 
     def test_disabling_lets_it_sag_and_enabling_moves_nothing(self):
         arm = ready_robko()
@@ -355,28 +310,6 @@ class TestArm:
         before = arm.twin.world.motors
         arm.enable()
         assert arm.twin.world.motors == before
-
-    def test_a_reset_of_the_board_in_motion_is_found_out(self):
-        arm = ready_robko()
-        device = arm.twin.device
-        device.at(device.now_s + 2.3, device.board.reset)
-        with pytest.raises(DeviceFault, match="reset or lost its power"):
-            arm.move_j(base_deg=60)
-        assert arm.status.state is State.ERROR_STOP
-        assert arm.status.trust is Trust.SUSPECT
-        arm.reset()
-        assert arm.status.state is State.DISABLED
-        arm.enable()
-        arm.move_motors(5, 0, 0, 0, 0, 0)
-
-    def test_a_reset_of_a_standing_board_is_found_out_before_the_next_motion(self):
-        arm = ready_robko()
-        arm.move_j(base_deg=3)
-        arm.twin.board.reset()
-        arm.sleep(2.0)
-        assert arm.status.trust is Trust.SUSPECT
-        assert arm.status.state is State.ERROR_STOP
-        assert "reset or lost its power" in arm.status.error
 
     def test_one_that_is_reset_with_its_positions_at_zero_is_found_out_by_its_refusal(self):
         arm = ready_robko()

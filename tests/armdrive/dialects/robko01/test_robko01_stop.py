@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from robko_bench import op_of, ready_robko
+from faults import Rule
+from robko_bench import of, op_of, ready_robko
 
+from armdrive import Jog
 from armdrive.status import Trust
 from firmware_protocol.robko01 import Op
 
@@ -53,3 +55,19 @@ def test_a_motor_that_a_stop_left_far_beyond_its_target_is_not_believed():
     assert moved
     assert arm.status.trust is Trust.SUSPECT
     assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_lost_jog_is_not_sent_again_once_it_is_released():
+    arm = ready_robko()
+    link, sent, before = arm.twin.link, [], arm.twin.world.motors
+
+    def lose(frame):
+        sent.append(frame)
+        arm.release()
+        return []
+
+    link.to.append(Rule(of(Op.MOVE_ABSOLUTE), lose, skip=1, times=9))  # the first one is at speed 0
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=1.0)
+    arm.sleep(2.0)
+    assert len(sent) == 1
+    assert arm.twin.world.motors == before

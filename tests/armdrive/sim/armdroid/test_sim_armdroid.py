@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
-from armdroid_bench import BYTE_S, CONFIG, Bench
+from armdroid_bench import BYTE_S, Bench
 from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest
-from armdrive.registry.simulate import simulate
 from armdrive.sim.mechanics.motors import MotorRack
 
 ZERO = "offsets = 0,0,0,0,0,0\r\n"
@@ -134,6 +133,11 @@ class TestCurrent:
         assert bench.device.world.energised
 
 
+def test_there_are_no_inputs(bench):
+    with pytest.raises(BadRequest, match="input"):
+        bench.device.set_input(0, True)
+
+
 class TestOpening:
     def test_a_board_with_native_usb_greets_and_forgets_arguments(self, bench):
         bench.ask("5,6,7,8,9,20D")
@@ -165,34 +169,6 @@ class TestOpening:
         assert bench.hear(5.0) == WELCOME
         assert bench.device.world.motors[0] == at[0]
         assert bench.board.offsets == (0,) * 6
-
-    def test_without_power_nothing_is_heard_and_all_is_forgotten(self, bench):
-        bench.ask("6,20d")
-        bench.device.power_off()
-        assert bench.ask("o") == ""
-        bench.device.power_on()
-        assert bench.hear() == WELCOME
-        assert bench.ask("o") == ZERO
-
-
-class TestSaved:
-    def test_a_saved_arm_counts_on_at_its_speed(self):
-        twin = simulate(CONFIG)
-        twin.link.write(b"250s6,20d", 0.0)
-        twin.link.read(3.0)
-        again = simulate(CONFIG, twin.save())
-        assert again.world.motors == twin.world.motors
-        assert again.device.registers[0] == 20
-        assert again.board.details()["rpm"] == 250
-
-    @pytest.mark.parametrize("option", [{"character_s": -1.0}, {"speed_error": -2.0}, {"greet": 1}])
-    def test_settings_that_no_board_has_are_refused(self, option):
-        with pytest.raises(BadRequest):
-            simulate(CONFIG, **option)
-
-    def test_there_are_no_inputs(self, bench):
-        with pytest.raises(BadRequest, match="input"):
-            bench.device.set_input(0, True)
 
 
 STEPS = st.tuples(*[st.integers(-60, 60)] * 6)

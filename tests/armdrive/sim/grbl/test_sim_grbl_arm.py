@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from grbl_bench import MACHINE, SLOPE, Bench, config_of
 
-from armdrive.errors import StateFileError
 from firmware_protocol.grbl import State
 
 RESET = "\x18"
@@ -39,17 +38,6 @@ def test_sleep_switches_them_off_until_a_reset_which_leaves_the_board_locked():
     assert bench.ask() is None  # seen: it takes 0.26 s
     bench.wait(0.25)
     assert (bench.ask().state, bench.device.world.energised) == (State.ALARM, True)
-
-
-def test_without_power_it_forgets_where_it_was_and_says_nothing():
-    bench = Bench()
-    bench.say("G1X50F1500", 1.0)
-    bench.device.power_off()
-    assert bench.say("?") == []
-    assert not bench.device.world.energised
-    bench.device.power_on()
-    bench.wait(2.0)
-    assert bench.ask().machine_position == (0.0,) * 6
 
 
 @pytest.mark.parametrize(
@@ -123,13 +111,3 @@ def test_a_saved_board_that_resets_on_open_has_forgotten_its_place():
     assert len(again.banners) == 1
     assert again.ask().machine_position == (0.0,) * 6
     assert again.device.world.motors[1] != bench.device.world.motors[1]
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("axes", "XYZ"), ("state", "Run"), ("startup", ["G91"]), ("settings", {}), ("note", 3)],
-)
-def test_what_no_board_has_saved_is_refused(key, value):
-    saved = {**Bench().device.to_json(), key: value}
-    with pytest.raises(StateFileError):
-        Bench({}, saved={"dialect": "grbl", **saved})

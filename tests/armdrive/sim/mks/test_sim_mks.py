@@ -11,8 +11,6 @@ from mks_sim import TURN, Bench, arm_config
 from mks_sim import outcomes as said
 
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry.simulate import simulate
 from armdrive.sim.device import SwitchState
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
@@ -365,42 +363,6 @@ class TestPower:
         again.run(1.0)
         assert again.world.motors == there
 
-    @pytest.mark.parametrize(
-        ("entry", "value"), [("mode", "09"), ("node", ""), ("homing", "zz"), ("extra", "00")]
-    )
-    def test_what_no_drive_has_saved_is_refused(self, bench, entry, value):
-        saved = bench.twin.save()
-        saved["drives"][0]["settings"][entry] = value
-        with pytest.raises(StateFileError, match=r"--fresh"):
-            simulate(arm_config(), saved)
-
-    @pytest.mark.parametrize(
-        ("setting", "named"),
-        [
-            ({"firmware": "1.0"}, "1.0.9"),
-            ({"firmware": "1.0.6+1.0.9"}, "6 of them"),
-            ({"bitrate": 9600}, "125000"),
-            ({"answer_ms": -1.0}, "answer_ms"),
-            ({"stall_turns": 0.0}, "stall_turns"),
-        ],
-    )
-    def test_a_setting_that_no_drive_has_is_refused(self, setting, named):
-        with pytest.raises(BadRequest, match=named):
-            Bench(**setting)
-
-    def test_every_motor_needs_a_drive(self):
-        config = arm_config(ids=(7, 8, 9))
-        with pytest.raises(BadRequest, match="3 drives cannot turn the 6 motors"):
-            Bench(config=config)
-
-
-def test_somebody_brings_the_arm_by_its_motors_and_the_drives_count_it(bench):
-    bench.device.bring_to(bench.world.joints.replace(base=0.5), 30.0)
-    turned = round(0.5 * 50 * TURN / math.tau)
-    assert bench.counts(1) == pytest.approx(turned, abs=1)
-    assert isinstance(bench.heard[-1][1], mks.Answered)
-    assert bench.state(1) is mks.MotorState.STOPPED
-
 
 @pytest.mark.parametrize("timeout_ms", [200, 5000])
 def test_the_watchdog_of_a_motion_that_is_never_done_is_due_no_more(timeout_ms):
@@ -412,12 +374,3 @@ def test_the_watchdog_of_a_motion_that_is_never_done_is_due_no_more(timeout_ms):
     bench.run(0.1)
     assert bench.board.nodes[0].motion.under_way is not None
     assert bench.board.nodes[0].due_s() == math.inf
-
-
-def test_a_drive_that_moves_is_stopped_by_its_watchdog_all_the_same():
-    bench = Bench()
-    bench.ask(1, mks.SilenceWatchdog(200))
-    bench.send(1, mks.MoveAbsoluteAxis(20 * TURN, 60, 250))
-    bench.run(2.0)
-    assert bench.board.nodes[0].motion.watchdog_stops == 1
-    assert not bench.device.moving

@@ -97,12 +97,6 @@ class TestDrives:
         bench.run(1.0)
         assert [bench.counts(node) for node in IDS] == [0] * 6
 
-    def test_a_brown_out_loses_every_position(self, bench):
-        bench.ask(1, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)
-        bench.twin.faults.add("brown-out")
-        bench.run(1.0)
-        assert [bench.counts(node) for node in IDS] == [0] * 6
-
     def test_one_in_a_wrong_mode_refuses(self, bench):
         bench.twin.faults.add("drive-mode", 3, 2)
         assert said(bench.ask(3, mks.MoveAbsoluteAxis(500, 60, 0))) == [mks.Failed]

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from robko_bench import RobkoBench, axes
 
-from armdrive.connect.target import simulated_config
-from armdrive.errors import BadRequest
-from armdrive.registry.simulate import simulate, simulate_device
-from armdrive.sim.device import SimDevice
 from armdrive.sim.robko01.device import ESP32, RobkoQuirks, SimRobkoBoard
 from firmware_protocol.robko01 import (
     Axes,
     Busy,
     Clear,
     Disable,
-    Enable,
     GetRobotId,
     Inputs,
     InputsRead,
@@ -39,7 +32,6 @@ from firmware_protocol.robko01 import (
     Stop,
 )
 from firmware_protocol.robko01.frames import Kind, frame_bytes
-from kinematics import Joints
 
 
 @pytest.fixture
@@ -362,54 +354,3 @@ class TestPower:
         assert not bench.board.enabled
         bench.ask(IsMoving())
         assert bench.board.enabled
-
-    def test_an_operator_jogs_it_and_the_motors_stay_off(self):
-        device = SimDevice(SimRobkoBoard())
-        before = device.world.motors
-        device.bring_to(Joints.of(20, 60, -80, -40, 10), 33.0)
-        assert device.registers == device.world.motors - before
-        assert not device.world.energised
-
-    def test_a_saved_one_knows_its_motors_positions_and_outputs(self):
-        twin = simulate(simulated_config("robko01"))
-        twin.device.receive(frame_bytes(Kind.REQUEST, Op.ENABLE, b""), 0.0)
-        twin.device.receive(frame_bytes(Kind.REQUEST, Op.OUTPUTS, b"\x07"), 0.1)
-        twin.device.transmit(0.2)
-        twin.device.jog((10, 0, -3, 0, 0, 7))
-        again = simulate(simulated_config("robko01"), twin.save())
-        assert again.device.to_json() == twin.device.to_json()
-        assert again.board.details()["enabled"] is True
-        assert again.device.registers == (10, 0, -3, 0, 0, 7)
-
-
-def test_settings_choose_the_board():
-    config = simulated_config("robko01")
-    assert simulate_device(config).board.quirks == RobkoQuirks()
-    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).board.quirks
-    assert chosen == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
-    with pytest.raises(BadRequest):
-        simulate_device(config, settings={"watchdog_s": -1.0})
-
-
-@settings(max_examples=20)
-@given(
-    moves=st.lists(st.tuples(*[st.integers(-40, 40)] * 6), max_size=3),
-    looks=st.lists(st.floats(0, 0.2), max_size=10),
-)
-def test_looking_on_changes_nothing(moves, looks):
-    watched, alone = RobkoBench().enabled(), RobkoBench().enabled()
-    for move in moves:
-        for bench, pauses in ((watched, looks), (alone, [sum(looks)])):
-            bench.ask(MoveRelative(axes(*move)))
-            for pause in pauses:
-                bench.let_pass(pause)
-            bench.let_pass(5.0)
-    assert watched.device.registers == alone.device.registers
-    assert watched.device.world.motors == alone.device.world.motors
-
-
-def test_the_motors_switched_on_hold_the_arm():
-    bench = RobkoBench()
-    assert not bench.device.world.energised
-    bench.ask(Enable())
-    assert bench.device.world.energised

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from sim_bench import BYTE_S, Bench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
@@ -28,7 +26,6 @@ from firmware_protocol.teachmover import (
     Status,
     Step,
 )
-from kinematics.spaces import Joints
 
 STEP = Step(240, (470, -235, 0, 10, 0, 0))
 
@@ -229,13 +226,6 @@ class TestPendant:
         assert registers(bench) == (10, 0, 0, 0, 0, 0)
         assert not bench.board.return_control()
 
-    def test_an_operator_brings_the_arm_to_a_posture_that_he_sees(self, bench):
-        before = bench.device.world.motors
-        bench.device.bring_to(Joints.of(20, 60, -80, -40, 10), 33.0)
-        assert bench.device.world.joints.deg["base"] == pytest.approx(20, abs=0.1)
-        assert bench.device.world.opening_mm == pytest.approx(33, abs=0.05)
-        assert registers(bench) == bench.device.world.motors - before
-
     def test_no_pendant_moves_an_arm_in_motion(self, bench):
         bench.begin(STEP)
         bench.let_pass(0.2)
@@ -286,20 +276,3 @@ def test_a_link_names_itself_and_wakes_its_waiter(bench):
     bench.link.wait(60.0)
     bench.link.close()
     assert math.isinf(bench.link.next_s())
-
-
-@settings(max_examples=25)
-@given(
-    moves=st.lists(st.tuples(*[st.integers(-150, 150)] * 6), max_size=4),
-    looks=st.lists(st.floats(0, 0.3), max_size=20),
-)
-def test_looking_on_changes_nothing(moves, looks):
-    watched, alone = Bench(), Bench()
-    for move in moves:
-        watched.begin(Step(240, move))
-        for pause in looks:
-            watched.host.receive_data(watched.let_pass(pause))
-        watched.finish()
-        alone.ask(Step(240, move))
-    assert watched.device.registers == alone.device.registers
-    assert watched.device.world.motors == alone.device.world.motors

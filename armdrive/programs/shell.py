@@ -1,0 +1,381 @@
+"""The shell: carries out on an arm what is typed at a prompt, and answers its own words.
+
+Each of its own words is a function, by one table at the end. It yields what there is to say, and
+entries that have to be carried out first.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from armdrive.arm import Arm
+from armdrive.blocking import run_blocking
+from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.programs.acts import RunStep
+from armdrive.programs.interpreter import to_json
+from armdrive.programs.language.syntax import Tree
+from armdrive.programs.language.values import PlaceValue, value_text
+from armdrive.programs.language.words import (
+    FORMS,
+    FUNCTIONS,
+    OVER,
+    RESERVED,
+    SPELLINGS,
+    meanings,
+    overview,
+)
+from armdrive.programs.language.writing import unparse
+from armdrive.programs.program import (
+    ENDING,
+    ArmProgram,
+    Machine,
+    read_program,
+    read_program_file,
+)
+from armdrive.programs.running import Onlooker, Performer, ProgramRun, RunPerson, RunPlan
+from armdrive.programs.session import PromptEntry, Session
+from armdrive.registry import dialect
+from armdrive.sim.world.arm import World
+from armdrive.sim.world.table import block_of
+from armdrive.status import joints_view, pose_view, status_view
+from armdrive.storage.files import DISK, replace_durably
+from kinematics.errors import suggestion
+
+
+class Left(Exception):
+    """The person is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a word has to say: an event for programs, and lines for people."""
+
+    event: Mapping[str, Any] | None
+    text: str
+
+
+Answers: TypeAlias = Iterator[Said | PromptEntry]
+
+_LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
+"""A word and the text after it; `list = 3` assigns a value instead."""
+
+INPUT = "standard input"
+"""The name of a pipe in places."""
+
+
+class Shell:
+    """A prompt's session on one arm; `typing` tells that a person types, and not a pipe.
+
+    `agreed` asks that person a question. `at` is the step at which the last entry was interrupted,
+    if it was.
+    """
+
+    def __init__(self, arm: Arm, agreed: Callable[[str], bool], *, typing: bool) -> None:
+        self.arm = arm
+        self.agreed = agreed
+        self.typing = typing
+        self.done = 0
+        self.at: RunStep | None = None
+        self._saved: set[Path] = set()
+        self._stops = arm.stops
+        self._outputs = 0
+        self.start_over()
+
+    def start_over(self) -> None:
+        """Forget everything typed. The arm stays as it is."""
+        self.session = Session("" if self.typing else INPUT)
+
+    def own_word(self, line: str) -> Answers | None:
+        """Return what one of the shell's own words has to say; None for any other line.
+
+        What there is to say is found, or done, as it is taken. Raises `Left` for `quit`.
+        """
+        match = None if self.session.unfinished else _LINE.fullmatch(line)
+        action = None if match is None else OWN_WORDS.get(match[1].lower())
+        return None if match is None or action is None else action(self, match[2] or "")
+
+    def read(self, line: str, position: int) -> PromptEntry | None:
+        """Read a line of an entry; return the entry that it completes, if it does.
+
+        `position` is the line's number in the input. Raises `ProgramError`.
+        """
+        self.session.book = frozenset(self.arm.points)
+        return self.session.take(line, position)
+
+    def machine(self, entry: PromptEntry) -> Machine:
+        """Return the machine of an entry, with the arm's present points."""
+        return ArmProgram(entry.program, self.arm.config).machine()
+
+    def carry_out(
+        self,
+        entry: PromptEntry,
+        machine: Machine,
+        person: RunPerson,
+        onlookers: Sequence[Onlooker],
+    ) -> None:
+        """Carry out an entry, and learn the names that it sets, even if it is interrupted."""
+        self.at = None
+        self._forget_stops()
+        performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
+        run = ProgramRun(RunPlan(lambda: machine), performer, onlookers)
+        done = False
+        try:
+            run.carry_out()
+            done = True
+        finally:
+            self.at = run.at
+            self.session.learn(entry, machine, done=done)
+            self.arm.program = None
+        self._outputs = performer.outputs
+        self.done += 1
+
+    def _forget_stops(self) -> None:
+        """Ignore a stop between two typed entries; it does end the input of a pipe."""
+        if self.typing and self.arm.stops != self._stops:
+            # otherwise a stop that the engine has not seen yet would end the next motion
+            run_blocking(self.arm.runner.stand_still())
+            self._stops = self.arm.stops
+
+    def save(self, path: Path, *, over: bool) -> int:
+        """Save the entries carried out as a program; return how many lines. Raises `BadRequest`.
+
+        Another file is replaced only with `over`.
+        """
+        text = self.session.text
+        if not text.strip():
+            raise BadRequest("there is nothing to save: no line has run yet")
+        if path.exists() and not over and path.absolute() not in self._saved:
+            raise BadRequest(
+                f"{path} exists already: choose another name, or type `save {path} {OVER}`"
+            )
+        program = read_program(text, str(path))
+        ArmProgram(program, self.arm.config).machine()  # what is written can be run here
+        replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+        self._saved.add(path.absolute())
+        return len(text.splitlines())
+
+
+# The shell's own words, besides those of the language.
+
+
+def _help(shell: Shell, rest: str) -> Answers:
+    for text in help_on(rest, shell):
+        yield Said({"event": "help", "text": text}, text)
+
+
+def _list(shell: Shell, _: str) -> Answers:
+    for number, body in shell.session.kept.items():
+        text = unparse(Tree(body)).rstrip("\n")
+        first, *others = text.split("\n")
+        rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
+        yield Said({"event": "list", "entry": number, "text": text}, "\n".join(rows))
+    if not shell.session.kept:
+        yield Said(None, "nothing has been carried out yet")
+
+
+def _drop(shell: Shell, rest: str) -> Answers:
+    if not (rest.isascii() and rest.isdecimal()):
+        raise BadRequest("write it like `drop 3`, with a number that `list` shows")
+    shell.session.drop(int(rest))
+    yield Said({"event": "dropped", "entry": int(rest)}, f"entry {rest} is out of the list")
+
+
+def _save(shell: Shell, rest: str) -> Answers:
+    name, _, over = rest.rpartition(" ")
+    named, force = (name, True) if over.lower() == OVER and name else (rest, False)
+    path = _program_path(named, "save stack.arm")
+    lines = shell.save(path, over=force)
+    yield Said(
+        {"event": "saved", "file": str(path), "lines": lines},
+        f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
+    )
+
+
+def _load(shell: Shell, rest: str) -> Answers:
+    path = _program_path(rest, "load stack.arm")
+    program = read_program_file(path)
+    yield shell.session.load(program, str(path))
+    yield Said(
+        {"event": "loaded", "file": str(path)},
+        f"the subprograms, points and values of {path} are known; `names` lists them",
+    )
+
+
+def _program_path(word: str, example: str) -> Path:
+    name = word.strip().strip('"')
+    if not name:
+        raise BadRequest(f"say which file: `{example}`")
+    path = Path(name)
+    if path.suffix.lower() != ENDING:
+        raise BadRequest(f"{path} is no program file: one ends in {ENDING}")
+    return path
+
+
+def _new(shell: Shell, _: str) -> Answers:
+    shell.start_over()
+    yield Said({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
+
+
+def _points(shell: Shell, _: str) -> Answers:
+    for name, value in shell.session.context.variables.items():
+        if isinstance(value, PlaceValue):
+            view = {"event": "point", "name": name, "value": to_json(value), "book": False}
+            yield Said(view, f"  {name}: {value}")
+    for name, point in shell.arm.points.items():
+        deg = dict(point.joints.deg)
+        place = PlaceValue(joints_deg=deg)
+        view = {"event": "point", "name": name, "value": to_json(place), "book": True}
+        yield Said(view, f"  {name}: {place}, saved")
+
+
+def _names(shell: Shell, _: str) -> Answers:
+    context = shell.session.context
+    for name, value in context.variables.items():
+        if not isinstance(value, PlaceValue):
+            view = {"event": "name", "name": name, "value": value}
+            yield Said(view, f"  {name} = {value_text(value)}")
+    for define in context.defines:
+        head = f"{define.name}({', '.join(define.parameters)})"
+        yield Said({"event": "subprogram", "name": define.name, "text": head}, f"  {head}")
+    yield from _points(shell, "")
+    speed = f"  speed {value_text(context.speed * 100.0)}%"
+    yield Said({"event": "speed", "value": context.speed}, speed)
+
+
+def _where(shell: Shell, _: str) -> Answers:
+    status = shell.arm.status
+    view = {
+        "event": "where",
+        "pose": pose_view(status.pose),
+        "joints": joints_view(status.joints),
+        "opening_mm": status.gripper_mm,
+    }
+    if status.pose is None:
+        yield Said(view, "the arm's position is unknown: `home` references it")
+        return
+    fingers = "" if status.gripper_mm is None else f", fingers {status.gripper_mm:.1f} mm apart"
+    yield Said(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
+
+
+def _status(shell: Shell, _: str) -> Answers:
+    status = shell.arm.status
+    yield Said({"event": "status", **status_view(status)}, str(status))
+
+
+def _reset(shell: Shell, _: str) -> Answers:
+    shell.arm.reset()
+    yield _state_of(shell)
+
+
+def _reconnect(shell: Shell, _: str) -> Answers:
+    shell.arm.reconnect()
+    yield _state_of(shell)
+
+
+def _enable(shell: Shell, _: str) -> Answers:
+    shell.arm.enable()
+    yield _state_of(shell)
+
+
+def _disable(shell: Shell, rest: str) -> Answers:
+    what = f"after disable the arm {dialect(shell.arm.status.dialect).torque.disable}"
+    yield Said({"event": "warning", "text": what}, what)
+    question = "Park it first with `ready`, or support it. Switch the motors off now? Type yes: "
+    if rest.lower() != "yes" and not (shell.typing and shell.agreed(question)):
+        raise OperatorNeeded("the motors were left as they are: `disable yes` switches them off")
+    shell.arm.disable()
+    yield _state_of(shell)
+
+
+def _state_of(shell: Shell) -> Said:
+    status = shell.arm.status
+    return Said(
+        {"event": "status", **status_view(status)},
+        f"state {status.state.value}, motor current {status.current.value}, "
+        f"position {status.trust.value}",
+    )
+
+
+def _quit(_: Shell, __: str) -> Answers:
+    raise Left
+
+
+# -- the table of a simulated arm ------------------------------------------------------------
+
+
+def _put(shell: Shell, rest: str) -> Answers:
+    """Put a block on the table: `put A 250 0`, or with commas."""
+    world = _world(shell)
+    block = block_of(rest.replace(",", " ").split())
+    with shell.arm.pace.lock:
+        world.put(block)
+    yield _block_of(shell, block.name)
+
+
+def _blocks(shell: Shell, _: str) -> Answers:
+    """Say where every block stands, as the simulated world itself has it."""
+    names = list(_world(shell).scene.blocks)
+    for name in names:
+        yield _block_of(shell, name)
+    if not names:
+        yield Said(None, "there are no blocks: `put A 250 0` puts one on the table")
+
+
+def _block_of(shell: Shell, name: str) -> Said:
+    scene = _world(shell).scene
+    block, held = scene.blocks[name], scene.held == name
+    where = "in the fingers, its" if held else "its"
+    text = f"{where} bottom at x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
+    size = f"{block.width_mm:g} mm wide and {block.height_mm:g} mm high"
+    view = {"event": "block", **asdict(block), "held": held}
+    return Said(view, f"  {name}: {text}, {size}")
+
+
+def _world(shell: Shell) -> World:
+    twin = shell.arm.twin
+    if twin is None:
+        raise BadRequest("what lies on the table of a real arm is unknown")
+    return twin.world
+
+
+# -- help and completion ------------------------------------------------------------------------
+
+
+def help_on(word: str, shell: Shell) -> list[str]:
+    """Return what a word means, or all words with a line each. Raises `BadRequest`."""
+    low = word.strip().lower()
+    if not low:
+        return overview()
+    found = meanings(low)
+    named = [each for each in shell.session.context.defines if each.name.lower() == low]
+    found += [f"{each.name}({', '.join(each.parameters)})\n  A subprogram." for each in named]
+    if not found:
+        known = (*SPELLINGS, *FUNCTIONS, *OWN_WORDS, *(row.name for row in FORMS))
+        raise BadRequest(f"there is no word {word!r}{suggestion(low, known)}")
+    return found
+
+
+def known_words(shell: Shell) -> list[str]:
+    """Return everything that can be completed at the prompt."""
+    context = shell.session.context
+    return [
+        *(word for word in RESERVED if len(word) > 1),
+        *OWN_WORDS,
+        *context.variables,
+        *(define.name for define in context.defines),
+        *shell.arm.points,
+    ]
+
+
+OWN_WORDS: Mapping[str, Callable[[Shell, str], Answers]] = MappingProxyType({
+    "help": _help, "where": _where, "status": _status, "names": _names, "points": _points,
+    "list": _list, "drop": _drop, "save": _save, "load": _load, "new": _new, "put": _put,
+    "blocks": _blocks, "reset": _reset, "reconnect": _reconnect, "enable": _enable,
+    "disable": _disable, "quit": _quit, "exit": _quit,
+})  # fmt: skip
+"""The function of every word of the shell."""
