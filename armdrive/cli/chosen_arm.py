@@ -39,7 +39,7 @@ def connect_chosen(
     allow_restored: bool = False,
     reconnect: bool | None = None,
 ) -> Arm:
-    """Connect to the arm that the options name. A simulated one takes up its remembered world.
+    """Connect to the arm that the options name. A simulated arm continues in its remembered world.
 
     With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file.
     """

@@ -124,9 +124,6 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
 )
 """Words that people try, and what to type instead: each thing has one name here."""
 
-RENAMED_OPTIONS: Mapping[str, str] = MappingProxyType({"armdrive replay --speed": "--pace"})
-"""Options that had another name: a speed is always a fraction of the limits."""
-
 EXIT_CODES_TOPIC = "exit-codes"
 """`armdrive help exit-codes` prints the table below."""
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from armdrive.cli.commands import RENAMED_OPTIONS
 from armdrive.errors import BadRequest
 from armdrive.text import numbers
 from kinematics.errors import nearest_word
@@ -68,10 +67,7 @@ class CommandParser(argparse.ArgumentParser):
         if found := re.fullmatch(_UNKNOWN, words):
             word = found[1].partition("=")[0]
             words = f"there is no option {word}" if word[0] == "-" else f"{word!r} is one too many"
-            if renamed := RENAMED_OPTIONS.get(f"{self.prog} {word}"):
-                words += f", type {renamed} instead"
-            else:
-                words += _nearest(word, self._option_string_actions)
+            words += _nearest(word, self._option_string_actions)
         elif found := re.fullmatch(_CHOICE, words):
             known = [word.strip("'") for word in found[3].split(", ")]
             words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"

@@ -17,21 +17,28 @@ from armdrive.text.numbers import number
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 
-WIDTH, HEIGHT = 60, 16
+PICTURE_WIDTH, PICTURE_HEIGHT = 39, 14  # two of them fit on a line of 80 columns
 
 
-def posture_drawing(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
-    """Draw a posture from the side."""
-    braille = can_braille(sys.stdout.encoding, os.environ)
-    drawing = PostureDrawing(arm.model, braille=braille)
-    return drawing.side(Moment(joints, opening_mm), WIDTH, HEIGHT)
+def posture_pictures(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
+    """Draw a posture from the side and, to the right of that, from above."""
+    moment = Moment(joints, opening_mm)
+    drawing = PostureDrawing(arm.model, braille=can_braille(sys.stdout.encoding, os.environ))
+    side = drawing.side(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
+    top = drawing.top(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
+    return [f"{a:<{PICTURE_WIDTH}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
+
+
+def show_posture(request: PostureRequest) -> None:
+    """Draw the posture asked for, and say what is asked."""
+    for line in posture_pictures(request.arm, request.joints, request.opening_mm):
+        say(line)
+    say(str(request))
 
 
 def ask_operator(request: PostureRequest) -> bool:
     """Ask the person at the terminal whether the arm stands in the posture."""
-    for line in posture_drawing(request.arm, request.joints, request.opening_mm):
-        say(line)
-    say(str(request))
+    show_posture(request)
     return agreed("Does the arm stand exactly like this? Type yes: ")
 
 
@@ -45,7 +52,7 @@ def settle_trust(arm: Arm) -> None:
         return
     if not sys.stdin.isatty():
         return  # the motion is refused, with the ways to confirm
-    for line in posture_drawing(arm, status.joints, status.gripper_mm or 0.0):
+    for line in posture_pictures(arm, status.joints, status.gripper_mm or 0.0):
         say(line)
     say(f"An earlier program left the arm at {status.joints}.")
     if not agreed("Does the arm stand like this? Type yes: "):
@@ -65,7 +72,6 @@ def confirm_simulated(arm: Arm) -> None:
 # Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the
 # terminal or a pipe; the end of input confirms nothing.
 
-PICTURE_WIDTH, PICTURE_HEIGHT = 46, 14
 MOST_DEG = MOST_MM = 20.0
 """A slip of the finger, `shoulder -200`, is no small jog."""
 
@@ -139,9 +145,7 @@ class TerminalOperator:
         self._say_rest(request)
 
     def _show(self, request: PostureRequest) -> None:
-        for line in posture_pictures(request):
-            say(line)
-        say(str(request))
+        show_posture(request)
         self._say_rest(request)
 
     def _say_rest(self, request: PostureRequest) -> None:
@@ -151,16 +155,6 @@ class TerminalOperator:
 
 def _types(word: str, question: str) -> bool:
     return (typed(f"{question}? Type {word}: ") or "").lower() == word
-
-
-def posture_pictures(request: PostureRequest) -> list[str]:
-    """Draw the posture asked for from the side and from above, beside each other."""
-    moment = Moment(request.joints, request.opening_mm)
-    braille = can_braille(sys.stdout.encoding, os.environ)
-    drawing = PostureDrawing(request.arm.model, braille=braille)
-    side = drawing.side(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
-    top = drawing.top(moment, PICTURE_WIDTH, PICTURE_HEIGHT)
-    return [f"{a:<{PICTURE_WIDTH}} {b}".rstrip() for a, b in zip(side, top, strict=True)]
 
 
 def difference(request: PostureRequest) -> str:

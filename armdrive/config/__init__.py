@@ -1,1 +1,1 @@
-"""config."""
+"""The arm file: one schema that reads, checks, suggests, writes and documents it."""

@@ -160,24 +160,30 @@ class ModelHead:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class LinkRow:
-    """One of [[links]], from the base on; what is left out is zero, and without limits."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointRow:
+    """The joint of a row of [[links]] or [[axes]]; without limits unless they are given."""
 
     joint: str = setting("", "the joint's name; by default joint_1, joint_2, ...")
     kind: str = setting(
         "revolute", "how the joint moves", words=tuple(kind.value for kind in JointKind)
     )
+    low_deg: float | None = setting(None, "lowest value of the joint; without it, no limit")
+    high_deg: float | None = setting(None, "highest value of the joint; without it, no limit")
+    low_mm: float | None = setting(None, "the same of a prismatic joint")
+    high_mm: float | None = setting(None, "the same of a prismatic joint")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkRow(JointRow):
+    """One of [[links]], from the base on; what is left out is zero."""
+
     theta_deg: float = setting(0.0, "angle about z with the joint at zero")
     d_mm: float = setting(0.0, "distance along z with the joint at zero")
     a_mm: float = setting(0.0, "length of the link")
     alpha_deg: float = setting(0.0, "twist of the link")
     offset_deg: float | None = setting(None, "how far the table's zero lies from the joint's own")
     offset_mm: float | None = setting(None, "the same of a prismatic joint")
-    low_deg: float | None = setting(None, "lowest value of the joint; without it, no limit")
-    high_deg: float | None = setting(None, "highest value of the joint; without it, no limit")
-    low_mm: float | None = setting(None, "the same of a prismatic joint")
-    high_mm: float | None = setting(None, "the same of a prismatic joint")
 
 
 def _model(table: TomlTable, name: str) -> Model | None:
@@ -254,22 +260,14 @@ def _clean(entry: float) -> float:
 # tool's point there. `assign_frames` finds the link table.
 
 
-@dataclass(frozen=True, slots=True)
-class AxisRow:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisRow(JointRow):
     """One of [[axes]]: the axis of a joint, from the base on."""
 
     point_mm: tuple[float, float, float] = setting(means="any point of the axis, in the world")
     direction: tuple[float, float, float] = setting(
         means="along the axis, of any length; a joint turns right-handed"
     )
-    joint: str = setting("", "the joint's name; by default joint_1, joint_2, ...")
-    kind: str = setting(
-        "revolute", "how the joint moves", words=tuple(kind.value for kind in JointKind)
-    )
-    low_deg: float | None = setting(None, "lowest value of the joint; without it, no limit")
-    high_deg: float | None = setting(None, "highest value of the joint; without it, no limit")
-    low_mm: float | None = setting(None, "the same of a prismatic joint")
-    high_mm: float | None = setting(None, "the same of a prismatic joint")
 
     def axis(self, where: str, number: int) -> JointAxis:
         """Return the joint's axis. Raises `ArmFileError`, which names the row."""

@@ -385,17 +385,15 @@ def written_program(tree: Tree, file: str = "") -> Program:
     return read_program(unparse(tree), file)
 
 
-def read_program(
-    text: str, file: str = "", context: Context | None = None, first: int = 1
-) -> Program:
+def read_program(text: str, file: str = "", context: Context | None = None) -> Program:
     """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong.
 
     With a context, as `Machine.context` gives it, the program knows the subprograms and values of
-    those before it, and may replace them. Its first line has the number `first`.
+    those before it, and may replace them.
     """
     known = Context() if context is None else context
-    tree, problems = read_tree(text, file, first)
-    lines = {**known.lines, **numbered_lines(lines_of(text), file, first)}
+    tree, problems = read_tree(text, file)
+    lines = {**known.lines, **numbered_lines(lines_of(text), file)}
     return checked_program(Program(text, file, tree, NO_CODE, known, lines), problems)
 
 

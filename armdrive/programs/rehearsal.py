@@ -397,7 +397,7 @@ class Rehearsal:
     """What a rehearsal found.
 
     `loops` has a list for each loop: its acts and how long each took. `refusal` is the error that
-    ended the rehearsal, at the mark `at`. `endless` is where the program goes round for ever.
+    ended the rehearsal, at the mark `at`. `endless` is where the program repeats endlessly.
     `whole` is False if the time was up before the end. The arm moved with `share` of its speed;
     `path` has the tip's points in mm, if they were asked for.
     """
@@ -452,7 +452,7 @@ class _RehearsalWatch:
     """Notes how long every act takes, and ends a rehearsal that takes too long or goes in circles.
 
     The twin and the program are deterministic. So a program that comes back to a state in which it
-    was before, with the twin as it was then, goes round for ever.
+    was before, with the twin as it was then, repeats endlessly.
     """
 
     def __init__(self, rehearser: Rehearser, assumptions: Assumptions, patience: Patience) -> None:

@@ -2,7 +2,7 @@
 
 The motion mark says that the arm is moving: if a program dies during a motion, the next program
 finds the mark and does not trust the recorded position. The methods here only request a write and
-return at once (storage/record_writer.py writes). A motion waits for `mark_stands` before its first
+return at once (storage/record.py writes). A motion waits for `mark_stands` before its first
 byte (motion/context.py).
 """
 

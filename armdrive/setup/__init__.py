@@ -1,1 +1,1 @@
-"""Setting an arm up: ports that are found, files that are written, motors that are tried."""
+"""Sets an arm up: finds its port, asks about it, writes its file, tries its motors."""

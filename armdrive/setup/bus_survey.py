@@ -171,11 +171,8 @@ class BusSurvey:
     def _locked(self, look: Callable[[], T]) -> T:
         """Look at the bus while no other armdrive program has it."""
         port = self.report.port
-        holding = hold(self.config.name if self.config is not None else port, port)
-        try:
+        with hold(self.config.name if self.config is not None else port, port):
             return look()
-        finally:
-            holding.release()
 
     def _asked(self, address: CanAddress, seen: Heard) -> tuple[Answers, ...]:
         """Ask the ids and report the answers; try other bit rates if no drive answers."""

@@ -382,10 +382,10 @@ def changes(
     """
     known = known_steps(table, transmission)
     found = {name: float(f"{each:.{DIGITS}g}") for name, each in steps.items()}
-    why = {name: _far(known[name] / each) for name, each in found.items() if name in known}
+    farther = {name: known[name] / each for name, each in found.items() if name in known}
     if "motors" in table:
-        return tuple(_of_motors(table["motors"], signs, found, why))
-    return tuple(_of_preset(table, transmission, signs, found, why))
+        return tuple(_of_motors(table["motors"], signs, found, farther))
+    return tuple(_of_preset(table, transmission, signs, found, farther))
 
 
 def _far(share: float) -> str:
@@ -397,12 +397,12 @@ def _of_preset(
     transmission: Transmission | None,
     signs: Signs,
     steps: Mapping[str, float],
-    why: Mapping[str, str],
+    farther: Mapping[str, float],
 ) -> Iterator[Change]:
     gripper = transmission.motors[-1].name if transmission and transmission.has_gripper else ""
     for name, each in steps.items():
         path = ("steps_per_mm",) if name == gripper else ("steps_per_turn", name)
-        yield Change(path, each, why[name])
+        yield Change(path, each, _far(farther[name]))
     for section, names in (("motor_signs", signs.motors), ("joint_signs", signs.joints)):
         for name in names:
             known = table.get(section, {}).get(name, 1)
@@ -413,13 +413,11 @@ def _of_motors(
     motors: list[Mapping[str, Any]],
     signs: Signs,
     steps: Mapping[str, float],
-    why: Mapping[str, str],
+    farther: Mapping[str, float],
 ) -> Iterator[Change]:
     """Give the changes to [[motors]]; a motor that follows another follows its direction too."""
     turned = dict.fromkeys(signs.motors, -1)
     joints = dict.fromkeys(signs.joints, -1)
-    known = known_steps({"motors": motors}, None)
-    farther = {name: known[name] / each for name, each in steps.items() if name in known}
     for index, motor in enumerate(motors):
         name = str(motor.get("name"))
         own = turned.get(name, 1)
@@ -429,7 +427,7 @@ def _of_motors(
         if sees and sees != motor.get("sees"):
             yield Change(("motors", index, "sees"), sees, SawMotion.OTHER_WAY.value)
         if name in steps:
-            yield Change(("motors", index, _steps_key(motor)), steps[name], why[name])
+            yield Change(("motors", index, _steps_key(motor)), steps[name], _far(farther[name]))
         follows = motor.get("follows", {})
         now = {other: ratio * own * turned.get(other, 1) for other, ratio in follows.items()}
         mine = farther.get(name, 1.0)

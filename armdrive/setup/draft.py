@@ -285,15 +285,16 @@ def flattened(table: Mapping[str, Any], before: str = "") -> dict[str, str]:
         if isinstance(value, Mapping):
             found |= flattened(value, f"{before}{key}.")
         else:
-            found[before + key] = _typed(value)
+            found[before + key] = as_typed(value)
     return found
 
 
-def _typed(value: Any) -> str:
+def as_typed(value: Any) -> str:
+    """Return a value as a person would type it."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list):
         if any(isinstance(one, list) for one in value):
-            return "; ".join(_typed(one) for one in value)
+            return "; ".join(as_typed(one) for one in value)
         return ", ".join(map(str, value)) or "none"
     return str(value)

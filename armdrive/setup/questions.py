@@ -33,10 +33,10 @@ from armdrive.dialog.conversation import (
 )
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
-from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio, read_links
+from armdrive.setup.draft import GRIPPER_MOTOR, Draft, as_typed, ratio, read_links
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
 from armdrive.storage.files import file_name
-from armdrive.text.toml import TomlEntry, rule_of
+from armdrive.text.toml import Rule, TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
 
 Fill = Callable[[Draft, str], str | None]
@@ -57,7 +57,8 @@ class ArmRow:
     """One row of the table; `{one}` in its key, words and place stands for a name of `each`.
 
     `read` makes the check from the answers before; without it, the schema of the arm file checks
-    the answer for the key at `place`. `when` says whether the question is asked. `{dialect}` in
+    the answer for the key at `place`. Without `words`, the schema's meaning of that key is the
+    question. `when` says whether the question is asked. `{dialect}` in
     `place` is the section of the controller. `put` makes the section's entries if the answer is not
     the value itself.
     """
@@ -78,8 +79,9 @@ class ArmRow:
         for one in self.each(draft) if self.when(draft) else ():
             key, default = self.key.replace("{one}", one), self.default
             usual = default(draft, one) if callable(default) else default
+            words = self.words.replace("{one}", one.replace("_", " "))
             yield Question(
-                self.words.replace("{one}", one.replace("_", " ")),
+                words or asked(declared(draft, self.place)[1].help),
                 self.why,
                 schema_reader(draft, self.place) if self.read is None else self.read(draft),
                 draft.usual_answers.get(key, usual),
@@ -104,11 +106,21 @@ SECTIONS: Mapping[str, type[Any]] = MappingProxyType(
 )
 
 
-def schema_reader(draft: Draft, place: str) -> Reader:
-    """Return what reads an answer as the schema of the arm file allows it at a place."""
+def declared(draft: Draft, place: str) -> tuple[Any, Rule]:
+    """Return the type and the rule that the schema of the arm file has for the key at a place."""
     name, _, key = place.rpartition(".")
     kind = draft.dialect.settings() if name == DIALECT else SECTIONS[name]
-    hint, rule = get_type_hints(kind)[key], rule_of(next(f for f in fields(kind) if f.name == key))
+    return get_type_hints(kind)[key], rule_of(next(f for f in fields(kind) if f.name == key))
+
+
+def asked(meaning: str) -> str:
+    """Return what a key means as a question."""
+    return f"{meaning[0].upper()}{meaning[1:]}?"
+
+
+def schema_reader(draft: Draft, place: str) -> Reader:
+    """Return what reads an answer as the schema of the arm file allows it at a place."""
+    hint, rule = declared(draft, place)
     wanted = next(iter(get_args(hint)), hint)  # of `float | None`, the number
     plain: Reader = whole(-sys.maxsize, sys.maxsize) if wanted is int else READERS[wanted]
     where = place.replace(DIALECT, draft.dialect.name)
@@ -380,28 +392,14 @@ def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
     return lambda draft: key in draft.device_fields and gripper in ("", draft.gripper)
 
 
-def _usual(key: str) -> Fill:
-    def default(draft: Draft, _one: str) -> str:
-        value = draft.device_fields[key]
-        return ("yes" if value else "no") if isinstance(value, bool) else f"{value}"
-
-    return default
-
-
-def device_row(
-    key: str,
-    words: str,
-    why: str,
-    gripper: str = "",
-    choices: tuple[tuple[str, str], ...] = (),
-) -> ArmRow:
+def device_row(key: str, why: str, gripper: str = "") -> ArmRow:
     """Return the row for a key of the controller's section, asked of a board that has it.
 
     With `gripper` it is asked for that kind of gripper alone.
     """
     return ArmRow(
-        f"device.{key}", words, why, default=_usual(key), when=_has(key, gripper),
-        choices=lambda _draft: choices, place=f"{DIALECT}.{key}",
+        f"device.{key}", "", why, place=f"{DIALECT}.{key}", when=_has(key, gripper),
+        default=lambda draft, _one: as_typed(draft.device_fields[key]),
     )  # fmt: skip
 
 
@@ -695,30 +693,16 @@ ROWS = (
         when=_has("master_id"),
         place="{dialect}.ids",
     ),
+    device_row("unit", "steps need no rounding: $100 to $105 are then 1."),
+    device_row("servo", "M3 with a number S, or M67E0 for an analogue output of grblHAL.", SERVO),
     device_row(
-        "unit", "What is the board's mm: one motor step, or one degree?",
-        "Steps need no rounding: $100 to $105 are then 1.",
-        choices=(("steps", "one motor step"), ("degrees", "one degree")),
-    ),
-    device_row(
-        "servo", "Which word sets the gripper's servo?",
-        "M3 with a number S, or M67E0 for an analogue output of grblHAL.", SERVO,
-    ),
-    device_row(
-        "servo_closed", "The servo's number with the fingers closed?",
+        "servo_closed",
         "The S or Q of that word. Begin near the middle and go outwards in small steps.", SERVO,
     ),
+    device_row("servo_open", "It may be below the number for closed fingers.", SERVO),
     device_row(
-        "servo_open", "The servo's number with the fingers open?",
-        "It may be below the number for closed fingers.", SERVO,
+        "gripper_output", "0 is the first word of the section's outputs, flood by default.", OUTPUT
     ),
-    device_row(
-        "gripper_output", "Which output bit switches the gripper?",
-        "0 is the first word of the section's outputs, flood by default.", OUTPUT,
-    ),
-    device_row(
-        "gripper_closes", "Does the gripper close when that output is on?",
-        "no: it opens then, and closes when the power fails.", OUTPUT,
-    ),
+    device_row("gripper_closes", "no: it opens then, and closes when the power fails.", OUTPUT),
 )  # fmt: skip
 """All questions, in the order in which they are asked."""

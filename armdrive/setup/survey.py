@@ -377,11 +377,8 @@ def survey_port(
     called for a controller that is the expected one, and compares its settings.
     """
     only_baud = _only_baud(config, baud)
-    holding = hold(report.port if config is None else config.name, report.port)
-    try:
+    with hold(report.port if config is None else config.name, report.port):
         found = prober.examine_port(report.port, only_baud)
-    finally:
-        holding.release()
     report.add(of_examination(found, only_baud, None if config is None else config.connection))
     report.more |= _results(report, closed, found, compared=config is not None)
     identity = found.identity

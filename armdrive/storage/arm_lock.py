@@ -91,11 +91,6 @@ class ControlServer:
         self._answering = threading.BoundedSemaphore(MOST_ANSWERED)
         self._watching = threading.BoundedSemaphore(MOST_WATCHERS)
 
-    @property
-    def address(self) -> str:
-        """The address at which callers reach this server."""
-        return str(self._listener.address)
-
     def start(self) -> None:
         """Start answering callers."""
         for name, work in (("armdrive-socket", self._accept), ("armdrive-requests", self._read)):
@@ -296,8 +291,8 @@ MOST_WAITING = 16  # connections that the system queues until they are accepted
 LONGEST_ADDRESS = 100  # bytes; systems limit the path of a local socket to 103 or 107
 
 
-class ArmLock:
-    """The exclusive right to drive one arm."""
+class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
+    """The exclusive right to drive one arm; leaving a `with` block releases it."""
 
     def __init__(self, names: list[str]) -> None:
         self._names = names
@@ -305,6 +300,9 @@ class ArmLock:
         self._listener: Listener | None = None
         self._server: ControlServer | None = None
         self._folder: str | None = None
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
 
     def take(self) -> None:
         """Take every lock, or raise `ArmInUse` that names the holder."""

@@ -1,1 +1,1 @@
-"""text."""
+"""Strict reading and writing of text: TOML, JSON, and what a person types."""

@@ -27,7 +27,6 @@ from armdrive.registry.simulate import simulate_device
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
 from armdrive.sim.wire import PacedDevice
-from armdrive.sim.world.saved import Json
 from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
 from armdrive.trace.entries import EntryKind, TraceEntry, counts_text
@@ -47,7 +46,8 @@ _STALLED = 1000  # wake-ups without progress after which the device is left alon
 class ReplayBench:
     """The simulated device of a replay.
 
-    `late_s` is its delay against the recording; `passing` is its latest progress report.
+    `late_s` is its delay against the recording; `passing` is its latest progress report. `device`
+    changes when the simulated device is placed somewhere else.
     """
 
     def __init__(self, config: ArmConfig, settings: Mapping[str, Value] | None = None) -> None:
@@ -64,36 +64,16 @@ class ReplayBench:
         self._make(None)
 
     @property
-    def words(self) -> str:
-        """The physical state of the simulated device in one line."""
-        return state_line(self._device)
-
-    @property
-    def view(self) -> dict[str, Json]:
-        """The physical state of the simulated device as plain data."""
-        return state_json(self._device)
-
-    @property
     def passing_s(self) -> float:
         """Time of the latest progress report, on the recording's clock."""
         return self._passed_s - self.late_s
-
-    @property
-    def moving(self) -> bool:
-        """Whether a motor turns."""
-        return self._device.moving
-
-    @property
-    def registers(self) -> tuple[int, ...]:
-        """The position registers of its controller."""
-        return tuple(self._device.registers)
 
     def place(self, registers: Sequence[int], position: Sequence[int] | None) -> None:
         """Set the controller's registers and, if it is known, the position of the motors.
 
         Raises `RecordingError` for counts that such a controller cannot have.
         """
-        saved = self._device.to_json()
+        saved = self.device.to_json()
         saved["registers"] = list(registers)
         world = saved["world"]
         if position is not None and isinstance(world, dict):
@@ -134,10 +114,10 @@ class ReplayBench:
         """
         self.advance(time_s)
         due_s = self.now_s
-        while self.moving and self.now_s < due_s + MOTION_S:
+        while self.device.moving and self.now_s < due_s + MOTION_S:
             self._run(max(min(self._line.next_s(), due_s + MOTION_S), self.now_s))
         self.late_s += self.now_s - due_s
-        return not self.moving
+        return not self.device.moving
 
     def extra_answer(self, before_s: float = math.inf) -> Message | None:
         """Return an answer from before a time that the recorded arm has not given, if any."""
@@ -157,7 +137,7 @@ class ReplayBench:
 
     def _may_come(self, due_s: float) -> bool:
         """Return whether a message due at a time may still come."""
-        timeout_s = MOTION_S if self.moving else ANSWER_S
+        timeout_s = MOTION_S if self.device.moving else ANSWER_S
         return max(self._line.next_s(), self.now_s) < due_s + timeout_s
 
     def _run(self, time_s: float) -> None:
@@ -180,7 +160,7 @@ class ReplayBench:
 
     def _make(self, saved: object) -> None:
         try:
-            self._device: SimDevice = simulate_device(self._config, saved, settings=self._settings)
+            self.device: SimDevice = simulate_device(self._config, saved, settings=self._settings)
         except BadRequest:  # a setting that the caller has chosen
             raise
         except (ArmError, KinematicsError, ArithmeticError, LookupError) as error:
@@ -189,9 +169,9 @@ class ReplayBench:
 
     def _wire(self) -> PacedDevice:
         network = "://" in self._config.connection.port
-        if network and self._device.board.baud is not None:  # which keeps no pace
-            return PacedDevice(self._device, None)
-        return self._device.line()
+        if network and self.device.board.baud is not None:  # which keeps no pace
+            return PacedDevice(self.device, None)
+        return self.device.line()
 
 
 # The position counts, offsets and gaps in the entries of a recording.
@@ -459,7 +439,7 @@ class _Replay:
         if message.data == answer.data or message.weight is Weight.BANNER:
             return True
         momentary = message.weight is answer.weight is Weight.MOMENT
-        moving = self._request.startswith("Move") or self._bench.moving
+        moving = self._request.startswith("Move") or self._bench.device.moving
         return momentary and moving and message.kind == answer.kind
 
     def _counts(self, index: int, entry: TraceEntry) -> None:
@@ -469,7 +449,7 @@ class _Replay:
             self._bench.discard_banners()
         counts = counts_of(entry)
         at_rest = self._bench.stand(entry.time_s)
-        twin = self._bench.registers
+        twin = tuple(self._bench.device.registers)
         if at_rest and counts == twin:
             self._compared += 1
             return
@@ -510,9 +490,9 @@ class _Replay:
 
     def _differ(self, index: int, entry: TraceEntry, why: str, arm: str, twin: str) -> None:
         if self._divergence is None:
-            bench = self._bench
+            device = self._bench.device
             self._divergence = Divergence(
-                index, entry.time_s, why, arm, twin, bench.words, bench.view
+                index, entry.time_s, why, arm, twin, state_line(device), state_json(device)
             )
 
 

@@ -153,7 +153,12 @@ def _jog(parser: argparse.ArgumentParser) -> None:
       armdrive jog --show-keys             print the keys; opens nothing
 
     """
-    parser.add_argument("--ascii", action="store_true", help="draw with plain characters")
+    switches = {
+        "--ascii": "draw with plain characters",
+        "--show-keys": "print all keys with their ids; opens nothing",
+        "--web": "show the desk in a browser on this computer instead",
+    }
+    add_switches(parser, switches)
     parser.add_argument(
         "--reconnect",
         action="store_true",
@@ -164,9 +169,6 @@ def _jog(parser: argparse.ArgumentParser) -> None:
         "--keys",
         metavar="FILE",
         help="a key file, or a keyboard layout: azerty, qwertz, dvorak, colemak, qwerty",
-    )
-    parser.add_argument(
-        "--show-keys", action="store_true", help="print all keys with their ids; opens nothing"
     )
     parser.add_argument(
         "--model",
@@ -193,9 +195,6 @@ def _jog(parser: argparse.ArgumentParser) -> None:
         const="",
         metavar="NAME",
         help="jog with a gamepad too (Linux); NAME: part of its name, if there are several",
-    )
-    parser.add_argument(
-        "--web", action="store_true", help="show the desk in a browser on this computer instead"
     )
     parser.add_argument(
         "--web-port",
@@ -336,35 +335,18 @@ def _into_arm(action: argparse.ArgumentParser) -> None:
     add_allow_restored(action)
 
 
-PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType(
-    {
-        "show": Action(
-            "print the program in the arm, row by row",
-            "program.pendant:show",
-            _naming(more=add_allow_restored),
-        ),
-        "read": Action(
-            "copy the program from the arm to a file",
-            "program.pendant:read",
-            _naming("file", more=_into_file),
-        ),
-        "write": Action(
-            "copy a file to the arm, and check it by reading it back",
-            "program.pendant:write",
-            _naming("file", more=_into_arm),
-        ),
-        "points": Action(
-            "make points and a sequence from a file",
-            "program.pendant:make_points",
-            _naming("file", "name", more=_again),
-        ),
-        "make": Action(
-            "make a file from a taught sequence",
-            "program.pendant:make_rows",
-            _naming("name", "file", more=_into_file),
-        ),
-    }
-)
+PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
+    "show": Action("print the program in the arm, row by row",
+                   "program.pendant:show", _naming(more=add_allow_restored)),
+    "read": Action("copy the program from the arm to a file",
+                   "program.pendant:read", _naming("file", more=_into_file)),
+    "write": Action("copy a file to the arm, and check it by reading it back",
+                    "program.pendant:write", _naming("file", more=_into_arm)),
+    "points": Action("make points and a sequence from a file",
+                     "program.pendant:make_points", _naming("file", "name", more=_again)),
+    "make": Action("make a file from a taught sequence",
+                   "program.pendant:make_rows", _naming("name", "file", more=_into_file)),
+})  # fmt: skip
 """Every action of `pendant`."""
 
 
@@ -428,59 +410,30 @@ def _offset(action: argparse.ArgumentParser) -> None:
     )
 
 
-POINT_ACTIONS: Mapping[str, Action] = MappingProxyType(
-    {
-        "list": Action(
-            "list the points and sequences, and the file they are in",
-            "drive.points:list_points",
-            _naming(),
-        ),
-        "show": Action(
-            "show a point, or the steps of a sequence", "drive.points:show", _naming("name")
-        ),
-        "save": Action(
-            "save the place where the arm is, under a name; moves nothing",
-            "drive.move:save_point",
-            _naming("name", more=_point_save),
-        ),
-        "go": Action(
-            "move the arm to a point",
-            "drive.move:go_to_point",
-            _naming("name", more=_point_go),
-        ),
-        "run": Action(
-            "run a sequence",
-            "program.teach:run_sequence",
-            _naming("name", more=_point_run),
-        ),
-        "rename": Action(
-            "rename a point, also in the sequences that use it",
-            "drive.points:rename",
-            _naming("name", "new"),
-        ),
-        "delete": Action("delete a point or a sequence", "drive.points:delete", _naming("name")),
-        "copy": Action(
-            "copy a point, or a sequence with its points",
-            "drive.points:shape",
-            _naming("name", "new", more=_again),
-        ),
-        "mirror": Action(
-            "copy a point or a sequence with left and right exchanged",
-            "drive.points:shape",
-            _naming("name", "new", more=_again),
-        ),
-        "export": Action(
-            "write a sequence as a program file",
-            "drive.points:export",
-            _naming("name", "file", more=_force),
-        ),
-        "offset": Action(
-            "copy a point or a sequence to another place",
-            "drive.points:shape",
-            _naming("name", "new", more=_offset),
-        ),
-    }
-)
+POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
+    "list": Action("list the points and sequences, and the file they are in",
+                   "drive.points:list_points", _naming()),
+    "show": Action("show a point, or the steps of a sequence",
+                   "drive.points:show", _naming("name")),
+    "save": Action("save the place where the arm is, under a name; moves nothing",
+                   "drive.move:save_point", _naming("name", more=_point_save)),
+    "go": Action("move the arm to a point",
+                 "drive.move:go_to_point", _naming("name", more=_point_go)),
+    "run": Action("run a sequence",
+                  "program.teach:run_sequence", _naming("name", more=_point_run)),
+    "rename": Action("rename a point, also in the sequences that use it",
+                     "drive.points:rename", _naming("name", "new")),
+    "delete": Action("delete a point or a sequence",
+                     "drive.points:delete", _naming("name")),
+    "copy": Action("copy a point, or a sequence with its points",
+                   "drive.points:shape", _naming("name", "new", more=_again)),
+    "mirror": Action("copy a point or a sequence with left and right exchanged",
+                     "drive.points:shape", _naming("name", "new", more=_again)),
+    "export": Action("write a sequence as a program file",
+                     "drive.points:export", _naming("name", "file", more=_force)),
+    "offset": Action("copy a point or a sequence to another place",
+                     "drive.points:shape", _naming("name", "new", more=_offset)),
+})  # fmt: skip
 """Every action of `points`."""
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.options import Declare, add_json_option, number
+from armdrive.cli.options import Declare, add_json_option, add_switches, number
 from kinematics.presets import PRESETS
 from kinematics.spaces import JOINT_NAMES
 
@@ -82,19 +82,14 @@ def _explain(parser: argparse.ArgumentParser) -> None:
         metavar="NUMBER",
         help="solve for this goal, in mm and degrees",
     )
-    parser.add_argument("--list", action="store_true", help="list the named systems")
-    parser.add_argument(
-        "--symbolic",
-        action="store_true",
-        help="A matrices, their product and the solutions in symbols: C1, S12",
-    )
-    parser.add_argument("--latex", action="store_true", help="the same in LaTeX")
-    parser.add_argument("--urdf", action="store_true", help="print the arm as URDF")
-    parser.add_argument(
-        "--axes",
-        action="store_true",
-        help="find frames and link table from the joint axes, step by step",
-    )
+    switches = {
+        "--list": "list the named systems",
+        "--symbolic": "A matrices, their product and the solutions in symbols: C1, S12",
+        "--latex": "the same in LaTeX",
+        "--urdf": "print the arm as URDF",
+        "--axes": "find frames and link table from the joint axes, step by step",
+    }
+    add_switches(parser, switches)
     parser.add_argument(
         "--convention",
         choices=["standard", "craig"],

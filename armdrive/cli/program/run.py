@@ -69,7 +69,7 @@ def run_script(options: argparse.Namespace) -> int:
     text = read_script(options.program).decode("utf-8", "replace")
     lines = numbered_lines(text.splitlines(), str(options.program))
     if options.check:
-        # all that rehearses: a run for good does without
+        # loads the simulation and the parser of programs, which a real run does not need
         from armdrive.cli.program.run_program import check_script
 
         return check_script(options, lines)

@@ -80,7 +80,7 @@ class StepGate:
         self._performer = performer
         self._display = display
 
-    def begins(self, step: RunStep, machine: Machine | None = None) -> None:  # noqa: ARG002
+    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Wait before a motion."""
         if step.moves:
             line = self._display.run.line_at(step.mark) or step.name

@@ -59,8 +59,6 @@ else:
 
 HISTORY = "shell_history"
 LARGEST_BYTES = 1_000_000
-LIBEDIT_MARK = "_HiStOrY_V2_"
-"""The first line of a history that macOS's readline wrote itself, as it once did here."""
 MOST_LINES = 1000
 """Lines that the history keeps."""
 
@@ -140,8 +138,7 @@ def _read_history(readline: ModuleType) -> None:
     except OSError:
         return
     for line in data.decode("utf-8", errors="replace").splitlines():
-        if line != LIBEDIT_MARK:
-            readline.add_history(line)
+        readline.add_history(line)
 
 
 def _write_history(readline: ModuleType) -> None:

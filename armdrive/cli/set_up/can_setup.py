@@ -8,7 +8,6 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 
 from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
@@ -90,15 +89,11 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
     """Open the adapter and lock the arm, so that no other armdrive uses its drives."""
-    holding = hold(config.name, port)
-    try:
-        link = opening.open_link(port, config.connection.baud)
-        try:
-            yield link
-        finally:
-            link.close()
-    finally:
-        holding.release()
+    with (
+        hold(config.name, port),
+        contextlib.closing(opening.open_link(port, config.connection.baud)) as link,
+    ):
+        yield link
 
 
 def _known_port(config: ArmConfig) -> str:
@@ -136,29 +131,21 @@ def _end(
     """Show the arm file, and write it if the user agrees."""
     path = arm_path(options.name)
     proposal = propose_drives(path, config, plan, outcome.notes, port, outcome.left_out)
-    text = proposal.after
-    parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
+    arm = parse_arm(tomllib.loads(proposal.after), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
         say(f"The directions of {', '.join(unclear)} contradict each other: repeat with --again.")
     if outcome.left_out:
         say(f"Left out: {', '.join(outcome.left_out)}. The same command continues there.")
-    say_lines(f"\n{text}")
-    there = path.is_file()
+    say_lines(f"\n{proposal.after}")
+    aside = f"{path.name}{BEFORE}"
+    old = f" (the old text is kept as {aside})" if proposal.before else ""
     if not proposal.differs:
         say(f"{path} contains all this already.")
-    elif agree(_question(path, there=there), "no leaves the file unchanged; the notes are kept."):
-        proposal.write(aside=f"{path.name}{BEFORE}")
-        written = parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
+    elif agree(f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."):
+        proposal.write(aside)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
-        kept.write(plan.name, written.calibration, found)
-        for line in after_writing(path, written):
-            say(line)
-
-
-def _question(path: Path, *, there: bool) -> str:
-    if there:
-        return f"Write this to {path} (the old text is kept as {path.name}{BEFORE})?"
-    return f"Write this to {path}?"
+        kept.write(plan.name, arm.calibration, found)
+        say_lines("\n".join(after_writing(path, arm)))
 
 
 def chosen_port() -> str:

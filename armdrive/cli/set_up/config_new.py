@@ -19,7 +19,7 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import read
 from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, TerminalPerson, agree, ask
-from armdrive.cli.terminal_person import posture_drawing
+from armdrive.cli.terminal_person import posture_pictures
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import simulation_forced
@@ -167,7 +167,7 @@ def _person(arm: Arm, *, alone: bool) -> DialogPerson:
 
 
 def _found_signs(arm: Arm, *, alone: bool) -> Signs:
-    picture = [] if alone else posture_drawing(arm, found_posture(arm.model.arm), 30.0)
+    picture = [] if alone else posture_pictures(arm, found_posture(arm.model.arm), 30.0)
     return find_signs(Dialog(_person(arm, alone=alone)), arm, picture)
 
 

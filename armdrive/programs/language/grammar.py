@@ -535,11 +535,8 @@ def parse(text: str, file: str = "") -> Tree:
     return tree
 
 
-def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Problem]]:
-    """Return the tree of the readable lines of a program, and the problems of the others.
-
-    The first line has the number `first`.
-    """
+def read_tree(text: str, file: str = "") -> tuple[Tree, list[Problem]]:
+    """Return the tree of the readable lines of a program, and the problems of the others."""
     reader, problems = ProgramReader(file), list[Problem]()
     lines = lines_of(text)
     if len(lines) > MOST_LINES:
@@ -547,7 +544,7 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
         return Tree(()), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
     if lines[-1] == "":
         lines.pop()  # a line break at the end is not followed by a blank line
-    for number, line in enumerate(lines, start=first):
+    for number, line in enumerate(lines, start=1):
         try:
             reader.take(line, number)
         except LineMistake as error:

@@ -141,7 +141,7 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["sim", "teachmover", "--pty", "x", "--baud", "0"], "'0' is not a whole number above 0"),
         (["demo", "--nonsense"], "--nonsense"),
         (["move", "--sped=2"], "there is no option --sped (did you mean --speed?)"),
-        (["replay", "x.jsonl", "--speed=2"], "there is no option --speed, type --pace instead"),
+        (["replay", "x.jsonl", "--speed=2"], "there is no option --speed"),
         (["move", "now"], "'now' is one too many"),
         (["move", "--via", "1,2"], "--via X,Y,Z: write it like"),
         (["points", "gow"], "'gow' is none of list, "),

@@ -100,9 +100,10 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     arm = Arm.connect(f"sim:{dialect}")
     request = arm.reference_request()
     assert difference(request) == ""  # nothing is known of this arm
-    lines = posture_pictures(request)
+    lines = posture_pictures(arm, request.joints, request.opening_mm)
     assert len(lines) == terminal_person.PICTURE_HEIGHT
     assert any(line[terminal_person.PICTURE_WIDTH :].strip() for line in lines)
+    assert max(map(len, lines)) < 80
     arm.declare_posture(request.joints.replace(base=0.1))
     assert "base -5." in difference(request)
 

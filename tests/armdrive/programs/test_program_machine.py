@@ -64,11 +64,13 @@ def test_stacking_ends_when_there_is_nothing_left():
     assert [place.z_mm for place in places] == [90.0, 110.0]
 
 
-def test_an_act_knows_its_line_and_the_calls_that_led_to_it():
-    text = "define outer()\ninner()\nend\ndefine inner()\nready\nend\nouter()"
-    stage = started(text).next()
-    assert stage.mark.line == 5
-    assert [mark.line for mark in stage.calls] == [7, 2]
+def test_an_act_knows_its_line_and_an_error_the_calls_that_led_to_it():
+    text = "define outer()\ninner()\nend\ndefine inner()\nready\nexpect off\nend\nouter()"
+    machine = started(text)
+    assert machine.next().mark.line == 5
+    machine.answer(None)
+    with pytest.raises(ProgramError, match="called in line 2, called in line 8"):
+        machine.next()
 
 
 def test_the_act_stays_the_same_until_it_is_answered():

@@ -87,8 +87,19 @@ def test_the_published_numbers_of_a_preset_are_left_to_it(tmp_path):
     assert config.model == preset("teachmover")
 
 
-def test_an_arm_nobody_has_measured_stays_a_template(tmp_path):
-    assert not loaded(tmp_path, "armdroid1").model.verified
+@pytest.mark.parametrize("template", ["armdroid1", "printed-six"])
+def test_an_arm_nobody_has_measured_stays_a_template(tmp_path, template):
+    assert not loaded(tmp_path, template).model.verified
+
+
+def test_measured_lengths_go_into_the_model_file_with_its_comments(tmp_path):
+    answers = {"lengths.tool": "80", "lengths.upper_arm": "300"}
+    text = files("printed-six", answers).model
+    assert "z_mm = 80" in text
+    assert "a_mm = 300 " in text
+    assert "# from the shoulder's axis to the elbow's axis" in text
+    assert 'name = "bench"' in text
+    assert loaded(tmp_path, "printed-six", answers).model.verified
 
 
 def test_an_arm_that_was_measured_is_one_no_more(tmp_path):

@@ -89,15 +89,39 @@ JSON = st.recursive(
 @given(st.sampled_from([*json.loads(to_text(RECORD))]), JSON)
 def test_any_value_in_any_place_is_a_typed_refusal_or_a_record(key, value):
     """Even under a checksum that fits, as only a program could make it."""
+    try:
+        record = from_text(with_value(key, value))
+    except StateFileError:
+        return
+    assert from_text(to_text(record)) == record
+
+
+def with_value(key, value):
+    """Return the text of a record with another value, under a checksum that fits."""
     entries = json.loads(to_text(RECORD)) | {key: value}
     if key != "check":
         del entries["check"]
         entries["check"] = record_text.checksum(entries)
-    try:
-        record = from_text(json.dumps(entries).encode())
-    except StateFileError:
-        return
-    assert from_text(to_text(record)) == record
+    return json.dumps(entries).encode()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("offset", [0, STEPS_MOST + 1], r"offset\[1\] must be from"),
+        ("registers", [True, 5], r"registers\[0\] must be a whole number"),
+        ("registers", [1], "different number of registers and offsets"),
+        ("coordinates", [1e7, 0.0], r"coordinates\[0\] must be from"),
+        ("trust", "certain", "trust is one of"),
+        ("in_motion", 1, "in_motion must be true or false"),
+        ("reason", 3, "reason must be text"),
+        ("unsure", [0], "'unsure' names motors"),
+        ("extra", 1, "unknown key 'extra'"),
+    ],
+)
+def test_a_value_that_no_record_has_is_refused(key, value, words):
+    with pytest.raises(StateFileError, match=words):
+        from_text(with_value(key, value))
 
 
 @pytest.mark.parametrize(

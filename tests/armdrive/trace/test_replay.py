@@ -7,6 +7,7 @@ from recorder_bench import recorded_arm, saved, written
 
 from armdrive import Arm, ArmError
 from armdrive.registry import DIALECTS
+from armdrive.sim.device import state_json
 from armdrive.trace import replay as replaying
 from armdrive.trace.entries import EntryRing
 from armdrive.trace.files import read_recording
@@ -52,7 +53,7 @@ def replays(days):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(replaying, "ReplayBench", remembered)
         return {
-            dialect: (replay(recording), tuple(benches[-1].view["motors"]))
+            dialect: (replay(recording), tuple(state_json(benches[-1].device)["motors"]))
             for dialect, (recording, _) in days.items()
         }
 

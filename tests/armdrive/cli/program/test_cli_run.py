@@ -297,7 +297,7 @@ def test_it_goes_on_as_slowly_and_carefully_as_it_was_begun(call, failing):
     with_care = ("--sim", "grbl", "--speed", "12.5%", "--yes", "--input", "1=on")
     words = told(call("run", failing, *with_care, code=3).err, "armdrive run ")
     parser = argparse.ArgumentParser()
-    ARGUMENTS["run"].declare(parser)
+    ARGUMENTS["run"](parser)
     options = parser.parse_args(words[2:])
     assert options.resume
     assert (options.sim, options.speed) == ("grbl", 0.125)
