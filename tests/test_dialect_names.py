@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -83,7 +84,9 @@ CODEC_OF = {"cia402": "canopen"}
 """Dialects that share a codec with a name of its own."""
 
 
+@cache
 def naming() -> dict[str, list[str]]:
+    """Return the places of every file that names a dialect."""
     files = [path for package in ("armdrive", "tui") for path in (ROOT / package).rglob("*.py")]
     told = {path.relative_to(ROOT).as_posix(): list(names_in(path)) for path in files}
     return {

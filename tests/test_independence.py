@@ -57,9 +57,9 @@ ALLOWED = {
 
 def real_time(text: str) -> Iterator[str]:
     """Yield each place at which a module takes to real time, in words."""
-    tree = ast.parse(text)
+    nodes = [*ast.walk(ast.parse(text))]
     nothing = set()  # the names in calls such as `asyncio.sleep(0)`, which only give way
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.module == "time":
             yield f"line {node.lineno}: names of `time` are imported one by one"
         if not isinstance(node, ast.Call):
@@ -67,17 +67,23 @@ def real_time(text: str) -> Iterator[str]:
         first = node.args[0] if node.args else None
         if isinstance(first, ast.Constant) and not first.value:
             nothing.add(id(node.func))
-        name = ast.unparse(node.func)
-        if name.endswith("pilot.pause") and (node.args or node.keywords):
+        if _dotted(node.func).endswith("pilot.pause") and (node.args or node.keywords):
             yield f"line {node.lineno}: {ast.unparse(node)} sleeps"
         pressed = [each.value for each in node.args if isinstance(each, ast.Constant)]
         if any(isinstance(each, str) and WAITING_KEY.match(each) for each in pressed):
             yield f"line {node.lineno}: a key `wait:` sleeps"
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Attribute) and id(node) not in nothing:
-            name = ast.unparse(node)
+            name = _dotted(node)
             if name in CLOCKS:
                 yield f"line {node.lineno}: {name}"
+
+
+def _dotted(node: ast.expr) -> str:
+    """Return a name with its dots; of what stands before any other expression's dot, nothing."""
+    if isinstance(node, ast.Attribute):
+        return f"{_dotted(node.value)}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else ""
 
 
 FILES = {each.relative_to(TESTS).as_posix(): each for each in sorted(TESTS.rglob("*.py"))}

@@ -31,17 +31,17 @@ class NeverHappened(AssertionError):
     """What a test waited for did not happen."""
 
 
-def looks(what: str = "it never happened") -> Iterator[None]:
+def looks(what: str = "it never happened", every_s: float = LOOK_S) -> Iterator[None]:
     """Yield for each look of a caller who waits; raise `NeverHappened` instead of hanging.
 
-    Leave the loop once it has been seen.
+    Leave the loop once it has been seen. Raise `every_s` where a look is expensive.
     """
     end_s = time.monotonic() + LONG_S
     while True:
         yield
         if time.monotonic() > end_s:
             raise NeverHappened(what)
-        time.sleep(LOOK_S)
+        time.sleep(every_s)
 
 
 def until(happened: Callable[[], Any], what: str = "it never happened") -> None:

@@ -9,11 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from waiting import looks, tried, until
+from waiting import looks, tried
 
 from armdrive.storage import files as places
 
 ROOT = Path(__file__).parents[2]
+LOOK_S = 0.05  # each look at tmux's screen starts a process
 
 pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="there is no tmux here")
 
@@ -42,14 +43,16 @@ class Tmux:
 
     def seen(self, pattern):
         """Wait until the screen shows something; return what was found."""
-        for _ in looks(f"{pattern} was never shown"):
+        for _ in looks(f"{pattern} was never shown", LOOK_S):
             if found := re.search(pattern, self.shown or ""):
                 return found
         raise AssertionError
 
     def gone(self):
         """Wait until the desk has ended, and tmux with it."""
-        until(lambda: self.shown is None, "the desk never ended")
+        for _ in looks("the desk never ended", LOOK_S):
+            if self.shown is None:
+                return
 
     def kill(self):
         self._tell("kill-server")

@@ -199,7 +199,6 @@ class Browsed:
 
 
 ENDS = {
-    "the page is closed": (lambda desk: desk.meta("quit"), 0),
     "the server has died": (lambda desk: (desk.lift(), desk.process.stdin.close()), 0),
     "the server is told to end": (lambda desk: desk.process.send_signal(signal.SIGTERM), 143),
 }
@@ -207,7 +206,7 @@ ENDS = {
 
 @pytest.mark.skipif(sys.platform == "win32", reason="its pipes cannot be waited for there")
 @pytest.mark.parametrize("end", ENDS)
-def test_a_page_that_is_closed_ends_its_desk_and_the_arm_stands_within_the_announced_time(end):
+def test_a_desk_that_is_ended_leaves_an_arm_that_stands_within_the_announced_time(end):
     do, code = ENDS[end]
     with Browsed() as desk:
         bound_s = desk.jog()
@@ -216,14 +215,17 @@ def test_a_page_that_is_closed_ends_its_desk_and_the_arm_stands_within_the_annou
         desk.watch.stands_within(bound_s)
 
 
-def test_losing_the_keyboard_focus_disarms_the_keys():
+@pytest.mark.skipif(sys.platform == "win32", reason="its pipes cannot be waited for there")
+def test_losing_the_keyboard_focus_disarms_the_keys_and_closing_the_page_ends_the_desk():
     with Browsed() as desk:
         desk.jog()
         desk.meta("blur")
         until(lambda: b"lost the keyboard focus" in desk.painted)
         desk.lift()
+        bound_s = desk.jog()
         desk.meta("quit")
         assert desk.process.wait(LONG_S) == 0
+        desk.watch.stands_within(bound_s)
 
 
 # -- the page ---------------------------------------------------------------------------------
