@@ -324,7 +324,8 @@ class Engine:
         if data:
             self.received_s = self.now_s
             self.bytes_received += len(data)
-            self.received.add(data)
+            if self._limited_task is not None:
+                self.received.add(data)
             self.tracer.received(data)
             self.controller.receive(data, self.now_s)
         self._talk()
@@ -377,8 +378,8 @@ class Engine:
 
     def _no_answer(self, timeout: Timeout) -> NoAnswer:
         """Return the error for a timeout; for a call with a limit, with the whole time it took."""
-        task = self._task
-        if task is None or math.isinf(task.within_s):
+        task = self._limited_task
+        if task is None:
             return NoAnswer(
                 f"{timeout} on {self.link.description}. {timeout.look_at}, then call `reset()`"
             )
@@ -387,6 +388,12 @@ class Engine:
             f"{timeout} on {self.link.description}: {self.received}. "
             f"{self.received.look_at(timeout.look_at)}, then call `reset()`"
         )
+
+    @property
+    def _limited_task(self) -> Task[Any] | None:
+        """The running task, if it has a time limit; only its error says what has arrived."""
+        task = self._task
+        return None if task is None or math.isinf(task.within_s) else task
 
     def _count_time(self) -> None:
         """Start the time limits of tasks; a waiting task's starts after another call's motion."""

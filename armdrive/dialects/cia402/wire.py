@@ -1,8 +1,10 @@
 """The state of CiA 402 drives as their events show it, and this program's heartbeat.
 
-HeartbeatProducer  sends this program's heartbeat, without which the drives stop
-Cia402Drive        the last report of one drive, and its shaft
-DriveGroup         all drives of an arm: records their events, and finds what is wrong
+    HeartbeatProducer  sends this program's heartbeat, without which the drives stop
+    Cia402Drive        the last report of one drive, and its shaft
+    DriveGroup         all drives of an arm: records their events, and finds what is wrong
+
+Commands and frames are encoded and decoded by `canopen.Host`.
 """
 
 from __future__ import annotations
