@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -69,6 +69,10 @@ class EventQueue(Generic[_Event]):
             lost, self._lost = self._lost, 0
             return Overrun(lost)
         return self._events.popleft() if self._events else None
+
+    def discard(self, unwanted: Callable[[_Event], bool]) -> None:
+        """Discard the events that match."""
+        self._events = deque(event for event in self._events if not unwanted(event))
 
     def clear(self) -> None:
         """Discard all events."""

@@ -6,7 +6,6 @@ and transmits statusword, mode and position. No frame on the bus raises.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -33,7 +32,7 @@ from firmware_protocol.canopen.services import (
     service_of,
 )
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.events import UnreadableFrame
+from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 COMMAND_PDO = Mapping.of_objects(STANDARD, CONTROLWORD, MODE, TARGET_POSITION)
@@ -58,8 +57,10 @@ class SdoAnswered:
     event: SdoEvent
 
 
-HostEvent: TypeAlias = DriveReport | SdoAnswered | Emergency | Heartbeat | UnreadableFrame
+HostEvent: TypeAlias = DriveReport | SdoAnswered | Emergency | Heartbeat | UnreadableFrame | Overrun
 
+EVENTS_MAX = 2048
+"""So many events wait to be fetched: more than a second of a full bus."""
 FOREIGN = "no drive of this arm sends it"
 
 
@@ -77,8 +78,13 @@ class Host:
     def __init__(self, nodes: Iterable[int]) -> None:
         self._clients = {node: SdoClient(node) for node in nodes}
         self._unpacker = Unpacker()
-        self._events: deque[HostEvent] = deque()
+        self._events: EventQueue[HostEvent] = EventQueue(EVENTS_MAX)
         self._owed = bytearray()
+
+    @property
+    def buffered(self) -> int:
+        """Number of buffered bytes."""
+        return self._unpacker.buffered
 
     # -- sending ------------------------------------------------------------------------------
 
@@ -105,7 +111,7 @@ class Host:
         Its events that were not fetched are dropped, or they would pass for the answer to the next
         transfer.
         """
-        self._events = deque(each for each in self._events if not _answers(each, node))
+        self._events.discard(lambda event: isinstance(event, SdoAnswered) and event.node == node)
         frame = self._clients[node].abandon(AbortCode.TIMED_OUT)
         return b"" if frame is None else pack(frame)
 
@@ -129,43 +135,39 @@ class Host:
 
     def next_event(self) -> HostEvent | None:
         """Return the next event, or None."""
-        return self._events.popleft() if self._events else None
+        return self._events.next()
 
     def _receive(self, frame: Frame) -> None:
         found = None if frame.extended or frame.remote else service_of(frame.can_id)
         if found is None:
-            self._events.append(UnreadableFrame(frame, FOREIGN))
+            self._events.put(UnreadableFrame(frame, FOREIGN))
             return
         service, node = found
         try:
             self._take(frame, service, node)
         except RemoteProtocolError as error:
-            self._events.append(UnreadableFrame(frame, str(error)))
+            self._events.put(UnreadableFrame(frame, str(error)))
 
     def _take(self, frame: Frame, service: Service, node: int) -> None:
         client = self._clients.get(node)
         if service is Service.HEARTBEAT:
-            self._events.append(Heartbeat.read(frame))
+            self._events.put(Heartbeat.read(frame))
         elif client is None:
-            self._events.append(UnreadableFrame(frame, FOREIGN))
+            self._events.put(UnreadableFrame(frame, FOREIGN))
         elif service is Service.TPDO1:
             word, mode, position = REPORT_PDO.unpack(frame.data)
             report = DriveReport(node, Statusword(int(word)), int(mode), int(position))
-            self._events.append(report)
+            self._events.put(report)
         elif service is Service.EMCY:
-            self._events.append(Emergency.read(frame))
+            self._events.put(Emergency.read(frame))
         elif service is Service.SDO_RESPONSE:
             self._answer(client, frame, node)
         else:
-            self._events.append(UnreadableFrame(frame, FOREIGN))
+            self._events.put(UnreadableFrame(frame, FOREIGN))
 
     def _answer(self, client: SdoClient, frame: Frame, node: int) -> None:
         reply = client.receive_frame(frame)
         if reply is not None:
             self._owed += pack(reply)
         while (event := client.next_event()) is not None:
-            self._events.append(SdoAnswered(node, event))
-
-
-def _answers(event: HostEvent, node: int) -> bool:
-    return isinstance(event, SdoAnswered) and event.node == node
+            self._events.put(SdoAnswered(node, event))

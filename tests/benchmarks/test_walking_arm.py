@@ -67,7 +67,7 @@ def test_a_floor_calls_math_no_more_and_not_much_less_than_the_solution(monkeypa
         closed_form.forward(angles, lengths)
         solved = Counter(counting.calls)
     else:
-        assert len(closed_form.inverse(goal, lengths, 0.0, solving.START)) == 4
+        assert len(closed_form.inverse(goal, lengths, solving.START)) == 4
         solved = Counter(counting.calls)
     counting.calls.clear()
     for name in ("sin", "cos", "acos", "atan2", "hypot", "sqrt"):

@@ -22,7 +22,7 @@ from fuzzing import FuzzCase, Machine
 CODECS = tuple(
     sorted(path.stem.partition("_")[2] for path in Path(__file__).parent.glob("fuzzing_*.py"))
 )
-"""Whatever has a module fuzzing_NAME, with a HOST and a DEVICE, is registered by that."""
+"""Whatever has a module fuzzing_NAME, with a HOST, a DEVICE or both, is registered by that."""
 
 _Cache = functools._lru_cache_wrapper
 
@@ -63,9 +63,10 @@ class Tally:
 
 
 def registered(codecs: Sequence[str] = CODECS) -> list[FuzzCase]:
-    """Return both ends of every codec."""
+    """Return both ends of every codec, or the one that takes bytes."""
     modules = [import_module(f"fuzzing_{codec}") for codec in codecs]
-    return [case for module in modules for case in (module.HOST, module.DEVICE)]
+    ends = (vars(module).get(end) for module in modules for end in ("HOST", "DEVICE"))
+    return [end for end in ends if end is not None]
 
 
 def _flipped(rng: random.Random, frame: bytearray, _: bytes) -> None:

@@ -278,6 +278,8 @@ class DriveGroup:
                 self._warn(f"{drive} reports: {words}")
             case canopen.UnreadableFrame(frame, reason):
                 self._warn(f"frame {frame}: {reason}")
+            case canopen.Overrun(count):
+                self._warn(f"{count} frames were not read in time and are lost")
 
     def _warn(self, words: str) -> None:
         self._io.notify(ProtocolWarning(words))
