@@ -9,7 +9,7 @@ from armdrive.aio.calls import AsyncCalls, AsyncConnection, AsyncHandle, Connect
 from armdrive.arm.device import Lines
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.moving import Place
-from armdrive.arm.reference import Accept, Told
+from armdrive.arm.reference import Accept, GroupReport
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.motion.device import RowReport
@@ -114,7 +114,7 @@ class AsyncArm(AsyncConnection):
         """Switch the motor current off: **the arm can sag**, so `park` first."""
     async def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
-    async def home(self, *, operator: Operator | None = ..., told: Told = ...) -> Pose:
+    async def home(self, *, operator: Operator | None = ..., report: GroupReport = ...) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose."""
     async def confirm_reference(self) -> None:
         """Declare that the arm now stands in its reference posture."""
@@ -318,7 +318,7 @@ class AsyncArm(AsyncConnection):
     async def read_pendant_program(self) -> PendantProgram:
         """Read the program in the arm's own memory; takes a few seconds and moves nothing."""
     async def write_pendant_program(
-        self, program: PendantProgram, *, leave_others: bool = ..., told: RowReport = ...
+        self, program: PendantProgram, *, leave_others: bool = ..., report: RowReport = ...
     ) -> int:
         """Write a program into the arm's memory and read it back; moves nothing."""
     async def mend_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:

@@ -17,7 +17,7 @@ from armdrive.arm.connected import Connection, Handle, finished, log_reader
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.moving import Jogging, Moving, Place, move_to_place
-from armdrive.arm.reference import Accept, Referencing, Told, unreported
+from armdrive.arm.reference import Accept, GroupReport, Referencing, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
@@ -212,17 +212,19 @@ class Arm:
     # -- referencing ----------------------------------------------------------------------------
 
     @blocking
-    async def home(self, *, operator: Operator | None = None, told: Told = unreported) -> Pose:
+    async def home(
+        self, *, operator: Operator | None = None, report: GroupReport = unreported
+    ) -> Pose:
         """Reference the arm, by its homing switches or by an operator; return its pose.
 
         If the arm file has a `[homing]` section and the device can home by itself, the arm
         **moves**: the device seeks its switches. Any other arm needs an operator: `operator` is
         called with a `PostureRequest`, may jog the arm, and returns True once the arm stands in
         the reference posture. Raises `OperatorNeeded` without an operator; a simulated arm has a
-        simulated one. The engine's thread calls `told` with the motor names of each group that has
-        found its switches; `told` must not block.
+        simulated one. The engine's thread calls `report` with the motor names of each group that
+        has found its switches; `report` must not block.
         """
-        return await self.referencing.home(operator or self.operator, told)
+        return await self.referencing.home(operator or self.operator, report)
 
     @blocking
     async def confirm_reference(self) -> None:
@@ -722,17 +724,17 @@ class Arm:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        told: RowReport = device_tasks.unreported,
+        report: RowReport = device_tasks.unreported,
     ) -> int:
         """Write a program into the arm's memory and read it back; moves nothing.
 
-        Returns the number of rows that had to be written. The engine's thread calls `told` with
-        each row's number once the row is in the arm; `told` must not block. Raises `Refused` if
+        Returns the number of rows that had to be written. The engine's thread calls `report` with
+        each row's number once the row is in the arm; `report` must not block. Raises `Refused` if
         the program was read under a different reference, so that its rows now mean other places
         (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
         `leave_others`. If writing ends early, `ProgramHalfWritten` names the rows in the arm.
         """
-        return await write_pendant_program(self._parts, program, leave_others, told)
+        return await write_pendant_program(self._parts, program, leave_others, report)
 
     @blocking
     async def mend_settings(self, lines: Sequence[str] | None = None) -> DeviceSettings:

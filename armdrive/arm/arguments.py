@@ -85,7 +85,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "SimulatedArm": expected(
             "a simulated arm", "", lambda value: hasattr(value, "world") and hasattr(value, "link")
         ),
-        "Told": call,
+        "GroupReport": call,
         "Unpack[JointAngles]": number,
         "Unpack[JointJog]": number,
         "Unpack[TipJog]": number,

@@ -165,14 +165,14 @@ async def read_pendant_program(parts: Parts) -> PendantProgram:
 
 
 async def write_pendant_program(
-    parts: Parts, program: PendantProgram, leave_others: bool, told: device_tasks.RowReport
+    parts: Parts, program: PendantProgram, leave_others: bool, report: device_tasks.RowReport
 ) -> int:
     """Write a program into the arm's memory; see `Arm.write_pendant_program`."""
     _pendant_memory(parts)
     program.require_fitting(parts.core.controller.abilities.program_rows)
     program.require_origin(_origin(parts.core))
     body = device_tasks.write_program(
-        parts.wire, program.words, leave_others=leave_others, told=told
+        parts.wire, program.words, leave_others=leave_others, report=report
     )
     return await parts.runner.perform(body, PATIENCE_S)
 

@@ -32,7 +32,7 @@ from armdrive.storage.record import last_entry, write_down
 from kinematics.errors import finite
 from kinematics.spaces import Joints, Pose
 
-Told = Callable[[tuple[str, ...]], None]
+GroupReport = Callable[[tuple[str, ...]], None]
 
 
 def unreported(_: tuple[str, ...]) -> None:
@@ -73,10 +73,10 @@ class Referencing:
 
     # -- homing ---------------------------------------------------------------------------------
 
-    async def home(self, operator: Operator | None, told: Told) -> Pose:
+    async def home(self, operator: Operator | None, report: GroupReport) -> Pose:
         """Reference the arm, by switches or by an operator; see `Arm.home`."""
         if self._config.homing is not None and self.homes_by_switches:
-            return await self._home_by_switches(self._config.homing, told)
+            return await self._home_by_switches(self._config.homing, report)
         request = self.request()
         if operator is None:
             raise OperatorNeeded(
@@ -106,12 +106,12 @@ class Referencing:
         groups = () if self._config.homing is None else self._config.homing.groups
         return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
 
-    async def _home_by_switches(self, homing: HomingSettings, told: Told) -> Pose:
+    async def _home_by_switches(self, homing: HomingSettings, report: GroupReport) -> Pose:
         wire, runner = self._parts.wire, self._parts.runner
         with self._parts.pace.lock:
             after(self._core.state, Event.HOME)
             names = self.homing_groups
-            body = reference_tasks.home_device(wire, homing, lambda group: told(names[group]))
+            body = reference_tasks.home_device(wire, homing, lambda group: report(names[group]))
             task = runner.submit(body, alone=True)
         await runner.finish(task, HOMING_PATIENCE_S)
         return self._parts.pose

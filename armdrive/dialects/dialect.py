@@ -15,7 +15,7 @@ from armdrive.abilities import Abilities, Torque
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
     from armdrive.dialects.bus.tools import BusTools
-    from armdrive.dialects.bus.words import Ear
+    from armdrive.dialects.bus.words import FrameDescriber
     from armdrive.dialects.controller import Controller
     from armdrive.dialects.pendant import PendantTools
     from armdrive.dialects.recognition import Recognition
@@ -42,14 +42,14 @@ class DeviceTools:
     """What finds a device, sets it up and describes its traffic; driving an arm needs none of it.
 
     `talk` describes messages in words. `recognition` is None for a dialect on a bus, which is
-    surveyed instead: `bus` surveys its drives and sets them up, and `ear` creates a describer of
-    single frames. `pendant` reads and writes the program in an arm's own memory.
+    surveyed instead: `bus` surveys its drives and sets them up, and `describer` creates one that
+    describes single frames. `pendant` reads and writes the program in an arm's own memory.
     """
 
     talk: Describer
     recognition: Recognition | None = None
     bus: BusTools | None = None
-    ear: Callable[[], Ear] | None = None
+    describer: Callable[[], FrameDescriber] | None = None
     pendant: PendantTools[Any] | None = None
 
 
@@ -62,9 +62,9 @@ class Language:
     tools: Callable[[], DeviceTools]
     silence: str
 
-    def ear(self) -> Ear:
+    def describer(self) -> FrameDescriber:
         """Create a describer of single frames."""
-        create = self.tools().ear
+        create = self.tools().describer
         if create is None:
             raise LookupError(f"no describer of {self.title}")
         return create()

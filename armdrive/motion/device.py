@@ -111,11 +111,11 @@ def unreported(_: int) -> None:
 
 
 def write_program(
-    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, told: RowReport = unreported
+    wire: MotionContext, rows: Sequence[Row], *, leave_others: bool, report: RowReport = unreported
 ) -> TaskBody[int]:
     """Write rows into the device's memory; return the number of rows written.
 
-    Rows that are already there are skipped; `told` is called with the number of each written row.
+    Rows that are already there are skipped; `report` is called with the number of each written row.
     Raises `Refused` if the memory has rows with other numbers, which cannot be deleted from here,
     unless `leave_others`; and `ProgramHalfWritten` if writing ends early or the memory differs
     afterwards.
@@ -135,7 +135,7 @@ def write_program(
         except ArmError as error:
             raise _half(error, written, missing) from error
         written.append(row[0])
-        told(row[0])
+        report(row[0])
     try:
         after = yield from read_program(wire)
     except ArmError as error:

@@ -365,17 +365,17 @@ class RehearsedSoFar:
 class Patience:
     """Ends a rehearsal that takes too long, and reports how far it has come.
 
-    `limit_s` is real time, as `now_s` gives it. `told` is called about once a second.
+    `limit_s` is real time, as `now_s` gives it. `report` is called about once a second.
     """
 
     def __init__(
         self,
         limit_s: float,
-        told: Callable[[RehearsedSoFar], object] | None = None,
+        report: Callable[[RehearsedSoFar], object] | None = None,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._limit_s = limit_s
-        self._told = told
+        self._report = report
         self._now_s = now_s
         self._began_s = now_s()
         self._tell_s = TELL_EVERY_S
@@ -386,8 +386,8 @@ class Patience:
         real_s = self._now_s() - self._began_s
         if real_s > self._limit_s:
             raise TooLong
-        if self._told is not None and real_s >= self._tell_s:
-            self._told(RehearsedSoFar(self._acts, mark, took_s))
+        if self._report is not None and real_s >= self._tell_s:
+            self._report(RehearsedSoFar(self._acts, mark, took_s))
             self._tell_s = real_s + TELL_EVERY_S
         self._acts += 1
 

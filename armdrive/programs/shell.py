@@ -1,6 +1,6 @@
 """The shell: carries out on an arm what is typed at a prompt, and answers its own words.
 
-Each of its own words is a function, by one table at the end. It yields what there is to say, and
+Each of its own words is a function, by one table at the end. It yields replies, and
 entries that have to be carried out first.
 """
 
@@ -52,14 +52,14 @@ class Left(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
-    """What a word has to say: an event for programs, and lines for people."""
+class Reply:
+    """What a word answers: an event for programs, and lines for people."""
 
     event: Mapping[str, Any] | None
     text: str
 
 
-Answers: TypeAlias = Iterator[Said | PromptEntry]
+Answers: TypeAlias = Iterator[Reply | PromptEntry]
 
 _LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
 """A word and the text after it; `list = 3` assigns a value instead."""
@@ -165,7 +165,7 @@ class Shell:
 
 def _help(shell: Shell, rest: str) -> Answers:
     for text in help_on(rest, shell):
-        yield Said({"event": "help", "text": text}, text)
+        yield Reply({"event": "help", "text": text}, text)
 
 
 def _list(shell: Shell, _: str) -> Answers:
@@ -173,16 +173,16 @@ def _list(shell: Shell, _: str) -> Answers:
         text = unparse(Tree(body)).rstrip("\n")
         first, *others = text.split("\n")
         rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
-        yield Said({"event": "list", "entry": number, "text": text}, "\n".join(rows))
+        yield Reply({"event": "list", "entry": number, "text": text}, "\n".join(rows))
     if not shell.session.kept:
-        yield Said(None, "nothing has been carried out yet")
+        yield Reply(None, "nothing has been carried out yet")
 
 
 def _drop(shell: Shell, rest: str) -> Answers:
     if not (rest.isascii() and rest.isdecimal()):
         raise BadRequest("write it like `drop 3`, with a number that `list` shows")
     shell.session.drop(int(rest))
-    yield Said({"event": "dropped", "entry": int(rest)}, f"entry {rest} is out of the list")
+    yield Reply({"event": "dropped", "entry": int(rest)}, f"entry {rest} is out of the list")
 
 
 def _save(shell: Shell, rest: str) -> Answers:
@@ -190,7 +190,7 @@ def _save(shell: Shell, rest: str) -> Answers:
     named, force = (name, True) if over.lower() == OVER and name else (rest, False)
     path = _program_path(named, "save stack.arm")
     lines = shell.save(path, over=force)
-    yield Said(
+    yield Reply(
         {"event": "saved", "file": str(path), "lines": lines},
         f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
     )
@@ -200,7 +200,7 @@ def _load(shell: Shell, rest: str) -> Answers:
     path = _program_path(rest, "load stack.arm")
     program = read_program_file(path)
     yield shell.session.load(program, str(path))
-    yield Said(
+    yield Reply(
         {"event": "loaded", "file": str(path)},
         f"the subprograms, points and values of {path} are known; `names` lists them",
     )
@@ -218,19 +218,19 @@ def _program_path(word: str, example: str) -> Path:
 
 def _new(shell: Shell, _: str) -> Answers:
     shell.start_over()
-    yield Said({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
+    yield Reply({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
 
 
 def _points(shell: Shell, _: str) -> Answers:
     for name, value in shell.session.context.variables.items():
         if isinstance(value, PlaceValue):
             view = {"event": "point", "name": name, "value": to_json(value), "book": False}
-            yield Said(view, f"  {name}: {value}")
+            yield Reply(view, f"  {name}: {value}")
     for name, point in shell.arm.points.items():
         deg = dict(point.joints.deg)
         place = PlaceValue(joints_deg=deg)
         view = {"event": "point", "name": name, "value": to_json(place), "book": True}
-        yield Said(view, f"  {name}: {place}, saved")
+        yield Reply(view, f"  {name}: {place}, saved")
 
 
 def _names(shell: Shell, _: str) -> Answers:
@@ -238,13 +238,13 @@ def _names(shell: Shell, _: str) -> Answers:
     for name, value in context.variables.items():
         if not isinstance(value, PlaceValue):
             view = {"event": "name", "name": name, "value": value}
-            yield Said(view, f"  {name} = {value_text(value)}")
+            yield Reply(view, f"  {name} = {value_text(value)}")
     for define in context.defines:
         head = f"{define.name}({', '.join(define.parameters)})"
-        yield Said({"event": "subprogram", "name": define.name, "text": head}, f"  {head}")
+        yield Reply({"event": "subprogram", "name": define.name, "text": head}, f"  {head}")
     yield from _points(shell, "")
     speed = f"  speed {value_text(context.speed * 100.0)}%"
-    yield Said({"event": "speed", "value": context.speed}, speed)
+    yield Reply({"event": "speed", "value": context.speed}, speed)
 
 
 def _where(shell: Shell, _: str) -> Answers:
@@ -256,15 +256,15 @@ def _where(shell: Shell, _: str) -> Answers:
         "opening_mm": status.gripper_mm,
     }
     if status.pose is None:
-        yield Said(view, "the arm's position is unknown: `home` references it")
+        yield Reply(view, "the arm's position is unknown: `home` references it")
         return
     fingers = "" if status.gripper_mm is None else f", fingers {status.gripper_mm:.1f} mm apart"
-    yield Said(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
+    yield Reply(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
 
 
 def _status(shell: Shell, _: str) -> Answers:
     status = shell.arm.status
-    yield Said({"event": "status", **status_view(status)}, str(status))
+    yield Reply({"event": "status", **status_view(status)}, str(status))
 
 
 def _reset(shell: Shell, _: str) -> Answers:
@@ -284,7 +284,7 @@ def _enable(shell: Shell, _: str) -> Answers:
 
 def _disable(shell: Shell, rest: str) -> Answers:
     what = f"after disable the arm {dialect(shell.arm.status.dialect).torque.disable}"
-    yield Said({"event": "warning", "text": what}, what)
+    yield Reply({"event": "warning", "text": what}, what)
     question = "Park it first with `ready`, or support it. Switch the motors off now? Type yes: "
     if rest.lower() != "yes" and not (shell.typing and shell.agreed(question)):
         raise OperatorNeeded("the motors were left as they are: `disable yes` switches them off")
@@ -292,9 +292,9 @@ def _disable(shell: Shell, rest: str) -> Answers:
     yield _state_of(shell)
 
 
-def _state_of(shell: Shell) -> Said:
+def _state_of(shell: Shell) -> Reply:
     status = shell.arm.status
-    return Said(
+    return Reply(
         {"event": "status", **status_view(status)},
         f"state {status.state.value}, motor current {status.current.value}, "
         f"position {status.trust.value}",
@@ -323,17 +323,17 @@ def _blocks(shell: Shell, _: str) -> Answers:
     for name in names:
         yield _block_of(shell, name)
     if not names:
-        yield Said(None, "there are no blocks: `put A 250 0` puts one on the table")
+        yield Reply(None, "there are no blocks: `put A 250 0` puts one on the table")
 
 
-def _block_of(shell: Shell, name: str) -> Said:
+def _block_of(shell: Shell, name: str) -> Reply:
     scene = _world(shell).scene
     block, held = scene.blocks[name], scene.held == name
     where = "in the fingers, its" if held else "its"
     text = f"{where} bottom at x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
     size = f"{block.width_mm:g} mm wide and {block.height_mm:g} mm high"
     view = {"event": "block", **asdict(block), "held": held}
-    return Said(view, f"  {name}: {text}, {size}")
+    return Reply(view, f"  {name}: {text}, {size}")
 
 
 def _world(shell: Shell) -> World:

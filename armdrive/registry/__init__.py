@@ -132,7 +132,7 @@ def likely(frames: Iterable[Frame]) -> Language:
     seen = tuple(frames)
 
     def foreign(language: Language) -> int:
-        ear = language.ear()
-        return sum(ear.hear(frame).foreign for frame in seen)
+        describer = language.describer()
+        return sum(describer.describe(frame).foreign for frame in seen)
 
     return min(LANGUAGES.values(), key=foreign)

@@ -23,8 +23,8 @@ from armdrive.dialects.bus.tools import (
     LISTEN_S,
     Answers,
     BusTools,
-    Heard,
     Listened,
+    SeenNodes,
     frame_scripts,
     of_nobody,
 )
@@ -174,7 +174,7 @@ class BusSurvey:
         with hold(self.config.name if self.config is not None else port, port):
             return look()
 
-    def _asked(self, address: CanAddress, seen: Heard) -> tuple[Answers, ...]:
+    def _asked(self, address: CanAddress, seen: SeenNodes) -> tuple[Answers, ...]:
         """Ask the ids and report the answers; try other bit rates if no drive answers."""
         report, config = self.report, self.config
         known = config.device.ids if config is not None else ()
@@ -240,7 +240,7 @@ def _counters(health: BusHealth) -> dict[str, int]:
 
 
 def _answers(
-    address: CanAddress, ids: tuple[int, ...], seen: Heard, dialect: str = ""
+    address: CanAddress, ids: tuple[int, ...], seen: SeenNodes, dialect: str = ""
 ) -> tuple[tuple[Answers, ...], BusHealth, str]:
     """Return the answers, the adapter's state after them, and why the bus was lost if it was."""
     link = can_link.open_can_link(str(address))

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
 from armdrive.connect.port import recogniser
-from armdrive.dialects.bus.tools import Answers, BusTools, Heard
+from armdrive.dialects.bus.tools import Answers, BusTools, SeenNodes
 from armdrive.dialects.exchange import Received, ScriptIO, ScriptLoop
 from armdrive.dialects.recognition import Identity, Probe
 from armdrive.registry import DIALECTS
@@ -259,7 +259,7 @@ def is_command(frame: Frame, master: int | None = None) -> bool:
     return any(row.reads_command(frame, master) for row in rows)
 
 
-def nodes_seen(frames: Sequence[Frame]) -> Heard:
+def nodes_seen(frames: Sequence[Frame]) -> SeenNodes:
     """Return the nodes that sent these frames, with the state that each reported."""
     return {
         node: state for row in protocols().values() for node, state in row.heard(frames).items()
@@ -270,7 +270,7 @@ def ask_bus(
     link: Link,
     clock: Clock,
     ids: Sequence[int],
-    seen: Heard = MappingProxyType({}),
+    seen: SeenNodes = MappingProxyType({}),
     dialect: str = "",
 ) -> tuple[Answers, ...]:
     """Return the answers of each protocol's drives. Raises `LinkLost`.
@@ -290,7 +290,7 @@ def ask_bus(
     return tuple(answers)
 
 
-def harmless_ids(ids: Sequence[int], answers: Sequence[Answers], seen: Heard) -> list[int]:
+def harmless_ids(ids: Sequence[int], answers: Sequence[Answers], seen: SeenNodes) -> list[int]:
     """Return the ids without those that mean something to a node seen on the bus."""
     there = {each.protocol for each in answers if each.there}
     free = [

@@ -192,8 +192,8 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
     load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
     what = f"{count} frames passed in {seconds:g} s{load}"
     if traffic.commands:
-        ear = likely(traffic.commands).ear()
-        shown = "; ".join(ear.hear(each).words for each in traffic.commands[:MOST_SHOWN])
+        describer = likely(traffic.commands).describer()
+        shown = "; ".join(describer.describe(each).words for each in traffic.commands[:MOST_SHOWN])
         return [
             problem(
                 f"{what}, and another program commands drives ({shown})",

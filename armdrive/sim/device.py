@@ -216,7 +216,7 @@ class Board(abc.ABC):
     # Bytes and time.
 
     @abc.abstractmethod
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Receive bytes that arrive now. Called only while the power is on."""
 
     def due_s(self) -> float:
@@ -304,7 +304,7 @@ class SimDevice:
         """Receive bytes that have arrived by now. Without power they are lost."""
         self._advance(now_s)
         if self.powered:
-            self.board.hear(data)
+            self.board.receive(data)
 
     def transmit(self, now_s: float) -> bytes:
         """Advance the arm to now and return what the board has sent since the last call."""

@@ -168,17 +168,17 @@ def replace_durably(
     before the new file takes its place.
     """
     files.make_folder(path.parent)
-    beside = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}")
-    handle = files.create(beside)  # if this fails, a file of that name is not ours to remove
+    temporary = path.with_name(f"{path.name}.{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}")
+    handle = files.create(temporary)  # if this fails, a file of that name is not ours to remove
     try:
         _write_whole(files, handle, (data,) if isinstance(data, bytes) else data)
         _require(wanted, path)
         if aside is not None:
             put_aside(files, path, aside)
-        files.replace(beside, path)
+        files.replace(temporary, path)
     except BaseException:
         with contextlib.suppress(OSError):
-            files.remove(beside)
+            files.remove(temporary)
         raise
     files.sync_folder(path.parent)
 

@@ -577,7 +577,7 @@ class SetPointHost:
         asking = ControlBit.NEW_SET_POINT if self._phase is Phase.ASKING else NO_CONTROL
         return Controlword.of(Command.ENABLE_OPERATION, ControlBit.AT_ONCE | asking)
 
-    def hear(self, word: Statusword) -> bool:
+    def receive(self, word: Statusword) -> bool:
         """Process a statusword; return whether the target has now been reached. Never raises."""
         if word.state is not DriveState.ENABLED:
             self._phase = Phase.FREE

@@ -146,7 +146,7 @@ Event: TypeAlias = (
 
 # -- the motions of one code ---------------------------------------------------------------------
 
-Heard: TypeAlias = Started | Done | LimitStop | StoredForStart | Superseded | Failed
+MotionEvent: TypeAlias = Started | Done | LimitStop | StoredForStart | Superseded | Failed
 
 UNANSWERED_MAX = 8
 """Most motions per code that wait for their first reply; beyond that, the oldest is dropped."""
@@ -188,7 +188,7 @@ class Course:
         """Record that no motion is under way."""
         self._under_way = self._superseded = None
 
-    def hear(self, outcome: Outcome) -> Heard | None:
+    def receive(self, outcome: Outcome) -> MotionEvent | None:
         """Return the event for a reply, or None if the reply is unexpected."""
         match outcome:
             case Outcome.STARTED:
@@ -313,7 +313,7 @@ class Expecting:
         """Return the request (not a motion) that an answer with this code belongs to."""
         return next((request for key, request in self._asked.items() if key == code), None)
 
-    def hear(self, answer: Answer) -> Event:
+    def receive(self, answer: Answer) -> Event:
         """Return the event for an answer."""
         if isinstance(answer, Status):
             return self._status(answer) or Stray(self._node, answer)
@@ -327,7 +327,7 @@ class Expecting:
 
     def _status(self, status: Status) -> Event | None:
         if (course := self._courses.get(status.code)) is not None:
-            return course.hear(status.outcome)
+            return course.receive(status.outcome)
         request = self._asked.get(status.code)
         if request is None or status.reading != getattr(request, "reading", None):
             return None
@@ -455,7 +455,7 @@ class Host:
             answer = decode_answer(frame, setting=isinstance(awaited, ReadSetting))
         except RemoteProtocolError as error:
             return UnreadableFrame(frame, str(error))
-        event = drive.hear(answer)
+        event = drive.receive(answer)
         if isinstance(event, Stray) and answer.code is Code.NODE:
             return self._by_new_id(frame.can_id, event)
         return event
@@ -464,5 +464,5 @@ class Host:
         """Match an answer from the new id of a drive after `SetId`."""
         for drive in self._drives.values():
             if drive.awaited(Code.NODE) == SetId(node):
-                return drive.hear(event.answer)
+                return drive.receive(event.answer)
         return event

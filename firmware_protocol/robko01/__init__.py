@@ -9,7 +9,7 @@ from firmware_protocol.events import Overrun as Overrun
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
 from firmware_protocol.robko01.device import Device as Device
-from firmware_protocol.robko01.device import Heard as Heard
+from firmware_protocol.robko01.device import DeviceEvent as DeviceEvent
 from firmware_protocol.robko01.frames import FLUSH as FLUSH
 from firmware_protocol.robko01.frames import FRAME_MAX as FRAME_MAX
 from firmware_protocol.robko01.frames import PAYLOAD_MAX as PAYLOAD_MAX

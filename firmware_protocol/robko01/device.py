@@ -19,7 +19,7 @@ from firmware_protocol.robko01.messages import (
     encode_answer,
 )
 
-Heard: TypeAlias = Request | Unreadable | Overrun
+DeviceEvent: TypeAlias = Request | Unreadable | Overrun
 """The firmware silently drops what is no request."""
 
 
@@ -34,7 +34,7 @@ class Device(Endpoint):
         """The request that still needs an answer."""
         return self._request
 
-    def next_event(self) -> Heard | None:
+    def next_event(self) -> DeviceEvent | None:
         """Return the next request; None if there is none or an answer is outstanding."""
         if self._request is not None:
             return None

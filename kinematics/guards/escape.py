@@ -113,7 +113,7 @@ def nearest_allowed(
     seen: set[Pose] = set()
     tries: list[Try] = [(pose, None)]
     for _ in range(MOVES + 1):
-        following = [found for goal, beside in tries for found in search.look(goal, beside)]
+        following = [found for goal, nearby in tries for found in search.look(goal, nearby)]
         following.sort(key=lambda one: distance_mm(one[0], pose))
         tries = [one for one in following if _new(one[0], seen)][:MOST_TRIES]
     return search.best or search.on_the_way()
@@ -130,9 +130,9 @@ class _Search:
     best: Pose | None = None
     least_mm: float = math.inf
 
-    def look(self, goal: Pose, beside: Joints | None) -> Iterator[Try]:
+    def look(self, goal: Pose, nearby: Joints | None) -> Iterator[Try]:
         """Keep the reachable pose nearest to a goal if it is allowed; otherwise yield ways out."""
-        near = self._in_reach(goal, beside)
+        near = self._in_reach(goal, nearby)
         joints = self.arm.solve(near, self.seed)
         if joints is None:  # pragma: no cover - a reachable pose has a posture
             return
@@ -145,15 +145,15 @@ class _Search:
                 for escape in self._escapes(violation, start, joints):
                     yield escape, joints
 
-    def _in_reach(self, goal: Pose, beside: Joints | None) -> Pose:
+    def _in_reach(self, goal: Pose, nearby: Joints | None) -> Pose:
         """Return a goal, or the reachable pose near it, looked for near a posture if one is given.
 
         An arm that is solved numerically takes long to be sure that there is no posture.
         """
-        if beside is None:
+        if nearby is None:
             return self.arm.nearest_pose(goal, self.seed)
         try:
-            self.arm.ik_near(goal, beside)
+            self.arm.ik_near(goal, nearby)
         except Unreachable as refusal:
             return refusal.nearest
         return goal
@@ -162,22 +162,22 @@ class _Search:
         """Return an allowed pose between the seed's and the goal; None without an allowed seed."""
         if self.seed is None or self.guarded.violations(self.seed):
             return None
-        found, beside = self.arm.fk(self.seed), self.seed
+        found, nearby = self.arm.fk(self.seed), self.seed
         start, low, high = found, 0.0, 1.0
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
             there = _between(start, self.pose, middle)
-            joints = self._allowed(there, beside)
+            joints = self._allowed(there, nearby)
             if joints is None:
                 high = middle
             else:
-                low, found, beside = middle, there, joints
+                low, found, nearby = middle, there, joints
         return found
 
-    def _allowed(self, pose: Pose, beside: Joints) -> Joints | None:
+    def _allowed(self, pose: Pose, nearby: Joints) -> Joints | None:
         """Return the posture that `arm.ik` gives for a pose; None if it is not allowed."""
         try:
-            self.arm.ik_near(pose, beside)
+            self.arm.ik_near(pose, nearby)
         except Unreachable:
             return None
         joints = self.arm.solve(pose, self.seed)

@@ -97,7 +97,7 @@ def the_switches_are_sought_in_order(bench: Bench) -> None:
     arm, goal = fitted(bench)
     told: list[tuple[tuple[str, ...], Seen]] = []
     check(bench.look().motors == start, "connecting moved an arm that homes")
-    arm.home(told=lambda group: told.append((group, bench.look())))
+    arm.home(report=lambda group: told.append((group, bench.look())))
     names, expected = [group for group, _ in told], arm.referencing.homing_groups
     check(
         names == list(expected),

@@ -130,9 +130,10 @@ MUTANTS = (
         promise="a file outlives a power cut once it is written",
         path="armdrive/storage/files.py",
         old=(
-            "            files.remove(beside)\n        raise\n    files.sync_folder(path.parent)\n"
+            "            files.remove(temporary)\n        raise\n"
+            "    files.sync_folder(path.parent)\n"
         ),
-        new=("            files.remove(beside)\n        raise\n"),
+        new=("            files.remove(temporary)\n        raise\n"),
         tests=tests_of(
             "tests/armdrive/storage/test_power_cuts.py",
             "test_nothing_wrong_is_believed_after_an_end_at_any_moment",

@@ -100,7 +100,7 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
         raise OperatorNeeded("not confirmed, so nothing moved: answer yes, or give --switches")
     _switch_on(arm)
     with reporter(options) as report:
-        arm.home(told=lambda group: report(f"homed: {' and '.join(group)}"))
+        arm.home(report=lambda group: report(f"homed: {' and '.join(group)}"))
 
 
 def _declare(arm: Arm, words: list[str]) -> None:

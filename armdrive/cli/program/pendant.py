@@ -84,7 +84,7 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
     """Write; if interrupted, say which rows are already in the arm."""
     done: list[int] = []
     try:
-        return arm.write_pendant_program(program, leave_others=leave_others, told=done.append)
+        return arm.write_pendant_program(program, leave_others=leave_others, report=done.append)
     except Exception:
         raise  # its own words name the rows
     except BaseException:

@@ -39,7 +39,7 @@ from armdrive.programs.interpreter import to_json
 from armdrive.programs.problems import ProgramError, SourceMark, mark_of
 from armdrive.programs.program import Machine
 from armdrive.programs.session import PromptEntry
-from armdrive.programs.shell import INPUT, Answers, Left, Said, Shell, known_words
+from armdrive.programs.shell import INPUT, Answers, Left, Reply, Shell, known_words
 from armdrive.setup.keyboard import raw_terminal
 from armdrive.status import State, pose_view
 from armdrive.storage import files as places
@@ -215,7 +215,7 @@ class ShellTerminal:
         try:
             with stopped_by_interrupt(lambda: [self.shell.arm]):
                 for each in answers:
-                    if isinstance(each, Said):
+                    if isinstance(each, Reply):
                         self.output.tell(each.event, each.text)
                     else:
                         self._carry_out(each)

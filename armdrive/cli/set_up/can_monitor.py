@@ -58,10 +58,10 @@ def _shown(
 ) -> tuple[int, int]:
     """Print frames as they come; return how many, and how many of them were unreadable."""
     shown = foreign = 0
-    ear, ids = language.ear(), frozenset(options.id)
+    describer, ids = language.describer(), frozenset(options.id)
     with contextlib.suppress(KeyboardInterrupt):
         for time_s, frame in frames:
-            message = ear.hear(frame)
+            message = describer.describe(frame)
             if ids and message.node not in ids:
                 continue
             show(Result(message.view(time_s), message.line(time_s)), options)

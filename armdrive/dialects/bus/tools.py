@@ -26,7 +26,7 @@ IDS = tuple(range(1, 17))
 LISTEN_S = 1.0
 """Any program that drives an arm sends commands far more often than this."""
 
-Heard: TypeAlias = Mapping[int, Any]
+SeenNodes: TypeAlias = Mapping[int, Any]
 """The nodes that sent something on their own, and the state each reported."""
 
 
@@ -191,10 +191,10 @@ class BusTools:
     dialect: str
     most: int
     scripts: Callable[[Sequence[int]], ScriptLoop[Any]]
-    ask: Callable[[Any, Sequence[int], Heard], Script[Any, Answers]]
+    ask: Callable[[Any, Sequence[int], SeenNodes], Script[Any, Answers]]
     reads_command: Callable[[Frame, int | None], bool]
     reads_answer: Callable[[Frame], bool] = lambda _frame: False
-    heard: Callable[[Iterable[Frame]], Heard] = field(default=lambda _frames: {})
+    heard: Callable[[Iterable[Frame]], SeenNodes] = field(default=lambda _frames: {})
     harmless: bool = False
     leaves_free: int | None = None
     bit_rates: tuple[int, ...] = ()

@@ -31,7 +31,7 @@ class FrameCheck(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class FrameSaid:
+class FrameDescription:
     """One frame described in words.
 
     `command` is the name of its code or service, empty if it is unknown. `node` is the drive it
@@ -70,10 +70,10 @@ class FrameSaid:
         return f"{time_s:9.3f}  {self.frame!s:<21} {arrow} {self.words}{check}"
 
 
-class Ear(Protocol):
+class FrameDescriber(Protocol):
     """Describes frames one after the other, and remembers the questions among them."""
 
-    def hear(self, frame: Frame) -> FrameSaid:
+    def describe(self, frame: Frame) -> FrameDescription:
         """Describe a frame. Never raises."""
 
 

@@ -193,17 +193,17 @@ class SetPoints:
         word = self._hosts[drive].controlword
         io.command(drive, word, OperationMode.PROFILE_POSITION, self.goals[drive])
 
-    def hear(self) -> set[Cia402Drive]:
+    def arrived(self) -> set[Cia402Drive]:
         """Take in the last statuswords; return the drives that report their arrival."""
         return {
             drive
             for drive, host in self._hosts.items()
-            if drive.word is not None and drive.missed <= 1 and host.hear(drive.word)
+            if drive.word is not None and drive.missed <= 1 and host.receive(drive.word)
         }
 
     def except_in(self, *phases: canopen.Phase) -> tuple[Cia402Drive, ...]:
         """Take in the last statuswords; return the drives whose handshake is in no such phase."""
-        self.hear()
+        self.arrived()
         return tuple(drive for drive, host in self._hosts.items() if host.phase not in phases)
 
 

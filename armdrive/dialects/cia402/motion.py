@@ -301,7 +301,7 @@ class ProfileMotion:
 
     def _judge(self) -> Signal | None:
         """Return whether all drives report that they have reached their set-points."""
-        reached = self.points.hear()
+        reached = self.points.arrived()
         self.under_way = [drive for drive in self.under_way if drive not in reached]
         self.lead.io.progress()
         if not self.under_way:

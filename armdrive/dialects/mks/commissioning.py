@@ -27,7 +27,7 @@ from armdrive.dialects.mks.survey import (
     survey_drives,
 )
 from armdrive.dialects.mks.wire import TRIES, MksWire, WireScript
-from armdrive.dialects.mks.words import TALK, MksEar
+from armdrive.dialects.mks.words import TALK, MksFrameDescriber
 from armdrive.dialog.conversation import About, Question, whole
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
@@ -475,4 +475,4 @@ BUS = BusTools(
 )
 """The MKS protocol on a bus."""
 
-TOOLS = DeviceTools(TALK, bus=BUS, ear=MksEar)
+TOOLS = DeviceTools(TALK, bus=BUS, describer=MksFrameDescriber)

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.tools import Answers, Heard, numbers, of_lost, of_nobody
+from armdrive.dialects.bus.tools import Answers, SeenNodes, numbers, of_lost, of_nobody
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.inquiry import UNKNOWN_FIRMWARE, Firmware, firmware_of
 from armdrive.dialects.mks.settings import MksSettings
@@ -212,7 +212,7 @@ def ask_round(wire: MksWire) -> WireScript[Survey]:
     return Survey(wire.nodes, tuple(found), garbled)
 
 
-def survey_drives(wire: MksWire, ids: Sequence[int], _heard: Heard) -> WireScript[Answers]:
+def survey_drives(wire: MksWire, ids: Sequence[int], _heard: SeenNodes) -> WireScript[Answers]:
     """Survey the ids; return the drives in words and as plain data."""
     found = (yield from ask_round(wire)) if ids else Survey()
     there = tuple(each.node for each in found.drives)

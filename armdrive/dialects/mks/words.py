@@ -7,8 +7,8 @@ from typing import Any
 
 from armdrive.dialects.bus.words import (
     FrameCheck,
+    FrameDescription,
     FrameKind,
-    FrameSaid,
     PackedFrames,
     addressed,
     shown,
@@ -119,13 +119,13 @@ LEAST_BYTES = 2
 """The shortest frame: a code and a check byte."""
 
 
-class MksEar:
+class MksFrameDescriber:
     """Describes frames one after the other, and remembers the questions among them."""
 
     def __init__(self) -> None:
         self._asked: dict[tuple[int, int], Request] = {}
 
-    def hear(self, frame: Frame) -> FrameSaid:
+    def describe(self, frame: Frame) -> FrameDescription:
         """Describe a frame. Never raises."""
         check = _check(frame)
         if check is not FrameCheck.RIGHT:
@@ -154,8 +154,8 @@ class MksEar:
             self._asked[frame.can_id, code] = request
 
 
-def _described(frame: Frame, kind: FrameKind, words: str, check: FrameCheck) -> FrameSaid:
-    return FrameSaid(frame, kind, _name(frame), words, check, frame.can_id)
+def _described(frame: Frame, kind: FrameKind, words: str, check: FrameCheck) -> FrameDescription:
+    return FrameDescription(frame, kind, _name(frame), words, check, frame.can_id)
 
 
 def _check(frame: Frame) -> FrameCheck:

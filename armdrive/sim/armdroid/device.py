@@ -171,7 +171,7 @@ class ArmdroidBoard(Board):
 
     # How the board handles characters and time.
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Receive as many characters as fit the buffer; none while the board starts."""
         taken = b"" if self.now_s < self._deaf_until_s else data
         taken = taken[: self.quirks.room_bytes - len(self._waiting)]

@@ -156,12 +156,12 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
 
     # Time.
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Pass the frames that have arrived to the drives that listen for them."""
         for frame in self._unpacker.feed(data):
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
-                node.hear(frame, self.now_s)
+                node.receive(frame, self.now_s)
             self._loop.collect(ears)
 
     def due_s(self) -> float:

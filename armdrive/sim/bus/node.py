@@ -213,7 +213,7 @@ class BusNode(Protocol):
     def listens(self, can_id: int) -> bool:
         """Return whether it takes frames with an id from the bus."""
 
-    def hear(self, frame: Frame, now_s: float) -> None:
+    def receive(self, frame: Frame, now_s: float) -> None:
         """Take a frame that it listens for."""
 
     def due_s(self) -> float:

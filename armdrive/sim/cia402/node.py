@@ -64,7 +64,7 @@ class Cia402Node:
             return False
         return can_id in self._ids or can_id in self.pdos.received or can_id in _HEARTBEATS
 
-    def hear(self, frame: Frame, now_s: float) -> None:
+    def receive(self, frame: Frame, now_s: float) -> None:
         """Take a frame that it listens for, and report what changes."""
         if frame.can_id in (SYNC, self._sdo_id):  # depends on where the shaft is just now
             self.motor.look(now_s)

@@ -505,7 +505,7 @@ class GrblBoard(Board):
         """Send a message."""
         self.shared.outgoing += self.codec.send(answer)
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Receive bytes, as the receive interrupt does."""
         if self.now_s < self.deaf_until_s:
             self.ring.lost += len(data)

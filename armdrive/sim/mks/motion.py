@@ -220,7 +220,7 @@ class MksMotion:
         calibrates = self.under_way.request.code is Code.CALIBRATE
         return mks.MotorState.CALIBRATING if calibrates else mks.MotorState.HOMING
 
-    def hear(self, now_s: float) -> None:
+    def feed_watchdog(self, now_s: float) -> None:
         """Feed the watchdog."""
         self.heard_s, self._expired = now_s, False
 

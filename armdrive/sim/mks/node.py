@@ -66,11 +66,11 @@ class MksNode:
         hears_all = self.quirks.flag("watchdog_hears_all")
         return self.port.plugged and (self._is_for(can_id) or hears_all)
 
-    def hear(self, frame: Frame, now_s: float) -> None:
+    def receive(self, frame: Frame, now_s: float) -> None:
         """Carry out a frame's request, if it is awake and uses the bit rate of the bus."""
         if not self.port.awake or self.device.bitrate.bits_s != self._bits_s:
             return
-        self.motion.hear(now_s)
+        self.motion.feed_watchdog(now_s)
         if self._is_for(frame.can_id):
             self.device.receive_data(pack(frame))
         while (event := self.device.next_event()) is not None:

@@ -334,7 +334,7 @@ class SimRobkoBoard(Board):
             self.shared.outgoing.clear()
             self.forget()
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Receive bytes; each request takes a while to process."""
         for request in self._reader.read(data):
             self._codec.receive_data(request)

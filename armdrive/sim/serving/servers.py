@@ -402,7 +402,7 @@ class Adapter:
         """Whether frames pass in at least one direction."""
         return self._open and self._bitrate == self.bus_bitrate and not self.faults.bus_off
 
-    def hear(self, data: bytes) -> list[Frame]:
+    def receive(self, data: bytes) -> list[Frame]:
         """Receive bytes from the host; return the frames that go out on the bus."""
         for line in self._lines.feed(data):
             if not self.faults.dead:
@@ -513,7 +513,7 @@ class SlcanServer:
 
     def read(self) -> bytes:
         """Return the frames sent by the other program, packed; commands are answered."""
-        frames = self.adapter.hear(self._port.read())
+        frames = self.adapter.receive(self._port.read())
         self._answer()
         return b"".join(map(pack, frames))
 

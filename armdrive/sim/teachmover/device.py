@@ -234,7 +234,7 @@ class TeachMoverBoard(Board):
 
     # How the controller handles commands.
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Receive bytes. Those that arrive while a command is unanswered are lost, or wait."""
         for line in data.splitlines(keepends=True):
             if self.busy and not self.settings.keeps_input_while_moving:

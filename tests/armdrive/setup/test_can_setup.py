@@ -482,16 +482,16 @@ def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
     bench = Bench()
     node = bench.board.nodes[1]
     bench.person.says["Try the watchdog?"] = lambda: deafen() or "yes"
-    hear = node.hear
+    receive = node.receive
 
     def deafen():
         node.motion.heard_s = math.inf
 
     def deaf_to_silence(frame, now_s):
-        hear(frame, now_s)
+        receive(frame, now_s)
         deafen()
 
-    node.hear = deaf_to_silence
+    node.receive = deaf_to_silence
     bench.one()
     assert "The watchdog did not stop it." in bench.person.text
     assert bench.kept["shoulder"].watchdog is False

@@ -15,8 +15,8 @@ from armdrive.dialects.cia402.tools.survey import (
     SERIAL_NUMBER,
     VENDOR,
     ask_nodes,
-    heard_nodes,
     is_command,
+    seen_nodes,
 )
 from armdrive.dialog.conversation import any_problem
 from armdrive.setup import prober
@@ -266,7 +266,7 @@ def test_a_bus_that_a_canopen_master_commands_is_left_alone_and_it_is_quoted():
     assert any_problem(findings)
     assert "another program commands drives (all: start: become operational)" in words(findings)
     beats = (Heartbeat(3, NodeState.OPERATIONAL).frame, Heartbeat(4, NodeState.STOPPED).frame)
-    assert heard_nodes((*beats, Sync().frame)) == {
+    assert seen_nodes((*beats, Sync().frame)) == {
         3: NodeState.OPERATIONAL, 4: NodeState.STOPPED
     }  # fmt: skip
     assert not any_problem(can_findings.of_listening(Listened(beats), 1.0, 500_000))

@@ -27,7 +27,7 @@ class Drive:
         self.machine = canopen.DriveDevice(canopen.QuickStopOption.QUICK_RAMP_AND_STAY)
         self.order = None
 
-    def hear(self, frame) -> list[Frame]:
+    def receive(self, frame) -> list[Frame]:
         self.nmt.receive_frame(frame)
         if frame.can_id == SETUPS[0].frame_id and self.nmt.takes("pdo"):
             self.order = ORDER.unpack(frame.data)
@@ -65,7 +65,7 @@ class Master:
 
     def ask(self, request):
         while request is not None:
-            (answer,) = self.drive.hear(request)
+            (answer,) = self.drive.receive(request)
             request = self.sdo.receive_frame(answer)
         return self.sdo.next_event()
 
@@ -75,8 +75,8 @@ class Master:
     def cycle(self, word=None) -> canopen.Statusword:
         self.word = self.word if word is None else word
         data = ORDER.pack((self.word.value, self.target))
-        assert self.drive.hear(Frame(SETUPS[0].frame_id, data)) == []
-        (frame,) = self.drive.hear(canopen.Sync().frame)
+        assert self.drive.receive(Frame(SETUPS[0].frame_id, data)) == []
+        (frame,) = self.drive.receive(canopen.Sync().frame)
         value, self.position = STATE.unpack(frame.data)
         return canopen.Statusword(value)
 
@@ -90,7 +90,7 @@ class Master:
 
     def follow(self, cycles) -> canopen.Phase:
         for _ in range(cycles):
-            self.point.hear(self.cycle(self.point.controlword))
+            self.point.receive(self.cycle(self.point.controlword))
         return self.point.phase
 
 
@@ -116,8 +116,8 @@ def test_a_drive_is_brought_from_its_boot_to_a_target_and_out_of_a_fault():
         canopen.MODE_SHOWN, b"\1"
     )
 
-    assert drive.hear(canopen.Sync().frame) == []  # pre-operational: no PDO
-    assert drive.hear(canopen.Nmt(canopen.NmtCommand.START, NODE).frame) == []
+    assert drive.receive(canopen.Sync().frame) == []  # pre-operational: no PDO
+    assert drive.receive(canopen.Nmt(canopen.NmtCommand.START, NODE).frame) == []
     master.go(canopen.DriveState.ENABLED)
     assert drive.machine.points.active is None  # nothing has moved
 
@@ -151,10 +151,12 @@ def test_a_board_that_was_reset_hears_no_target_until_it_is_set_up_again():
     master = Master(drive)
     drive.nmt.booted()
     drive.machine.happen(canopen.Happening.INITIALISED)
-    drive.hear(canopen.Nmt(canopen.NmtCommand.START).frame)
+    drive.receive(canopen.Nmt(canopen.NmtCommand.START).frame)
     master.go(canopen.DriveState.ENABLED)
-    drive.hear(canopen.Nmt(canopen.NmtCommand.RESET_NODE, NODE).frame)
+    drive.receive(canopen.Nmt(canopen.NmtCommand.RESET_NODE, NODE).frame)
     assert drive.nmt.heartbeat.booted
     data = ORDER.pack((0x3F, 100))
-    assert drive.hear(Frame(SETUPS[0].frame_id, data)) == drive.hear(canopen.Sync().frame) == []
-    assert drive.hear(canopen.SdoClient(NODE).upload(canopen.POSITION)) == []
+    assert (
+        drive.receive(Frame(SETUPS[0].frame_id, data)) == drive.receive(canopen.Sync().frame) == []
+    )
+    assert drive.receive(canopen.SdoClient(NODE).upload(canopen.POSITION)) == []

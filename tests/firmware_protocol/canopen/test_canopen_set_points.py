@@ -18,7 +18,7 @@ def enabled() -> canopen.DriveDevice:
 
 
 def heard(host, *values) -> list[bool]:
-    return [host.hear(canopen.Statusword(value)) for value in values]
+    return [host.receive(canopen.Statusword(value)) for value in values]
 
 
 def test_a_target_is_asked_for_acknowledged_released_and_reached():
@@ -127,7 +127,7 @@ def test_reached_is_said_only_where_the_drive_is_and_lost_words_only_delay_it(sc
             if moves and drive.points.active is not None:
                 position = drive.points.active.target
                 drive.points.arrived()
-            if up and host.hear(drive.statusword()):
+            if up and host.receive(drive.statusword()):
                 assert not reached
                 assert position == target
                 reached = True
@@ -138,7 +138,7 @@ def test_reached_is_said_only_where_the_drive_is_and_lost_words_only_delay_it(sc
 def test_any_statusword_in_any_phase_is_borne(values):
     host = canopen.SetPointHost()
     for value in values:
-        host.hear(canopen.Statusword(value))
+        host.receive(canopen.Statusword(value))
         enabled_still = canopen.Statusword(value).state is canopen.DriveState.ENABLED
         assert enabled_still or host.phase is canopen.Phase.FREE
         asking = host.controlword.has(canopen.ControlBit.NEW_SET_POINT)

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
     FrameWire,
-    Heard,
+    SeenNodes,
     frame_scripts,
     numbers,
     of_lost,
@@ -32,7 +32,7 @@ from armdrive.dialects.cia402.objects import (
     register_words,
     state_words,
 )
-from armdrive.dialects.cia402.tools.words import OF_MASTER, TALK, CanopenEar
+from armdrive.dialects.cia402.tools.words import OF_MASTER, TALK, CanopenFrameDescriber
 from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
@@ -153,7 +153,7 @@ def is_command(frame: Frame, master: int | None = None) -> bool:
     return service in OF_MASTER or (service is Service.HEARTBEAT and node == master)
 
 
-def heard_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
+def seen_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
     """Return the nodes that sent a heartbeat, and its state."""
     found: dict[int, NodeState] = {}
     for frame in frames:
@@ -434,7 +434,7 @@ def _modes(name: str, node: SurveyedNode) -> list[Finding]:
     return []
 
 
-def survey_nodes(wire: FrameWire, ids: Sequence[int], heard: Heard) -> Script[Frame, Answers]:
+def survey_nodes(wire: FrameWire, ids: Sequence[int], heard: SeenNodes) -> Script[Frame, Answers]:
     """Survey the numbers; return the nodes in words and as plain data."""
     found = yield from ask_nodes(wire, ids, heard)
     return Answers(
@@ -455,11 +455,11 @@ BUS = BusTools(
     scripts=lambda _ids: frame_scripts(),
     ask=survey_nodes,
     reads_command=is_command,
-    heard=heard_nodes,
+    heard=seen_nodes,
     harmless=True,
     leaves_free=NODE_MAX,
     next="armdrive config new NAME --template minimover5-cia402 --port '{port}'",
 )
 """CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids."""
 
-TOOLS = DeviceTools(TALK, bus=BUS, ear=CanopenEar)
+TOOLS = DeviceTools(TALK, bus=BUS, describer=CanopenFrameDescriber)

@@ -12,8 +12,8 @@ from types import MappingProxyType
 
 from armdrive.dialects.bus.words import (
     FrameCheck,
+    FrameDescription,
     FrameKind,
-    FrameSaid,
     PackedFrames,
     addressed,
     shown,
@@ -236,13 +236,13 @@ SENTENCES: Sentences = MappingProxyType(
 _SEGMENTS = (NextSegment, Segment, SegmentTaken)
 
 
-class CanopenEar:
+class CanopenFrameDescriber:
     """Describes frames one after the other, and remembers the objects being transferred."""
 
     def __init__(self) -> None:
         self._transfers: dict[int, Place] = {}
 
-    def hear(self, frame: Frame) -> FrameSaid:
+    def describe(self, frame: Frame) -> FrameDescription:
         """Describe a frame. Never raises."""
         known = None if frame.extended or frame.remote else service_of(frame.can_id)
         service, node = known or (None, 0)
@@ -251,9 +251,9 @@ class CanopenEar:
             read = read_frame(frame)
         except RemoteProtocolError as error:
             words = _unreadable(frame, service, error)
-            return FrameSaid(frame, FrameKind.UNKNOWN, command, words, FrameCheck.NONE, node)
+            return FrameDescription(frame, FrameKind.UNKNOWN, command, words, FrameCheck.NONE, node)
         kind = FrameKind.REQUEST if read.service in OF_MASTER else FrameKind.ANSWER
-        return FrameSaid(frame, kind, command, self._words(read), FrameCheck.NONE, read.node)
+        return FrameDescription(frame, kind, command, self._words(read), FrameCheck.NONE, read.node)
 
     def _words(self, read: ReadFrame) -> str:
         message = read.message

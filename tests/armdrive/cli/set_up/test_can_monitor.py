@@ -13,7 +13,7 @@ from waiting import LONG_S, at_last
 
 from armdrive import Arm
 from armdrive.dialects.bus.words import FrameCheck, FrameKind
-from armdrive.dialects.mks.words import MksEar
+from armdrive.dialects.mks.words import MksFrameDescriber
 from armdrive.errors import NoAnswer
 from armdrive.transports.opening import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState
@@ -59,16 +59,16 @@ CONVERSATION = (
 
 
 def test_frames_are_described_in_words():
-    ear = MksEar()
+    describer = MksFrameDescriber()
     for frame, kind, words in CONVERSATION:
-        said = ear.hear(frame)
+        said = describer.describe(frame)
         assert said.kind is kind, frame
         assert words in said.words
         assert str(frame) in said.line(1.5)
 
 
 def test_a_wrong_check_byte_is_reported():
-    said = MksEar().hear(Frame(1, bytes.fromhex("3133")))
+    said = MksFrameDescriber().describe(Frame(1, bytes.fromhex("3133")))
     assert said.check is FrameCheck.WRONG
     assert "CHECK BYTE WRONG" in said.line(0.0)
     assert said.view(0.25) == {
@@ -90,10 +90,10 @@ frames = st.builds(
 
 @given(st.lists(frames, max_size=20))
 def test_nothing_on_a_bus_confuses_the_ear_for_good(noise):
-    ear = MksEar()
+    describer = MksFrameDescriber()
     for frame in noise:
-        assert ear.hear(frame).frame == frame
-    assert ear.hear(encode(0x7F0, ReadEncoder())).words == "drive 2032: read encoder"
+        assert describer.describe(frame).frame == frame
+    assert describer.describe(encode(0x7F0, ReadEncoder())).words == "drive 2032: read encoder"
 
 
 @pytest.fixture

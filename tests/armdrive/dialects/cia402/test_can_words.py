@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from armdrive.dialects.bus.words import FrameCheck, FrameKind, PackedFrames
 from armdrive.dialects.cia402.objects import held_words
 from armdrive.dialects.cia402.tools import words as messages_canopen
-from armdrive.dialects.cia402.tools.words import CanopenEar
+from armdrive.dialects.cia402.tools.words import CanopenFrameDescriber
 from armdrive.dialects.words import Weight
 from armdrive.registry import DIALECTS, LANGUAGES, language_of, likely
 from firmware_protocol.canopen import (
@@ -156,7 +156,7 @@ CONVERSATION = (
 
 @pytest.mark.parametrize(("frame", "kind", "words"), CONVERSATION)
 def test_a_frame_is_told_in_words(frame, kind, words):
-    said = CanopenEar().hear(frame)
+    said = CanopenFrameDescriber().describe(frame)
     assert said.kind is kind
     assert said.words == words or ("node" not in words and words in said.words)
     assert said.check is FrameCheck.NONE
@@ -164,14 +164,14 @@ def test_a_frame_is_told_in_words(frame, kind, words):
 
 
 def test_segments_are_told_with_the_object_that_they_belong_to():
-    client, server, ear = SdoClient(5), SdoServer(5), CanopenEar()
+    client, server, describer = SdoClient(5), SdoServer(5), CanopenFrameDescriber()
     frame, said = client.upload(NAME), []
     for _ in range(6):
-        said.append(ear.hear(frame))
+        said.append(describer.describe(frame))
         reply = server.receive_frame(frame)
         if (asked := server.next_event()) is not None:
             reply = server.supply(asked, b"stepper 5")
-        said.append(ear.hear(reply))
+        said.append(describer.describe(reply))
         frame = client.receive_frame(reply)
         if frame is None:
             break
@@ -187,7 +187,7 @@ def test_segments_are_told_with_the_object_that_they_belong_to():
 
 
 def test_the_node_of_a_frame_is_told_as_plain_data():
-    view = CanopenEar().hear(pdo(Service.TPDO1, 6, "4002")).view(0.25)
+    view = CanopenFrameDescriber().describe(pdo(Service.TPDO1, 6, "4002")).view(0.25)
     assert view == {
         "time_s": 0.25,
         "id": 0x186,
@@ -236,12 +236,15 @@ frames = st.builds(
 
 @given(st.lists(frames, max_size=20))
 def test_nothing_on_a_bus_confuses_the_ear_for_good(noise):
-    ear = CanopenEar()
+    describer = CanopenFrameDescriber()
     for frame in noise:
-        said = ear.hear(frame)
+        said = describer.describe(frame)
         assert said.frame == frame
         assert said.words
-    assert ear.hear(Heartbeat(9, NodeState.STOPPED).frame).words == "node 9: heartbeat: stopped"
+    assert (
+        describer.describe(Heartbeat(9, NodeState.STOPPED).frame).words
+        == "node 9: heartbeat: stopped"
+    )
 
 
 def test_every_dialect_of_a_bus_has_its_language():

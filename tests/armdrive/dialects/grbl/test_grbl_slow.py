@@ -82,7 +82,7 @@ def hung(firmware):
     bench = Bench(STEPS, firmware=firmware)
     bench.say("$J=G91X20F6000", 0.05)
     bench.wait(bench.board.drive.done_s - bench.now_s - 1e-4)
-    bench.board.hear(CANCEL)
+    bench.board.receive(CANCEL)
     bench.wait(0.1)
     return bench
 

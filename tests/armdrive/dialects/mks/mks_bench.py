@@ -101,7 +101,7 @@ class BenchDrive:
     def mute(self, on: bool) -> None:
         self.sim.port.plugged = not on
 
-    def hear(self, frame: Frame, now_s: float) -> list[bytes]:
+    def receive(self, frame: Frame, now_s: float) -> list[bytes]:
         """Take a frame; return what the drive says."""
         if not self.sim.listens(frame.can_id):
             return []
@@ -109,7 +109,7 @@ class BenchDrive:
             request = mks.decode_request(frame)
             if isinstance(request, mks.MoveAbsoluteAxis):
                 self.orders.append((now_s, request))
-        self.sim.hear(frame, now_s)
+        self.sim.receive(frame, now_s)
         return self.says()
 
     def live(self, now_s: float) -> list[bytes]:
@@ -224,7 +224,7 @@ class MksBench(DriverBench):
         if heard := _due(self.to, self.now_s):
             for frame in Unpacker().feed(b"".join(heard)):
                 for node in self.nodes:
-                    self._answer(node.hear(frame, self.now_s))
+                    self._answer(node.receive(frame, self.now_s))
         if heard or self.now_s >= min(self.shafts.look_s, *dues_s):
             for node in self.nodes:
                 self._answer(node.live(self.now_s))

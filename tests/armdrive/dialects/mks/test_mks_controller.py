@@ -86,7 +86,7 @@ def test_frames_that_are_lost_now_and_then_are_asked_for_again():
 def test_a_drive_that_an_earlier_program_left_running_is_waited_for_and_then_stopped():
     bench = MksBench()
     bench.node(1).sim.set_enabled(True, 0.0)
-    bench.node(1).hear(encode(1, RunAtSpeed(60, 236)), 0.0)
+    bench.node(1).receive(encode(1, RunAtSpeed(60, 236)), 0.0)
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
     stands(bench)
@@ -96,7 +96,7 @@ def test_a_drive_that_an_earlier_program_left_running_is_waited_for_and_then_sto
 def test_a_drive_that_homes_or_calibrates_is_left_alone(request_):
     bench = MksBench()
     bench.node(1).sim.set_enabled(True, 0.0)
-    bench.node(1).hear(encode(1, request_), 0.0)
+    bench.node(1).receive(encode(1, request_), 0.0)
     assert "wait until it has finished" in denied(bench.do(ReadPosition()))
     assert bench.node(1).sim.motion.searching
 

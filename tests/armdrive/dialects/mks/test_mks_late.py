@@ -189,15 +189,15 @@ def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
 def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():
     bench = MksBench()
     bench.do(ReadPosition())
-    hear, told = bench.node(3).hear, []
+    receive, told = bench.node(3).receive, []
 
     def late(asked, now_s):
         if asked.can_id == 3 and asked.data[0] == Code.READ_SETTING and not told:
             told.append(pack(encode(3, Status(Code.WATCHDOG, Outcome.DONE))))
-            return [told[0], *hear(asked, now_s)]
-        return hear(asked, now_s)
+            return [told[0], *receive(asked, now_s)]
+        return receive(asked, now_s)
 
-    bench.node(3).hear = late
+    bench.node(3).receive = late
     assert isinstance(bench.do(SwitchOn()), Done)
     assert told
     assert bench.controller.watched

@@ -124,17 +124,17 @@ def test_drives_that_stop_as_they_should_alarm_nobody(hard, after_s):
 def test_one_answer_that_was_late_is_no_leap(late_s):
     bench = moving(50_000, 9000, 0.5)
     node = bench.node(1)
-    hear, kept = node.hear, []
+    receive, kept = node.receive, []
 
     def late(frame, now_s):
-        said = hear(frame, now_s)
+        said = receive(frame, now_s)
         if said and not kept and frame.data[0] == Code.ENCODER:
             kept.append(said)
             bench.at_s[now_s + late_s] = lambda: bench._answer(said)
             return []
         return said
 
-    node.hear = late
+    node.receive = late
     ends_well(bench)
     assert kept
 

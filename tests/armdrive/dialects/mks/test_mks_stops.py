@@ -89,7 +89,7 @@ def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
 def hold_up_one(bench, number, for_s):
     """Have what one drive says wait for a time; then all of it passes."""
     node, end_s, said = bench.node(number), bench.now_s + for_s, []
-    hear, live = node.hear, node.live
+    receive, live = node.receive, node.live
 
     def late(data):
         if bench.now_s >= end_s:
@@ -101,7 +101,7 @@ def hold_up_one(bench, number, for_s):
         for index, data in enumerate(said):
             bench.back.append((bench.now_s + (index + 1) * 0.0003, data))
 
-    node.hear = lambda data, now_s: late(hear(data, now_s))
+    node.receive = lambda data, now_s: late(receive(data, now_s))
     node.live = lambda now_s: late(live(now_s))
     bench.at_s[end_s] = tell_all
 

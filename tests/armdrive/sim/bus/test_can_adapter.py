@@ -47,7 +47,7 @@ def test_garbage_never_raises_neither_in_lines_nor_in_the_adapter(pieces):
     for piece in pieces:
         for line in lines.feed(piece):
             frame_of(line)
-        adapter.hear(piece)
+        adapter.receive(piece)
         adapter.say()
 
 
@@ -69,7 +69,7 @@ def test_noise_without_an_end_is_forgotten_and_the_next_line_is_read():
 
 def opened(**settings) -> Adapter:
     adapter = Adapter(**settings)
-    adapter.hear(b"S6\rO\r")
+    adapter.receive(b"S6\rO\r")
     assert adapter.say() == b"\r\r"
     return adapter
 
@@ -96,7 +96,7 @@ ANSWERS = [
 @pytest.mark.parametrize(("order", "answer"), ANSWERS, ids=repr)
 def test_an_open_adapter_answers(order, answer):
     adapter = opened()
-    adapter.hear(order + b"\r")
+    adapter.receive(order + b"\r")
     assert adapter.say() == answer
 
 
@@ -106,17 +106,17 @@ CLOSED = [(b"V", b"V1013\r"), (b"C", b"\a"), (b"O", b"\a"), (b"S9", b"\a"), (b"S
 @pytest.mark.parametrize(("order", "answer"), [*CLOSED, (b"t1230", b"\a"), (b"F", b"\a")])
 def test_a_closed_adapter_answers(order, answer):
     adapter = Adapter()
-    assert adapter.hear(order + b"\r") == []
+    assert adapter.receive(order + b"\r") == []
     assert adapter.say() == answer
 
 
 def test_frames_pass_both_ways_once_it_is_open():
     adapter = opened()
-    assert adapter.hear(b"t00521122\r") == [Frame(5, b"\x11\x22")]
+    assert adapter.receive(b"t00521122\r") == [Frame(5, b"\x11\x22")]
     adapter.say()
     adapter.show(Frame(6, b"\x33"))
     assert adapter.say() == b"t006133\r"
-    adapter.hear(b"C\r")
+    adapter.receive(b"C\r")
     adapter.say()
     adapter.show(Frame(6))
     assert adapter.say() == b""
@@ -124,9 +124,9 @@ def test_frames_pass_both_ways_once_it_is_open():
 
 def test_a_listener_hears_and_may_not_send():
     adapter = Adapter()
-    adapter.hear(b"S6\rL\r")
+    adapter.receive(b"S6\rL\r")
     adapter.say()
-    assert adapter.hear(b"t0010\r") == []
+    assert adapter.receive(b"t0010\r") == []
     assert adapter.say() == b"\a"
     adapter.show(Frame(1))
     assert adapter.say() == b"t0010\r"
@@ -136,7 +136,7 @@ def test_a_listener_hears_and_may_not_send():
 def test_a_bus_in_trouble_refuses_frames_and_says_so(fault):
     adapter = opened()
     setattr(adapter.faults, fault, True)
-    assert adapter.hear(b"t0010\rF\r") == []
+    assert adapter.receive(b"t0010\rF\r") == []
     refused, status = adapter.say().split(b"F")
     assert refused == b"\a"
     assert int(status, 16) & 0x20
@@ -144,7 +144,7 @@ def test_a_bus_in_trouble_refuses_frames_and_says_so(fault):
 
 def test_at_a_wrong_bit_rate_nothing_passes():
     adapter = opened(bus_bitrate=250_000)
-    assert adapter.hear(b"t0010\r") == []
+    assert adapter.receive(b"t0010\r") == []
     assert adapter.say() == b"\a"
     adapter.show(Frame(1))
     assert adapter.say() == b""
@@ -153,14 +153,14 @@ def test_at_a_wrong_bit_rate_nothing_passes():
 def test_a_mute_adapter_tells_its_version_and_frames_alone():
     adapter = Adapter()
     adapter.faults.mute = True
-    assert adapter.hear(b"S6\rO\rt0010\rF\rV\r") == [Frame(1)]
+    assert adapter.receive(b"S6\rO\rt0010\rF\rV\r") == [Frame(1)]
     assert adapter.say() == b"V1013\r"
 
 
 def test_a_dead_one_says_nothing_at_all():
     adapter = opened()
     adapter.faults.dead = True
-    assert adapter.hear(b"V\rt0010\r") == []
+    assert adapter.receive(b"V\rt0010\r") == []
     adapter.show(Frame(1))
     assert adapter.say() == b""
 
@@ -168,13 +168,13 @@ def test_a_dead_one_says_nothing_at_all():
 def test_closing_and_opening_brings_a_controller_back_to_the_bus():
     adapter = opened()
     adapter.faults.bus_off = True
-    adapter.hear(b"C\rO\r")
+    adapter.receive(b"C\rO\r")
     adapter.say()
-    assert adapter.hear(b"t0010\r") == [Frame(1)]
+    assert adapter.receive(b"t0010\r") == [Frame(1)]
 
 
 def test_without_power_it_forgets_that_it_was_open():
     adapter = opened()
     adapter.restart()
-    adapter.hear(b"O\r")
+    adapter.receive(b"O\r")
     assert adapter.say() == b"\a"

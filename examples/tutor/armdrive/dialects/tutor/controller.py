@@ -42,7 +42,7 @@ from firmware_protocol.tutor import (
 )
 from kinematics.spaces import Motors
 
-Heard: TypeAlias = Answer | Unreadable
+DeviceEvent: TypeAlias = Answer | Unreadable
 
 LONGEST_LINE = len("M 2000" + 6 * " -2147483647" + "\n")
 LONGEST_ANSWER = len("p" + 6 * " -2147483647" + "\n")
@@ -59,7 +59,7 @@ class TutorSettings:
         within("tutor.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
 
 
-class TutorController(ScriptRunner[Heard]):
+class TutorController(ScriptRunner[DeviceEvent]):
     """One Tutor board, seen from the driver."""
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
@@ -68,7 +68,7 @@ class TutorController(ScriptRunner[Heard]):
         self._settings: TutorSettings = config.device
         self._byte_s = BITS_A_BYTE / config.connection.baud
 
-    def script(self, request: Request) -> Generator[float, Heard | None, Reply]:
+    def script(self, request: Request) -> Generator[float, DeviceEvent | None, Reply]:
         """Send one line and wait for its answer."""
         if isinstance(request, ClearFault | SwitchOn):  # the motors always have current
             return Done()
@@ -108,7 +108,7 @@ class TutorController(ScriptRunner[Heard]):
             return 0.0
         return max(map(abs, command.steps)) / command.rate_hz
 
-    def unsolicited(self, message: Heard) -> None:
+    def unsolicited(self, message: DeviceEvent) -> None:
         """Tell of a line that answers nothing."""
         self.io.notify(ProtocolWarning(str(message)))
 

@@ -35,7 +35,7 @@ class TutorBoard(Board):
         """The positions, which know only what was commanded."""
         return self.drive.counts
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Take bytes that have arrived."""
         self._device.receive_data(data)
         self._serve()
