@@ -47,10 +47,6 @@ SUSPENDED_S = 1.0
 """An app that did nothing for this long was suspended: it polls more often."""
 
 
-LONGEST_TEXT = 40
-"""Characters that are typed into a line, unless it says otherwise."""
-
-
 def is_printable(character: str) -> bool:
     """Return whether a character can be typed; the space bar never gets here, as it stops."""
     return character.isprintable()
@@ -69,11 +65,14 @@ class TypedText:
         text: str = "",
         *,
         takes: Callable[[str], bool] = is_printable,
-        longest: int = LONGEST_TEXT,
+        longest: int | None = None,
         offered: bool = False,
         changed: Callable[[str], None] | None = None,
     ) -> None:
-        """`takes` says which characters are typed; `changed` is called with each new text."""
+        """`takes` says which characters are typed; `changed` is called with each new text.
+
+        With `longest`, further characters are dropped; a port or a path may have any length.
+        """
         self.text = text
         self.offered = offered
         """Whether the text is only a proposal, which the first key replaces as a whole."""

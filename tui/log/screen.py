@@ -52,13 +52,17 @@ class LineScreen(TextDialog):
         return f"{whole_line(self._line, width, self._keys)}\n\n{close}"
 
 
+LONGEST = 40
+"""Characters of a text that is looked for."""
+
+
 class SearchDialog(ModalScreen[None]):
     """A dialog into which a text is typed."""
 
     def __init__(self, keys: Keyboard, text: str) -> None:
         super().__init__()
         self._keys = keys
-        self.typing = TypedText(text, changed=self.show)
+        self.typing = TypedText(text, longest=LONGEST, changed=self.show)
 
     def show(self, text: str) -> None:
         """Show the text as it is now, and what is found with it."""

@@ -129,6 +129,17 @@ async def test_another_port_is_typed_and_a_stop_is_never_typed(monkeypatch):
         assert session.simulated.arm.stops == 1
 
 
+async def test_a_port_by_its_long_stable_name_is_typed_whole(monkeypatch):
+    port = "/dev/serial/by-id/usb-FTDI_FT232R_USB_UART_A50285BI-if00-port0"
+    opened = found_at(monkeypatch, Report(port, findings=[ok("no device answers")]))
+    async with SetupSession() as session:
+        await session.choose("1 find")
+        await session.press("down")
+        await session.keys(f"'{port}")
+        await session.twice("enter")
+        assert opened == [port]
+
+
 async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
     path = written()
     async with SetupSession(load_arm(path)) as session:
