@@ -117,14 +117,6 @@ class Describing:
         """What the arm is called."""
         return self._interview.draft.name
 
-    def type(self, character: str) -> None:
-        """Type a character."""
-        self.typed += character
-
-    def erase(self) -> None:
-        """Take the last character away."""
-        self.typed = self.typed[:-1]
-
     def mark(self, by: int) -> None:
         """Mark another of the choices."""
         question = self.question

@@ -17,13 +17,13 @@ from typing import Any
 from armdrive.cli.learn.models import (
     branch_view,
     find_model,
-    find_subject,
     find_system,
     given_goal,
     given_joints,
     shown,
     shown_joints,
     solution_view,
+    subject_of,
     typed_coordinates,
 )
 from armdrive.cli.presenter import Outcome, Result, say_lines
@@ -88,7 +88,8 @@ def explain_system(options: argparse.Namespace) -> Outcome:
         return _accuracy(options.joints)
     if options.urdf:
         return _urdf(options.system)
-    model, subject = find_model(options.system), find_subject(options.system)
+    model = find_model(options.system)
+    subject = subject_of(options.system, model)
     posed = options.joints or options.goal
     if options.axes:
         return _axes(model, subject, options.convention)

@@ -88,8 +88,12 @@ def find_subject(word: str) -> Subject:
     Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
     that cannot be used.
     """
+    return subject_of(word, find_model(word))
+
+
+def subject_of(word: str, model: Model) -> Subject:
+    """Return the model that a word names as a subject of study."""
     if is_model_file(word):
-        model = find_model(word)
         return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
     return subject_of_system(find_system(word))
 

@@ -230,13 +230,13 @@ class ObservedDrive:
         self.asked_s = max(self.ledger.located(), now_s - REPLY_TIMEOUT_S)
         self.count, self.read_s = count, now_s
         self.ledger.conclude(now_s)
-        lately = course.hull(self.asked_s - self.bounds.late_s)
-        if self._fit is None or self._reaches(count, lately, now_s):
+        off = abs(course.off(count, self._ordered_from_s))
+        if self._fit is None or off <= self.bounds.give or self._reaches(count, now_s):
             self._fit, self._outside = (float(count), self.asked_s), 0
             self.lag = course.place - count
         else:
             self._outside += 1
-        finding = self._judge(lately.beyond(count) <= self.bounds.corridor, now_s)
+        finding = self._judge(off <= self.bounds.corridor, now_s)
         self.verdict = Verdict(self.node, finding, count, course.place)
         if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
@@ -288,10 +288,7 @@ class ObservedDrive:
         self._note_share(turned, ran, now_s)
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
-            span = course.hull(self.ledger.asked_s)
-            course.correct(
-                CORRECTION_GAIN * (min(count - span.low, 0.0) + max(count - span.high, 0.0))
-            )
+            course.correct(CORRECTION_GAIN * course.off(count, self.ledger.asked_s))
         self._met = _Look(count, course.place, now_s)
 
     def _note_share(self, turned: float, ran: float, now_s: float) -> None:
@@ -312,14 +309,13 @@ class ObservedDrive:
 
     # -- intervals ----------------------------------------------------------------------------
 
-    def _reaches(self, place: int, lately: Interval, now_s: float) -> bool:
-        """Return whether the shaft can be at a place, given its last reading within reach.
+    @property
+    def _ordered_from_s(self) -> float:
+        """Since when its orders may have had it where the last reading found it."""
+        return self.asked_s - self.bounds.late_s
 
-        `lately` is where its orders had it during the allowed delay.
-        """
-        give = self.bounds.give
-        if lately.beyond(place) <= give:  # as nearly always, so orders need not be looked up
-            return True
+    def _reaches(self, place: int, now_s: float) -> bool:
+        """Return whether the shaft can have turned to a place since its last reading in reach."""
         count, since_s = self._fit or (float(self.count or 0), now_s)
         orders = self.course.in_force(since_s, REPLY_TIMEOUT_S)
         up = max((order.up for order in orders), default=0.0)
@@ -328,7 +324,9 @@ class ObservedDrive:
         brakes = self.course.brakes
         high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes, 0.0))
         low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes, 0.0))
-        return Interval(min(low, lately.low), max(high, lately.high)).beyond(place) <= give
+        lately = self.course.hull(self._ordered_from_s)
+        reach = Interval(min(low, lately.low), max(high, lately.high))
+        return reach.beyond(place) <= self.bounds.give
 
     def _late(self, now_s: float) -> float:
         """Return how far it turns during the allowed delay."""

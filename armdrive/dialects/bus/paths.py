@@ -307,6 +307,18 @@ class Course:
         """Shift the course towards a reading."""
         self.place += by
 
+    def off(self, place: float, from_s: float) -> float:
+        """Return how far a place is outside the course since a moment; negative if it is below.
+
+        A drive that follows its orders was there lately, which ends the search early.
+        """
+        low = high = self._past[-1][1] if self._past else self.place
+        for at_s, passed in reversed(self._past):
+            low, high = min(low, passed), max(high, passed)
+            if low <= place <= high or at_s < from_s:
+                break
+        return min(place - low, 0.0) + max(place - high, 0.0)
+
     def hull(self, from_s: float) -> Interval:
         """Return the range of places from a moment to the present."""
         places = []

@@ -46,7 +46,7 @@ def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect
     assert f"it speaks {dialect}" in found.lines[0]
     assert port.closed
     describing = Describing(found.answers)
-    describing.type("lab")
+    describing.typed = "lab"
     describing.enter()
     assert describing.question.key == "template"
     while describing.question is not None:
@@ -95,7 +95,7 @@ def test_drives_on_a_bus_are_found_and_offered_their_template(tmp_path, monkeypa
         assert found.dialect == "mks"
         assert "armdrive can setup" in found.lines[-1]
         describing = Describing(found.answers)
-        describing.type("lab")
+        describing.typed = "lab"
         describing.enter()
         assert describing.line == "minimover5-mks"
         bus.tell("plug none")
@@ -113,7 +113,7 @@ def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     assert any("these answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
     assert not any("can setup" in line for line in found.lines)
     describing = Describing(found.answers)
-    describing.type("lab")
+    describing.typed = "lab"
     describing.enter()
     assert describing.line == "minimover5-cia402"
     bus.devices = (Device(1).has({DEVICE_TYPE: 0x191}),)  # an I/O module drives no arm
@@ -122,7 +122,7 @@ def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
 
 def test_going_back_goes_over_what_was_found():
     describing = Describing({"connection.port": "/dev/arm", "dialect": "teachmover"})
-    describing.type("lab")
+    describing.typed = "lab"
     describing.enter()
     describing.enter()
     assert describing.question.key == "title"
@@ -136,7 +136,7 @@ def test_going_back_goes_over_what_was_found():
 
 def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
     describing = Describing({"connection.port": "nonsense"})
-    describing.type("lab")
+    describing.typed = "lab"
     while describing.question.key != "connection.port":
         describing.enter()
     describing.typed = "nonsense"
@@ -149,7 +149,7 @@ def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeyp
 
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
     describing = Describing({})
-    describing.type("lab")
+    describing.typed = "lab"
     while describing.question is not None:
         describing.enter()
     path = arm_path("lab")

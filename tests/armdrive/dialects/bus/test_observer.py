@@ -19,7 +19,7 @@ from armdrive.dialects.bus.observer import (
     ObservedDrive,
     Observer,
 )
-from armdrive.dialects.bus.paths import PlannedPath
+from armdrive.dialects.bus.paths import Course, PlannedPath
 from armdrive.tasks import MoveBy
 from kinematics import Motors
 
@@ -152,3 +152,19 @@ def test_one_that_lags_alone_is_off_the_way_at_the_second_look() -> None:
     verdict = found.compare(path, 0.9, 0.04, 0.9)
     assert verdict is not None
     assert (verdict.node, verdict.finding) == (2, DriveFinding.OFF_PATH)
+
+
+@given(
+    st.lists(st.tuples(st.integers(-2000, 2000), st.integers(1, 3000)), min_size=1, max_size=6),
+    st.integers(-3000, 3000),
+    st.floats(0.0, 1.0),
+)
+def test_how_far_a_place_is_off_the_course_is_its_distance_from_the_hull(orders, place, from_s):
+    course, now_s = Course(), 0.0
+    course.rest_at(0.0, now_s)
+    for goal, speed in orders:
+        now_s += 0.07
+        course.order(goal, speed, SLOPE, now_s)
+    off, hull = course.off(place, from_s), course.hull(from_s)
+    assert abs(off) == hull.beyond(place)
+    assert (off < 0.0) == (place < hull.low)
