@@ -55,7 +55,7 @@ WHOLE_S = 1.6
 """A trial motion takes about this long."""
 RUN_S = 0.8
 """The motion of the watchdog's trial takes this long if the watchdog does not stop it."""
-LED_S = 0.1
+SENT_S = 0.1
 """That motion is sent like any other for this long; then nothing more is sent."""
 MOST_RPM = 60
 GIVE = 32
@@ -104,7 +104,7 @@ class TriedMotor:
             at = goal
         return ""
 
-    def run_unled(self, counts: int) -> tuple[int, int | None]:
+    def run_and_fall_silent(self, counts: int) -> tuple[int, int | None]:
         """Begin to turn by about `counts`, and fall silent halfway as a program that dies does.
 
         Return how far the motor was to turn, and its position afterwards.
@@ -112,7 +112,7 @@ class TriedMotor:
         least = self.turn / 60.0 * RUN_S  # at one rpm
         way = round(min(max(counts, least), MOST_RPM * least))
         run = MoveBy(Motors((way,)), self._rate_hz(way, RUN_S))
-        self.dialog.carry_out(self.controller, run, LED_S)
+        self.dialog.carry_out(self.controller, run, SENT_S)
         return way, self.where()
 
     def _astray(self, reply: Reply) -> str:
@@ -335,7 +335,7 @@ class MotorTrial:
         if start is None or not at_hand.set_watchdog(TRIAL_S):
             self.dialog.say("The drive refuses the watchdog's time.")
             return False
-        way, at = self.motor.run_unled(counts)
+        way, at = self.motor.run_and_fall_silent(counts)
         kept = at_hand.set_watchdog(at_hand.watchdog_s)
         self.motor.turn_to(start, counts)
         if at is None or not kept:
