@@ -111,18 +111,23 @@ async def at_rest(pilot):
             app.poll()
         await pilot.pause()
         await app.workers.wait_for_complete()
-        await until_seen(lambda: _is_laid_out(app), pilot.pause, "the screen was never laid out")
+        await laid_out(pilot)
 
 
 settled = at_rest
 
 
-def _is_laid_out(app):
-    """Tell whether nothing waits for the timer by which the framework lays out and paints.
+async def laid_out(pilot):
+    """Wait until nothing waits for the timer by which the framework lays out and paints.
 
     A screen behind a dialog was at rest when the dialog came, and may keep its marks for good.
     """
-    return not (app.screen._layout_required or app.screen._dirty_widgets)
+
+    def is_laid_out():
+        screen = pilot.app.screen
+        return not (screen._layout_required or screen._dirty_widgets)
+
+    await until_seen(is_laid_out, pilot.pause, "the screen was never laid out")
 
 
 def _speeds():

@@ -3,7 +3,7 @@
 import math
 
 from desk_fake import Clock, FakeArm
-from desk_planner import at_rest
+from desk_planner import at_rest, laid_out
 from waiting import until_seen
 
 from tui.desk import Desk
@@ -42,11 +42,14 @@ class Session:
             await self.pilot.press(key)
 
     async def keys(self, line, after_s=0.0):
-        """Press the keys of a line, one after the other; a word after a quote is typed."""
+        """Press the keys of a line, one after the other; a word after a quote is typed.
+
+        As a person does, each word waits for what came of the one before.
+        """
         for word in line.split():
             typed = [NAMES.get(each, each) for each in word[1:]]
             await self.press(*(typed if word.startswith("'") else [word]), after_s=after_s)
-        await self.settle()
+            await self.settle()
 
     async def twice(self, key, *, wait_s=0.5):
         """Press a key twice, and wait until that counts as confirmed."""
@@ -106,12 +109,13 @@ class Session:
         await self.pilot.pause()
 
     async def settle(self):
-        """Wait until the desk has seen what came of its calls in threads, and begins no more."""
+        """Wait until the desk shows what came of its calls in threads, and begins no more."""
         while True:
             await self.desk.workers.wait_for_complete()
             await self.poll()
             if all(worker.is_finished for worker in self.desk.workers):
-                return
+                break
+        await laid_out(self.pilot)
 
     async def poll(self):
         self.desk.poll()

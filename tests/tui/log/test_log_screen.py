@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from desk_logged import LoggedArm, busy_arm
-from desk_planner import at_rest
+from desk_planner import at_rest, laid_out
 from desk_session import Session
 from textual.screen import ModalScreen
 from waiting import until_seen
@@ -36,6 +36,7 @@ class LogSession(Session):
         await super().press(*keys, **more)
         await self.pilot.pause()  # dialogs fill in their text when their size is known
         await self.pilot.pause()
+        await laid_out(self.pilot)
 
     async def poll(self):
         self.clock.now_s += GLANCE_S
