@@ -80,7 +80,7 @@ def another_program_stops_it(bench: RealTimeBench) -> None:
 def another_program_slows_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     plan = sweep_plan(arm)
-    command(bench, "slow", f"{SLOW * 100.0:g}")
+    command(bench, "slow", f"{SLOW:g}")
     check(arm.speed_override == SLOW, f"asked for {SLOW:.0%}, and it is {arm.speed_override:.0%}")
     begin_sweep(arm)
     under_way(bench)
