@@ -91,7 +91,7 @@ def another_program_slows_it(bench: RealTimeBench) -> None:
 
 def another_program_watches_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
-    with begin_command(bench, "watch", "--every", "0.02") as program:
+    with begin_command(bench, "watch", "--json", "--every", "0.02") as program:
         end = threading.Timer(ENDS_S, program.kill)
         end.start()
         before = bench.look()
