@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from desk_planner import at_rest
+from textual._compositor import Compositor
 from textual.css.stylesheet import Stylesheet
 
 from armdrive.storage import files as places
@@ -67,6 +68,23 @@ def snap_compare(snap_compare):
         return snap_compare(app, terminal_size=terminal_size, run_before=shown)
 
     return compare
+
+
+@pytest.fixture(autouse=True)
+def _paint_only_whole_pictures(monkeypatch):
+    """Leave out what would only be sent to a terminal: nobody looks at a headless one.
+
+    A snapshot paints the whole picture, and so does a session whenever it is looked at.
+    """
+    render_update = Compositor.render_update
+
+    def paint(self, full=False, **more):
+        if full:
+            return render_update(self, full, **more)
+        self._dirty_regions.clear()
+        return None
+
+    monkeypatch.setattr(Compositor, "render_update", paint)
 
 
 @pytest.fixture(scope="session")
