@@ -9,6 +9,7 @@ import pytest
 from desk_planner import at_rest
 from textual._compositor import Compositor
 from textual.css.stylesheet import Stylesheet
+from textual.pilot import Pilot
 
 from armdrive.storage import files as places
 from tui import app as app_module
@@ -36,6 +37,12 @@ async def quiet(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
 def _wait_for_the_desk_alone(monkeypatch):
     monkeypatch.setattr("textual.app.wait_for_idle", quiet)
     monkeypatch.setattr("textual.pilot.wait_for_idle", quiet)
+
+    async def widgets_are_done(pilot: Pilot[object], timeout: float = 30.0) -> bool:
+        await quiet()  # the framework sends each widget a message and waits for all, at each key
+        return True
+
+    monkeypatch.setattr(Pilot, "_wait_for_screen", widgets_are_done)
 
 
 @pytest.fixture(autouse=True)

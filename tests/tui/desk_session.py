@@ -9,6 +9,7 @@ from waiting import until_seen
 from tui.desk import Desk
 from tui.safety import SafetyPanel
 from tui.startup import SCREENS
+from tui.widgets import PlainText
 
 NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}
 """The framework's names of characters that are typed."""
@@ -34,7 +35,9 @@ class Session:
 
     async def __aexit__(self, *error):
         if self.desk.is_running and self.desk.screen_stack:
-            assert self.painted
+            for text in self.desk.screen.query(PlainText):
+                for _, style in text._spans:  # fails for a style that could not be painted
+                    self.desk.stylesheet.parse_style(style)
         await self._running.__aexit__(*error)
 
     async def press(self, *keys, after_s=0.0):
