@@ -129,6 +129,7 @@ class KeyLine(PlainText):
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self._ends: tuple[tuple[int, str], ...] = ()
+        self._offered: tuple[tuple[DeskKey, ...], int] = ((), 0)
 
     def show_words(self, words: Iterable[tuple[str, Sequence[Span]]]) -> None:
         """Show words, each with the id of the row of the table of keys that a click acts as."""
@@ -144,6 +145,10 @@ class KeyLine(PlainText):
 
     def show_keys(self, rows: Sequence[DeskKey], width: int) -> None:
         """Show these keys, without the less important ones where there is too little room."""
+        offered = (tuple(rows), width)
+        if offered == self._offered:
+            return
+        self._offered = offered
         groups = grouped(rows)
         while _width(groups) > width and len(groups) > 1:
             groups.remove(_least(groups))

@@ -70,14 +70,14 @@ def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
     assert bar(value, 0.0, 10.0, 5) == shown
 
 
-@pytest.mark.parametrize("keys", [(), ("m",)])
 @pytest.mark.parametrize("more", [{}, unknown_position()], ids=["known", "unknown"])
-async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(keys, more):
+async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(more):
     async with Session(FakeArm(**more)) as session:
-        await session.press(*keys)
-        for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
-            table = session.desk.screens.current.query_one(f"#{name}", AxisTable)
-            lines = table.shown.splitlines()[:axes]
-            assert len(lines) == axes
-            assert max(len(line.rstrip()) for line in lines) <= table.content_size.width
-            assert table.region.bottom <= 22, "the panel is cut off"
+        for mode in ("joints", "Cartesian"):
+            for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
+                table = session.desk.screens.current.query_one(f"#{name}", AxisTable)
+                lines = table.shown.splitlines()[:axes]
+                assert len(lines) == axes, mode
+                assert max(len(line.rstrip()) for line in lines) <= table.content_size.width, mode
+                assert table.region.bottom <= 22, f"the panel is cut off: {mode}"
+            await session.press("m")
