@@ -2,7 +2,7 @@
 
 import pytest
 from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
-from desk_planner import settled
+from desk_planner import at_rest
 from desk_session import Session
 from waiting import until_seen
 
@@ -43,7 +43,7 @@ def test_the_first_run(snap_compare, tmp_path):
     desk = Desk(
         FakeArm(), screens=SCREENS, braille=True, clock=Clock(), memory=tmp_path / "none.json"
     )
-    assert snap_compare(desk, terminal_size=(80, 24), run_before=settled)
+    assert snap_compare(desk, terminal_size=(80, 24), run_before=at_rest)
 
 
 DIALOGS = {"help": ("question_mark",), "question": ("H",), "palette": ("ctrl+p", "r", "e", "f")}
@@ -54,10 +54,10 @@ def test_the_dialogs(snap_compare, name, size):
     desk = Desk(FakeArm(simulated=False), screens=SCREENS, braille=True, clock=Clock())
 
     async def opened(pilot):
-        await settled(pilot)
+        await at_rest(pilot)
         for key in DIALOGS[name]:
             await pilot.press(key)
-            await settled(pilot)
+            await at_rest(pilot)
 
     assert snap_compare(desk, terminal_size=size, run_before=opened)
 
