@@ -136,7 +136,7 @@ def test_only_who_is_off_by_more_than_rest_allows_is_told_to_stay(counts, sent):
     orders = eased(bench, 1, asked_s)
     assert bool(orders) == sent
     assert [alert.kind for alert in bench.alerts()] == [AlertKind.ASTRAY] * sent
-    assert all(abs(order - bench.node(1).turned_to(bench.now_s)) <= 1 for order in orders)
+    assert all(abs(order - bench.node(1).turned_to) <= 1 for order in orders)
     assert not any(eased(bench, node, asked_s) for node in (2, 3, 4, 5, 6))
 
 
@@ -150,9 +150,9 @@ def test_a_drive_that_pushes_whatever_it_is_told_is_told_once_and_not_followed_a
 
 def test_a_drive_that_pushes_and_takes_no_order_is_said_to_push_still():
     bench = begun(straight(20), 0.3)
-    bench.node(1).block(bench.now_s)
+    bench.node(1).block()
     bench.run(0.02)
-    bench.node(1).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.node(1).set_mode(Mode.PULSE_FOC)
     bench.controller.stop(hard=False)
     bench.finish()
     (text,) = (alert.text for alert in bench.alerts() if "drive 1 (base) press" in alert.text)
@@ -174,7 +174,7 @@ def test_a_drive_that_tells_no_error_of_its_angle_is_stopped_all_the_same():
 
 def test_who_is_blocked_and_resting_far_off_is_told_of_once():
     bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.node(1).block(bench.now_s)
+    bench.node(1).block()
     assert isinstance(bench.do(along(straight(20))), RequestRejected)
     assert len(bench.alerts()) == 1
 
@@ -232,10 +232,10 @@ def test_drives_without_current_are_told_no_motion_by_a_reset():
 def test_a_reset_fails_where_a_drive_that_pushes_is_in_a_mode_that_cannot_be_told_to_stay():
     bench = MksBench(starts=(50_000,) * 6).ready()
     press(bench, 2, 700)
-    bench.node(2).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.node(2).set_mode(Mode.PULSE_FOC)
     reply = bench.do(ClearFault())
     assert isinstance(reply, RequestRejected)
     assert "drive 2 (shoulder) is in mode 2" in reply.reason
     assert not reply.moved
-    bench.node(2).set_mode(Mode.BUS_FOC, bench.now_s)
+    bench.node(2).set_mode(Mode.BUS_FOC)
     assert str(bench.do(ClearFault())) == "done"
