@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from amounts import amount
+from amounts import amount, in_pairs
 from cia402_rig import Rig, moving, steps
 
 from armdrive import Arm
@@ -217,9 +217,9 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     rig.stands(0.3)
 
 
-@pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
-@pytest.mark.parametrize("late_s", [0.32, 0.5, 0.9])
-@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+@in_pairs(
+    "strategy, late_s, quirk", ["cyclic", "profile"], [0.32, 0.5, 0.9], ["hold", "extrapolate"]
+)
 def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, quirk):
     rig = moving(FAR, settings={"strategy": strategy}, hold_after_loss=quirk)
     there = rig.suspend(late_s)

@@ -238,10 +238,16 @@ def begun(moves, after_s=0.0, ahead_s=AHEAD_S, starts=FAR_FROM_ZERO, **settings)
     return bench
 
 
-def requests(bench: MksBench, *kinds) -> list[tuple[int, mks.Request]]:
-    """Return the requests of some kinds that were sent so far, each with its drive."""
-    found = ((frame.can_id, mks.decode_request(frame)) for _, frame in bench.sent)
-    return [(node, each) for node, each in found if isinstance(each, kinds)]
+def requests(
+    bench: MksBench, *kinds, node: int = 0, since_s: float = 0.0
+) -> list[tuple[float, int, mks.Request]]:
+    """Return the requests of some kinds to a drive (0: to all) since a moment: when, to which."""
+    found = [
+        (at_s, frame.can_id, mks.decode_request(frame))
+        for at_s, frame in bench.sent
+        if at_s >= since_s and node in (0, frame.can_id)
+    ]
+    return [row for row in found if isinstance(row[2], kinds)]
 
 
 def off_path(corners: Sequence[tuple[float, Motors]], time_s: float, positions: Motors) -> float:

@@ -9,7 +9,7 @@ from mks_bench import BURSTS, MksBench, along, begun, requests, straight
 
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
-from firmware_protocol.mks import Code, Mode, ReadStall, Stop
+from firmware_protocol.mks import Code, Mode, MoveAbsoluteAxis, ReadStall, Stop
 from kinematics import Motors
 
 TOGETHER = (2000, 0, 0, 2000, 2000, 0)
@@ -58,7 +58,7 @@ def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
     assert requests(bench, ReadStall)
     bench.controller.stop(hard=False)
     bench.run(0.001)
-    stopped = {node for node, _ in requests(bench, Stop)}
+    stopped = {node for _, node, _ in requests(bench, Stop)}
     assert {1, 4} <= stopped
 
 
@@ -66,7 +66,7 @@ def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():
     bench = MksBench().ready()
     at_60_rpm = Motors(12 * count for count in (8192, 0, 0, 8192, 8192, 0))
     bench.do(along([MoveBy(at_60_rpm, 16_384.0)]))
-    at_s = [at_s for at_s, frame in bench.sent if frame.can_id == 5 and frame.data[0] == 0xF5]
+    at_s = [at_s for at_s, *_ in requests(bench, MoveAbsoluteAxis, node=5)]
     assert max(b - a for a, b in pairwise(at_s)) <= 2.0 * PERIOD_S + 1e-3
     assert at_s[-1] - at_s[0] > 5.0
 

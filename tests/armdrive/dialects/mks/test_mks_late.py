@@ -148,10 +148,8 @@ def of_all_motors(dice):
 
 
 RANDOM = [
-    (there_and_back, (0.0, 0.4), (0.0, 0.3), [held, suspended]),
-    (there_and_back, (0.0, 0.4), (0.0, 0.3), [HOLD_UPS[1], suspended]),
-    (of_many_speeds, (0.0, 0.3), (0.0, 0.2), [held, suspended]),
-    (of_many_speeds, (0.0, 0.3), (0.0, 0.2), [HOLD_UPS[1], suspended]),
+    (there_and_back, (0.0, 0.4), (0.0, 0.3), [*HOLD_UPS, suspended]),
+    (of_many_speeds, (0.0, 0.3), (0.0, 0.2), [*HOLD_UPS, suspended]),
     (of_all_motors, (0.005, 0.06), (0.005, 0.08), [suspended]),
 ]
 

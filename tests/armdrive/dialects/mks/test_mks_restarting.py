@@ -179,7 +179,7 @@ def test_drives_that_began_anew_in_a_burst_are_not_sent_the_whole_way_again(
     assert isinstance(bench.do(BURST), RequestRejected)
     if drives == 1:
         assert bench.alerts()[0].kind is AlertKind.RESTARTED
-    assert len([node for node, _ in requests(bench, MoveAbsoluteAxis) if node == 1]) == 1
+    assert len(requests(bench, MoveAbsoluteAxis, node=1)) == 1
 
 
 AGAIN = [

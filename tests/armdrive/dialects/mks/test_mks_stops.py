@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from driver_bench import ANSWERS
-from mks_bench import MksBench, along, begun, is_halted, straight
+from mks_bench import MksBench, along, begun, is_halted, requests, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.tasks import Halted
@@ -17,11 +17,7 @@ SOON_S = 0.005
 
 def stops_of(bench, number):
     """Return when one drive was told to stop."""
-    return [
-        at_s
-        for at_s, frame in bench.sent
-        if frame.can_id == number and isinstance(decode_request(frame), Stop | EmergencyStop)
-    ]
+    return [at_s for at_s, *_ in requests(bench, Stop, EmergencyStop, node=number)]
 
 
 def stopping(*, hard, loses):
