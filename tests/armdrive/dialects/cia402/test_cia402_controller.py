@@ -252,7 +252,7 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
 
 def test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage():
     rig = moving(FAR)
-    rig.loses = lambda _: True  # or late: no drive hears the program
+    rig.loses = lambda *_: True  # or late: no drive hears the program
     begun_s = rig.now_s
     while not rig.frames(canopen.Service.SDO_REQUEST, begun_s):
         rig.run(0.001)
@@ -260,7 +260,7 @@ def test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage():
     asked_s = rig.now_s
     rig.run(2.0 * rig.controller.limits.cycle_s)
     assert all(rig.words(node)[-1] == QUICK_STOP for node in range(1, 7))
-    rig.loses = lambda _: False
+    rig.loses = lambda *_: False
     assert rig.finish() == Halted()
     assert rig.now_s - asked_s < 0.5
 
