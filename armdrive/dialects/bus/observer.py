@@ -30,6 +30,9 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
     from zero   as far as any order in force lets it turn since it may have restarted
     rest        after a stop: between where its orders had it and its target, plus a corridor
 
+After an outage the orders that a drive has received, and when, are not known. So its course begins
+again at its reading, at the speed that two prompt readings show, and it is judged from there on.
+
 An order is in force from when it is sent until REPLY_TIMEOUT_S after its successor was sent. Rules
 that no interval expresses are in `ledger` (absence, late replies, rejections) and `weak` here.
 

@@ -321,7 +321,8 @@ class Outage:
 
     Another program blocks the adapter or the processor, or this one was suspended. When a drive
     replies again, the replies that are owed come first: late ones would be taken for new ones, and
-    a drive that never sends them had no power. Then all positions are read.
+    a drive that never sends them had no power. Then all positions are read twice, close together:
+    how fast a drive turns depends on which orders it has received, and when.
 
     If the arm is paused by then, the drives stand at their last targets, and are polled until it
     resumes: segments that are known but not sent wait as well.
