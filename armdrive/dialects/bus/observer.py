@@ -63,6 +63,10 @@ PROMPT_REPLY_S = 0.03
 SPEED_SPAN_S = 0.03
 """Two readings no farther apart than this tell a drive's speed. It changes little in that time;
 and if one reply was so late that its moment is uncertain, they seem farther apart."""
+APART_S = 0.01
+"""Two readings at least this far apart show that a drive stands, if it has not turned."""
+READINGS = 16
+"""Readings kept to find one that is surely older than the last, however late replies come."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
 WEAK_LOOKS = 5
@@ -140,6 +144,15 @@ class Verdict:
     off: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A count, sampled at some time between the question and the reply."""
+
+    count: int
+    asked_s: float
+    read_s: float
+
+
 @dataclass(slots=True)
 class _Look:
     """A drive's count, and where its orders had it at that moment."""
@@ -173,7 +186,7 @@ class ObservedDrive:
         self.verdict: Verdict | None = None
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
-        self._before: tuple[int, float, float] | None = None  # the reading before the last one
+        self._readings: deque[Reading] = deque(maxlen=READINGS)
         self._fit: tuple[float, float] | None = None
         self._outside = 0
         self._doubt: _Look | None = None
@@ -241,10 +254,9 @@ class ObservedDrive:
         """Record its count and conclude what that means."""
         course = self.course
         course.advance(now_s)
-        if self.count is not None:
-            self._before = self.count, self.asked_s, self.read_s
         self.asked_s = max(self.ledger.located(), now_s - REPLY_TIMEOUT_S)
         self.count, self.read_s = count, now_s
+        self._readings.append(Reading(count, self.asked_s, now_s))
         self.ledger.conclude(now_s)
         off = abs(course.off(count, self._ordered_from_s))
         if self._fit is None or off <= self.bounds.give or self._reaches(count, now_s):
@@ -393,27 +405,31 @@ class ObservedDrive:
 
     @property
     def measured_speed(self) -> float | None:
-        """Its speed at the last reading, measured from the one before; None if they do not tell.
+        """Its speed at the last reading, measured from an earlier one; None if they do not tell.
 
         After an outage nothing else tells it: which orders the drive has received, and when, is not
         known, so it may stand, brake or have turned back. It still gains speed towards its target,
-        but no more than lets it brake there.
+        but no more than lets it brake there. Where replies are so late that they do not tell the
+        speed of a drive that turns, they tell that it stands once it has come to its target.
         """
-        if self.count is None or self._before is None:
+        if not self._readings:
             return None
-        before, asked_s, read_s = self._before
-        turned, course = self.count - before, self.course
-        shortest_s, longest_s = self.asked_s - read_s, self.read_s - asked_s
-        if shortest_s <= 0.0:
-            return None  # both readings may be of the same moment
+        last, course = self._readings[-1], self.course
+        older = (each for each in reversed(self._readings) if each.read_s + APART_S <= last.asked_s)
+        before = next(older, None)
+        if before is None:
+            return None
+        turned = last.count - before.count
+        shortest_s, longest_s = last.asked_s - before.read_s, last.read_s - before.asked_s
         if abs(turned) <= self.bounds.tremble or not self.moving:
             return 0.0
         if longest_s > SPEED_SPAN_S:
             return None  # its speed may have changed since
         mean = 2.0 * turned / (shortest_s + longest_s)
-        sign, left = math.copysign(1.0, course.goal - self.count), abs(course.goal - self.count)
-        brakable = math.sqrt(2.0 * course.slope * left) if left else 0.0
+        left = course.goal - last.count
+        brakable = math.sqrt(2.0 * course.slope * abs(left)) if left else 0.0
         most = min(max(course.max_speed, abs(mean)), brakable)
+        sign = math.copysign(1.0, left)
         return sign * min(sign * mean + course.slope * longest_s / 2.0, most)
 
     @property

@@ -372,10 +372,10 @@ class Outage:
     @property
     def _due_s(self) -> float:
         """When all positions are asked for next: soon after replies that tell no speed yet."""
-        settings = self._wire.settings
-        if any(drive.read_s < self._polled_s for drive in self._wire.drives):
+        settings, read_s = self._wire.settings, [drive.read_s for drive in self._wire.drives]
+        if min(read_s) < self._polled_s:
             return self._polled_s + settings.answer_s
-        return self._polled_s + (settings.poll_s if self._all_measured else STOP_POLL_S)
+        return self._polled_s + settings.poll_s if self._all_measured else max(read_s) + STOP_POLL_S
 
     @property
     def _all_read(self) -> bool:

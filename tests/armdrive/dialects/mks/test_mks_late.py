@@ -266,3 +266,17 @@ def test_one_failure_beside_a_new_target_is_the_old_one_and_stops_no_steering():
     assert not oddities(bench)
     asked_s = [at_s for at_s, frame in bench.sent if frame.data[0] == Code.STALL]
     assert max(asked_s) < began_s  # it was no reason to ask whether the drive has stalled
+
+
+@pytest.mark.parametrize(
+    ("late_s", "sides"), [(0.02, ANSWERS), (0.025, ANSWERS), (0.04, BOTH), (0.08, ANSWERS)]
+)
+def test_an_outage_ends_also_if_every_reply_is_late_afterwards(late_s, sides):
+    moves = [MoveBy(Motors(WAY), 3000.0)] * 3
+    bench = begun(moves, 0.5)
+    bench.hold_up(0.4)
+    bench.run(0.4)
+    bench.waits_s = lambda _frame, host: late_s if host in sides else 0.0
+    assert bench.finish() == Done()
+    assert bench.positions - Motors(FAR_FROM_ZERO) == total(moves)
+    assert not bench.alerts()
