@@ -133,6 +133,17 @@ def look_for_link(keys: Keyboard) -> str:
     return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
 
 
+def why_immobile(state: State, keys: Keyboard) -> str:
+    """Say why no key can move the arm in this state, and what to do; empty if one can."""
+    if state is State.DISCONNECTED:
+        return f"there is no link to the arm, and no key moves it: {look_for_link(keys)}"
+    if state is State.ERROR_STOP:
+        return f"the arm is in error-stop: look at it, then press {keys.label('reset')}"
+    if state is State.DISABLED:
+        return f"the motors are off: {keys.label('motors')} switches them on"
+    return ""
+
+
 def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
     reason = (

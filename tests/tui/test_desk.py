@@ -183,10 +183,10 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     done = {}
     arm = FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED, simulated=False)
     async with Session(arm) as session:
-        for key in ("space", "R", "X", "H", "C", "P", "L", "ctrl+p"):
+        for key in ("space", "X", "R", "H", "C", "P", "L", "ctrl+p"):
             session.arm.calls.clear()
             await session.press(key)
-            await session.desk.workers.wait_for_complete()
+            await session.settle()
             done[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
             session.desk.dialogs.close_all()
         before = session.desk.theme

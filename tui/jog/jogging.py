@@ -123,7 +123,7 @@ class DeskJogging:
     def push(self, key: str) -> None:
         """Hold the on-screen button of a jog key until `lift`, or until the mouse is silent."""
         if not self.armed:
-            self._say("the buttons are dead, as the keys are, until they are armed")
+            self._say("the buttons move nothing until the keys are armed")
             return
         if self._stale.is_stale(self._clock(), of_keyboard=False):
             return

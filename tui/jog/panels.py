@@ -336,7 +336,7 @@ class AxisPanels:
     def _push(self, pair: JogPair, plus: bool) -> None:
         """Hold the key cap of an axis."""
         with self._desk.calls.acting():
-            self._desk.link.require()
+            self._desk.link.require_motion()
             self._hand.push(pair.plus if plus else pair.minus)
 
 

@@ -86,7 +86,7 @@ class Fingers:
 
     def _prepare(self) -> None:
         """Disarm armed keys, since the fingers move alone. Raises `BadRequest` if they are not."""
-        self._desk.link.require()
+        self._desk.link.require_motion()
         if not self._hand.armed:
             arm = self._desk.keys.label("arm")
             raise BadRequest(f"this moves the fingers: {arm} arms the keys first")
@@ -145,7 +145,7 @@ class JogScreen(DeskScreen):
     def idle(self) -> tuple[str, ...]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
         frame = () if self.desk.settings.cartesian else ("frame",)
-        if self.desk.link.lost:
+        if self.desk.link.why_immobile:
             return ("arm", "grasp", "park", *frame)
         return ("arm", *frame) if self.armed else ("grasp", *frame)
 
@@ -187,12 +187,12 @@ class JogScreen(DeskScreen):
 
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
-        self.desk.link.require()
+        self.desk.link.require_motion()
         self.hand.press(key)
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
-        self.desk.link.require()
+        self.desk.link.require_motion()
         if not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")

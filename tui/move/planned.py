@@ -250,7 +250,7 @@ class PlannedMove:
     def press(self) -> None:
         """Take one press of the two that move the arm."""
         desk = self._desk
-        desk.link.require()
+        desk.link.require_motion()
         if self.under_way:
             raise BadRequest("the arm is on its way: space stops it")
         if self.preview is None or not self._fresh(desk.link.status):

@@ -250,7 +250,7 @@ class PointsScreen(DeskScreen):
         elif self.sequence.stepper is None:
             self.planned.press()
         else:
-            self.desk.link.require()
+            self.desk.link.require_motion()
             self.sequence.require_standstill()
             self.desk.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
 

@@ -138,7 +138,7 @@ class ProgramStart:
 
     def press(self) -> None:
         """Take one press of the two that run the program, or rehearse it first."""
-        self._desk.link.require()
+        self._desk.link.require_motion()
         why = self._why_not()
         if why is None:
             self._desk.confirmation.press("RUNS IT", self._begin)
@@ -151,15 +151,13 @@ class ProgramStart:
 
     def _why_not(self) -> str | None:
         """Return why the program cannot run now: empty if it is to be rehearsed; None if it can."""
-        checked, status, keys = self._files.checked, self._desk.link.status, self._desk.keys
+        checked, status = self._files.checked, self._desk.link.status
         if self._run.busy:
-            return f"the program is running: {keys.label('stop')} stops it"
+            return f"the program is running: {self._desk.keys.label('stop')} stops it"
         if checked is None or checked.program is None:
             return "choose a program without mistakes first"
-        if status.state is State.DISABLED:
-            return f"the motors are off: {keys.label('motors')} switches them on"
         if status.state is not State.STANDBY:
-            return f"the arm is {status.state.value}: wait, or look at the safety panel"
+            return f"the arm is {status.state.value}: wait until it stands"
         if self.rehearsal.working:
             return "it is being rehearsed: wait until that is done"
         found = self.rehearsal.fresh(checked.program, status)

@@ -81,12 +81,12 @@ def test_disarming_other_settings_and_a_key_let_go_of_the_button(held, end):
     assert ("release",) in arm.calls
 
 
-def test_a_button_is_dead_while_the_keys_are():
+def test_a_button_moves_nothing_until_the_keys_are_armed():
     arm, said = FakeArm(), []
     hand = DeskJogging(arm, clock=Clock(), say=said.append, settings=JogSettings)
     hand.push("w")
     assert arm.calls == []
-    assert "until they are armed" in said[-1]
+    assert "until the keys are armed" in said[-1]
 
 
 def button(session, table, row, *, plus):

@@ -217,7 +217,7 @@ async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path
 
 NOT_READY = [
     (State.DISABLED, "P switches them on"),
-    (State.ERROR_STOP, "the arm is error-stop"),
+    (State.ERROR_STOP, "the arm is in error-stop"),
     (State.DISCONNECTED, "there is no link to the arm"),
 ]
 
