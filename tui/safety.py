@@ -103,7 +103,9 @@ def safety_state(
 def which(status: Status) -> str:
     """Say whether the arm is real, and which it is."""
     kind = "SIMULATED" if status.simulated else "REAL ARM"
-    return f"{kind}: {status.arm} ({status.title}) on {status.link}"
+    named_by_port = status.link.startswith(status.arm)
+    name = status.title if named_by_port else f"{status.arm} ({status.title})"
+    return f"{kind}: {name} on {status.link}"
 
 
 def position_text(status: Status, keys: Keyboard) -> str:
@@ -156,7 +158,9 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
         looking = f"The desk is looking for it: {key} looks at once, {leave} leaves"
         return f"{reason.rstrip('.')}. {looking if reconnects else look_for_link(keys)}."
     if status.state is State.ERROR_STOP:
-        return f"{reason}. {keys.label('reset')} resets, and moves nothing."
+        names_key = "`reset()`" in reason
+        resets = "That" if names_key else f"{keys.label('reset')} resets, and"
+        return f"{reason.rstrip('.')}. {resets} moves nothing."
     if status.paused:
         return _paused(keys, paused_at)
     if status.speed_override < 1.0:

@@ -33,6 +33,9 @@ async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
         session.arm.set(simulated=False, link="COM3")
         await session.poll()
         assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
+        session.arm.set(arm="COM3", link="COM3 at 9600 baud")
+        await session.poll()
+        assert session.text("title") == "REAL ARM: TeachMover on COM3 at 9600 baud"
         assert session.screen.query_one(Tabs).active_tab.label_text == "F2 Jog"
 
 

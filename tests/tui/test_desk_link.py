@@ -97,6 +97,7 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         await session.press("L")
         await session.settle()
         assert "ERROR  [E409]" in session.text("banner")
+        assert session.text("banner").endswith("look at the arm, then press R. That moves nothing.")
         said = session.text("messages")
         assert "nothing was moved" in said
         assert "restored: the link was lost and restored, and the registers match" in said

@@ -166,7 +166,8 @@ def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
     guards, radius_mm = model.guards, math.hypot(pose.x_mm, pose.y_mm)
     if guards.table:
         near = pose.z_mm < TABLE_NEAR_MM
-        yield f"table {pose.z_mm:.0f} mm below the tip", "$warning" if near else ""
+        side = "above" if round(pose.z_mm) < 0 else "below"
+        yield f"table {abs(round(pose.z_mm))} mm {side} the tip", "$warning" if near else ""
     outer_mm = guards.outer_radius_mm
     if outer_mm is not None and outer_mm - radius_mm < RIM_NEAR_MM:
         yield f"end of the reach {outer_mm - radius_mm:.0f} mm away", "$warning"
@@ -302,6 +303,12 @@ class AxisPanels:
         )
         self._name(settings)
         return joints
+
+    def show_only_driven(self, *, only: bool) -> None:
+        """Hide the panel of the axes that no key moves in this mode, or show it again."""
+        cartesian = self._desk.settings.cartesian
+        self._tip.display = cartesian or not only
+        self._joints.display = not (cartesian and only)
 
     def _name(self, settings: JogSettings) -> None:
         """Say in the panels' titles which of them the keys move, and in which frame."""

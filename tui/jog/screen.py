@@ -179,9 +179,16 @@ class JogScreen(DeskScreen):
         near = near_lines(status, self.desk.arm.model, joints, quicker(status.dialect))
         self.text("near").show_lines(near)
         load = self._load.of(status.link_stats, self.desk.clock())
+        self._make_room()
         if self.text("details").display:
             self.text("details").show(detail_lines(status, load))
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
+
+    def _make_room(self) -> None:
+        """Let the details take the place of what no key moves, where the terminal is small."""
+        room = self.size.height > TALL or not self.text("details").display
+        self.query_one("#near").display = room
+        self.axes.show_only_driven(only=not room)
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -206,7 +213,7 @@ class JogScreen(DeskScreen):
         """Show or hide what a technician asks for."""
         details = self.text("details")
         details.display = not details.display
-        self.query_one("#near").display = not details.display or self.size.height > TALL
+        self._make_room()
 
 
 def opened(opening_mm: float | None) -> str:
