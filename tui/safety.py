@@ -164,7 +164,9 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
     if status.paused:
         return _paused(keys, paused_at)
     if status.speed_override < 1.0:
-        return f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100` ends that."
+        return (
+            f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100%` ends that."
+        )
     return ""
 
 

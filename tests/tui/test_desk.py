@@ -14,6 +14,7 @@ from textual import events
 from textual.widgets import Input, Tabs
 from waiting import until_seen
 
+from armdrive.cli.runner import command_parser
 from armdrive.moves import Jog, Space
 from armdrive.status import State, Trust
 from armdrive.storage.point_file import points_of
@@ -382,7 +383,13 @@ async def test_what_somebody_asked_from_outside_is_shown():
     async with Session() as session:
         session.arm.set(speed_override=0.25)
         await session.poll()
-        assert "SLOWED from outside to 25%" in session.text("banner")
+        slowed = session.text("banner")
+        assert "SLOWED from outside to 25%" in slowed
+        _, name, *words = slowed.split("`")[1].split()
+        assert (
+            command_parser(name, "a summary", "drive.control_requests:slow").parse_args(words).speed
+            == 1.0
+        )
         session.arm.set(paused=True)
         await session.poll()
         assert "PAUSED  paused from outside" in session.text("banner")

@@ -132,7 +132,7 @@ class ProgramStart:
             raise BadRequest("the program is running: space stops it")
         program = None if self._files.checked is None else self._files.checked.program
         if program is None:
-            raise BadRequest("choose a program without mistakes first")
+            raise BadRequest(self._no_program())
         self._run.forget()
         self.rehearsal.begin(program)
 
@@ -155,7 +155,7 @@ class ProgramStart:
         if self._run.busy:
             return f"the program is running: {self._desk.keys.label('stop')} stops it"
         if checked is None or checked.program is None:
-            return "choose a program without mistakes first"
+            return self._no_program()
         if status.state is not State.STANDBY:
             return f"the arm is {status.state.value}: wait until it stands"
         if self.rehearsal.working:
@@ -164,6 +164,14 @@ class ProgramStart:
         if found is None:
             return ""
         return None if found.refusal is None else str(found.refusal)
+
+    def _no_program(self) -> str:
+        """Say why there is no program to rehearse or run."""
+        if self._files.chosen is None:
+            return "there is no program to run"
+        if self._files.checked is None:
+            return "the program is still being read"
+        return "the program has mistakes: correct its file first"
 
     def _begin(self) -> None:
         """Run the program as two presses have confirmed, unless something has changed."""
