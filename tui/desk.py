@@ -208,7 +208,7 @@ class ArmControl:
         if self._desk.link.status.state is State.DISABLED:
             self._desk.calls.make(self._arm.enable, "the motors are on: nothing was moved")
             return
-        text = "The motors are switched off: THE ARM SAGS, and its position is lost."
+        text = "This switches the motors off: THE ARM SAGS, and its position is lost."
         done = "the motors are off"
         self._ask(text, self._present, self._arm.disable, done, asked="Is it supported?")
 

@@ -103,7 +103,7 @@ def safety_state(
 def which(status: Status) -> str:
     """Say whether the arm is real, and which it is."""
     kind = "SIMULATED" if status.simulated else "REAL ARM"
-    named_by_port = status.link.startswith(status.arm)
+    named_by_port = status.link.startswith(status.arm.partition("?")[0])
     name = status.title if named_by_port else f"{status.arm} ({status.title})"
     return f"{kind}: {name} on {status.link}"
 

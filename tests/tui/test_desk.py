@@ -37,6 +37,9 @@ async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
         session.arm.set(arm="COM3", link="COM3 at 9600 baud")
         await session.poll()
         assert session.text("title") == "REAL ARM: TeachMover on COM3 at 9600 baud"
+        session.arm.set(arm="can:slcan:COM4?bitrate=500000", link="can:slcan:COM4 at 500 kbit/s")
+        await session.poll()
+        assert session.text("title") == "REAL ARM: TeachMover on can:slcan:COM4 at 500 kbit/s"
         assert session.screen.query_one(Tabs).active_tab.label_text == "F2 Jog"
 
 
