@@ -633,3 +633,12 @@ async def test_the_cursor_of_the_palette_does_not_blink():
         assert not field.cursor_blink
         assert not field._blink_timer._active.is_set()
         assert field._cursor_visible
+
+
+@pytest.mark.parametrize("size", [(60, 20), (80, 24), (120, 40)])
+async def test_no_line_of_the_help_is_wider_than_its_dialog(size):
+    async with Session(size=size) as session:
+        await session.keys("question_mark")
+        text = session.desk.screen.query_one("#help-text")
+        await until_seen(lambda: text.shown, session.pilot.pause)
+        assert max(map(len, text.shown.splitlines())) <= text.content_size.width

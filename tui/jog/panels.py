@@ -186,9 +186,9 @@ def _margin_share(row: AxisRow) -> float:
 
 
 def quicker(dialect: str) -> str:
-    """Say what stops this arm quicker than the program does, in short; empty where nothing does."""
+    """Say in short what stops this arm faster than the program does; empty if nothing does."""
     row = DIALECTS.get(dialect)
-    return "" if row is None else row.quick_stop.partition(":")[0]
+    return "" if row is None else row.quick_stop.partition(";")[0]
 
 
 def grip_line(gripping: bool | None, force_n: float) -> str:

@@ -190,7 +190,7 @@ def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, sh
 
 
 def test_a_teachmover_says_that_its_pendant_stops_sooner():
-    assert "STOP key of the pendant is the quicker stop" in tables.quicker("teachmover")
+    assert "The pendant's STOP key stops faster" in tables.quicker("teachmover")
     assert "pendant" not in tables.quicker("robko01")
 
 
