@@ -50,7 +50,7 @@ from tui.safety import (
 from tui.settings import memory_file, recall
 from tui.widgets import KeyLine, PlainText, panels
 
-# The words about such an arm, made from the plain data of its status.
+# What the screen says about the arm, made from the plain data of its status.
 
 PERCENTS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
@@ -80,7 +80,7 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
 
 
 def lines(view: View) -> str:
-    """Say what the safety panel does not; what a small terminal must not cut off comes first."""
+    """Say what the safety panel does not, with what a small terminal must not cut off first."""
     if not view:
         return "waiting for its status"
     joints, pose = view.get("joints"), view.get("pose")
@@ -142,7 +142,7 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
     ]
 
 
-# The program that drives the arm, and what is asked of it.
+# The program that drives the arm, and requests to it.
 
 EVERY_S = 0.05
 

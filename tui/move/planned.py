@@ -33,7 +33,7 @@ _BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
 
 
 def way_text(form: GoalForm, keys: Keyboard) -> str:
-    """Say how the goal is meant and gone to: mode, frame, line or joints, speed, step."""
+    """Say how the goal is typed and reached: mode, frame, line or joints, speed, step."""
     return "\n".join(_manner_lines(form, keys))
 
 
