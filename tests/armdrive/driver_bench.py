@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from armdrive.dialects.controller import Controller
+from armdrive.sim.device import SimDevice
 from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
-from firmware_protocol.frames import Frame
+from armdrive.transports.in_process import MemoryLink
+from firmware_protocol.frames import Frame, Unpacker, pack
+from kinematics import Motors
 
 
 class DriverBench:
@@ -77,3 +80,100 @@ class DriverBench:
 
     def _speak(self) -> None:
         raise NotImplementedError
+
+
+BOTH, ORDERS, ANSWERS = (True, False), (True,), (False,)
+"""The sides whose frames are held up: the host's, the drives', or both."""
+
+
+class BusBench(DriverBench):
+    """A controller and the simulated drives of an arm on one bus, which can lose or delay frames.
+
+    Both rules get a frame and whether the host has sent it.
+    """
+
+    def __init__(self, controller: Controller, device: SimDevice, link: MemoryLink) -> None:
+        super().__init__(controller)
+        self.device, self.link = device, link
+        self.loses: Callable[[Frame, bool], bool] = lambda frame, host: False
+        """Whether a frame is lost."""
+        self.waits_s: Callable[[Frame, bool], float] = lambda frame, host: 0.0
+        """How long a frame waits before it passes."""
+        self._to: list[tuple[float, bytes]] = []
+        self._back: list[tuple[float, bytes]] = []
+
+    @property
+    def positions(self) -> Motors:
+        """What the drives count."""
+        return self.device.registers
+
+    def say(self, *frames: bytes) -> None:
+        """Have the driver read frames that no drive has sent."""
+        self._back += [(self.now_s, data) for data in frames]
+
+    def hold_up(self, for_s: float, sides: tuple[bool, ...] = BOTH, node: int = 0) -> None:
+        """Make the bus, or one drive's end of it, keep frames for a time; then all pass at once."""
+        end_s, waits_s = self.now_s + for_s, self.waits_s
+
+        def held_s(frame: Frame, host: bool) -> float:
+            held = host in sides and node in (0, frame.can_id)
+            return max(waits_s(frame, host), (end_s - self.now_s) * held)
+
+        self.waits_s = held_s
+
+    def suspend(self, for_s: float) -> Motors:
+        """Suspend the program; return where the shafts are as it wakes.
+
+        At the next step it receives all frames of that time at once.
+        """
+        self.dead = True
+        self.run(for_s)
+        self.dead = False
+        return self.positions
+
+    def stands(self, for_s: float = 2.0) -> None:
+        """Check that nothing turns for a while."""
+        stood = self.positions
+        self.run(for_s)
+        assert self.positions == stood
+
+    def alerts(self) -> list[Alert]:
+        """Return what has alarmed so far."""
+        self.reply()
+        return super().alerts()
+
+    def _step(self, end_s: float) -> None:
+        times = [at_s for at_s, _ in self._to]
+        if not self.dead:
+            times += [self.controller.next_s(), *(at_s for at_s, _ in self._back)]
+        until_s = min([end_s, *self.at_s, *times])
+        self._pass_to(end_s, [self.link.run(until_s)])
+        if passing := _due(self._to, self.now_s):
+            self.link.write(passing, self.now_s)
+        for frame in Unpacker().feed(self.link.read(self.now_s)):
+            if not self.loses(frame, False):
+                self._back.append((self.now_s + self.waits_s(frame, False), pack(frame)))
+        if not self.dead:
+            self._hear()
+
+    def _hear(self) -> None:
+        if heard := _due(self._back, self.now_s):
+            self.controller.receive(heard, self.now_s)
+        self._speak()
+
+    def _speak(self) -> None:
+        if self.dead:
+            return
+        for frame in Unpacker().feed(self.controller.advance(self.now_s)):
+            self.sent.append((self.now_s, frame))
+            if not self.loses(frame, True):
+                self._to.append((self.now_s + self.waits_s(frame, True), pack(frame)))
+        if passing := _due(self._to, self.now_s):
+            self.link.write(passing, self.now_s)
+
+
+def _due(queue: list[tuple[float, bytes]], now_s: float) -> bytes:
+    ready = [data for at_s, data in queue if at_s <= now_s]
+    if ready:
+        queue[:] = [entry for entry in queue if entry[0] > now_s]
+    return b"".join(ready)

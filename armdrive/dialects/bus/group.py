@@ -67,7 +67,7 @@ class Signal(Enum):
     TROUBLE = "a drive does not follow its orders, or does not reply"
     REJECTED = "a drive reports that it rejects an order"
     ALL_SENT = "the final targets have been sent"
-    LOCATED = "every drive has reported its position, and the arm is not paused"
+    LOCATED = "every drive's position and speed are known, and the arm is not paused"
     SHORT = "a drive stands short of its target: its order may have been lost"
     OUT_OF_RANGE = "a target cannot be expressed"
     ARRIVED = "all drives stand at their targets"

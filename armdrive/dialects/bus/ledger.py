@@ -108,7 +108,7 @@ class Ledger:
         """
         self._owed -= settles
         silent = self.braking and now_s >= self.open_s + BRAKING_SILENCE_S
-        if silent or self._missed >= MISSED_LIMIT:
+        if not self.pending and (silent or self._missed >= MISSED_LIMIT):
             self.suspect(now_s + REPLY_GRACE_S)
         if self.pending and self._owed <= self._owed_before_suspicion:
             self._suspected_s = math.inf  # it has answered everything, so it had power throughout
@@ -117,10 +117,14 @@ class Ledger:
             self.replied_s, self.unanswered_polls = now_s, 0
 
     def suspect(self, until_s: float) -> None:
-        """Suspect that the drive was away, unless all owed replies come by `until_s`."""
+        """Suspect that the drive was away, unless all owed replies come by `until_s`.
+
+        They get more time if the bus fails again meanwhile.
+        """
         if not self.pending:
             self._suspected_s, self._owed_before_suspicion = self.open_s, self._owed_before
             self._suspicion_ends_s = until_s
+        self._suspicion_ends_s = max(self._suspicion_ends_s, until_s)
 
     def conclude(self, now_s: float) -> None:
         """Conclude that the drive was away if owed replies are overdue."""

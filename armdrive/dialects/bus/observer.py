@@ -30,6 +30,9 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
     from zero   as far as any order in force lets it turn since it may have restarted
     rest        after a stop: between where its orders had it and its target, plus a corridor
 
+After an outage the orders that a drive has received, and when, are not known. So its course begins
+again at its reading, at the speed that two prompt readings show, and it is judged from there on.
+
 An order is in force from when it is sent until REPLY_TIMEOUT_S after its successor was sent. Rules
 that no interval expresses are in `ledger` (absence, late replies, rejections) and `weak` here.
 
@@ -57,6 +60,9 @@ CORRECTION_GAIN = 0.3
 """How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 PROMPT_REPLY_S = 0.03
 """A reply takes at most this long, unless the computer is busy: docs/background/measurements.md."""
+SPEED_SPAN_S = 0.03
+"""Two readings no farther apart than this tell a drive's speed. It changes little in that time;
+and if one reply was so late that its moment is uncertain, they seem farther apart."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
 WEAK_LOOKS = 5
@@ -93,6 +99,11 @@ class Bounds:
     give: float
     turn: int = 0
     late_s: float = MAX_DELAY_S
+
+    @property
+    def tremble(self) -> int:
+        """How far the count of a drive that stands may vary."""
+        return self.rest // 4 + 1
 
 
 class DriveFinding(Enum):
@@ -162,6 +173,7 @@ class ObservedDrive:
         self.verdict: Verdict | None = None
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
+        self._before: tuple[int, float, float] | None = None  # the reading before the last one
         self._fit: tuple[float, float] | None = None
         self._outside = 0
         self._doubt: _Look | None = None
@@ -202,10 +214,12 @@ class ObservedDrive:
         self._restart_comparison(now_s)
 
     def resume_from_reading(self, now_s: float) -> None:
-        """Let its course continue from the last reading, at its time; the target stays."""
-        place, left = float(self.count or 0), self.course.goal - (self.count or 0)
-        speed = math.copysign(self.course.max_speed, left) if left and self.moving else 0.0
-        self.course.put(place, speed if math.isfinite(speed) else 0.0, self.asked_s)
+        """Let its course continue from the last reading, at its time; the target stays.
+
+        The drive is judged from there on: its orders during the outage may have come late.
+        """
+        self.verdict = None
+        self.course.put(float(self.count or 0), self.measured_speed or 0.0, self.asked_s)
         self.course.advance(now_s)
         self._restart_comparison(now_s)
 
@@ -227,6 +241,8 @@ class ObservedDrive:
         """Record its count and conclude what that means."""
         course = self.course
         course.advance(now_s)
+        if self.count is not None:
+            self._before = self.count, self.asked_s, self.read_s
         self.asked_s = max(self.ledger.located(), now_s - REPLY_TIMEOUT_S)
         self.count, self.read_s = count, now_s
         self.ledger.conclude(now_s)
@@ -366,9 +382,39 @@ class ObservedDrive:
         return self.verdict is not None and self.verdict.finding is DriveFinding.RESTARTED
 
     @property
+    def is_within_reach(self) -> bool:
+        """Whether a shaft can have turned to its last count."""
+        return not self._outside
+
+    @property
     def rests_off_path(self) -> bool:
         """Whether it came to rest outside the interval of its stop."""
         return bool(self.course.max_speed) and (self.count or 0) not in self._rest
+
+    @property
+    def measured_speed(self) -> float | None:
+        """Its speed at the last reading, measured from the one before; None if they do not tell.
+
+        After an outage nothing else tells it: which orders the drive has received, and when, is not
+        known, so it may stand, brake or have turned back. It still gains speed towards its target,
+        but no more than lets it brake there.
+        """
+        if self.count is None or self._before is None:
+            return None
+        before, asked_s, read_s = self._before
+        turned, course = self.count - before, self.course
+        shortest_s, longest_s = self.asked_s - read_s, self.read_s - asked_s
+        if shortest_s <= 0.0:
+            return None  # both readings may be of the same moment
+        if abs(turned) <= self.bounds.tremble or not self.moving:
+            return 0.0
+        if longest_s > SPEED_SPAN_S:
+            return None  # its speed may have changed since
+        mean = 2.0 * turned / (shortest_s + longest_s)
+        sign, left = math.copysign(1.0, course.goal - self.count), abs(course.goal - self.count)
+        brakable = math.sqrt(2.0 * course.slope * left) if left else 0.0
+        most = min(max(course.max_speed, abs(mean)), brakable)
+        return sign * min(sign * mean + course.slope * longest_s / 2.0, most)
 
     @property
     def is_near(self) -> bool:

@@ -321,7 +321,8 @@ class Outage:
 
     Another program blocks the adapter or the processor, or this one was suspended. When a drive
     replies again, the replies that are owed come first: late ones would be taken for new ones, and
-    a drive that never sends them had no power. Then all positions are read.
+    a drive that never sends them had no power. Then all positions are read twice, close together:
+    how fast a drive turns depends on which orders it has received, and when.
 
     If the arm is paused by then, the drives stand at their last targets, and are polled until it
     resumes: segments that are known but not sent wait as well.
@@ -333,8 +334,8 @@ class Outage:
         self._arrived: set[int] = set()
         self._back_s = math.inf
         """When a drive replied again; infinity if none did."""
-        self._asked_s = self._due_s = math.inf
-        """When all positions were asked for first after that, and when they are asked next."""
+        self._asked_s = self._polled_s = math.inf
+        """When all positions were asked for first after that, and when last."""
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
@@ -349,7 +350,7 @@ class Outage:
             return Signal.TROUBLE
         if run.trip is None or run.trip.sent_all:
             return Signal.ALL_SENT
-        return None if run.trip.held_back() else Signal.LOCATED
+        return Signal.LOCATED if self._all_measured and not run.trip.held_back() else None
 
     def step(self, now_s: float) -> float:
         """Poll until a drive replies, wait for owed replies, then ask until all have answered."""
@@ -361,17 +362,28 @@ class Outage:
             drained_s, until_s = self._back_s + DRAIN_S, self._back_s + REPLY_TIMEOUT_S
             if now_s < drained_s or (wire.observer.pending and now_s < until_s):
                 return drained_s if now_s < drained_s else min(now_s + DRAIN_S, until_s)
-            self._asked_s = self._due_s = now_s
+            self._asked_s, self._polled_s = now_s, -math.inf
         if now_s >= self._due_s:
-            again_s = wire.settings.poll_s if self._all_read else wire.settings.answer_s
-            self._due_s = now_s + again_s
+            self._polled_s = now_s
             ask_all(wire)  # any reply shows that the outage is over
         reread_doubtful(wire)
         return self._due_s
 
     @property
+    def _due_s(self) -> float:
+        """When all positions are asked for next: soon after replies that tell no speed yet."""
+        settings = self._wire.settings
+        if any(drive.read_s < self._polled_s for drive in self._wire.drives):
+            return self._polled_s + settings.answer_s
+        return self._polled_s + (settings.poll_s if self._all_measured else STOP_POLL_S)
+
+    @property
     def _all_read(self) -> bool:
         return all(drive.read_s >= self._asked_s for drive in self._wire.drives)
+
+    @property
+    def _all_measured(self) -> bool:
+        return all(drive.measured_speed is not None for drive in self._wire.drives)
 
     def _displaced(self) -> Verdict | None:
         """Return what is wrong with a drive that had come to its target and has left it."""

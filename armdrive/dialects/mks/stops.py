@@ -112,7 +112,7 @@ class MksBrakes:
         if drive.count is None or drive.read_s < self._began_s:
             return False
         first = self._still.get(drive)
-        if first is None or abs(drive.count - first[0]) > drive.bounds.rest // 4 + 1:
+        if first is None or abs(drive.count - first[0]) > drive.bounds.tremble:
             self._still[drive] = drive.count, drive.read_s
             return False
         stands = self._wire.states.get(drive.node) is MotorState.STOPPED
@@ -264,6 +264,12 @@ def restarted_words(drive: ObservedDrive) -> str:
     """Return that a drive has restarted, and how certain that is."""
     if math.isinf(drive.ledger.away_s):
         return f"{drive} was reset or lost its power: it counts from zero again"
+    if drive.is_within_reach:
+        return (
+            f"{drive} did not answer for a while in motion. Its orders can have taken it to where "
+            f"it counts now, {drive.count}, but a drive that was reset or lost its power meanwhile "
+            "can count the same. Check its supply and its plug"
+        )
     return (
         f"{drive} was gone for a moment in motion, and counts {drive.count}: most likely it was "
         "reset or lost its power, and counts from zero again. Check its supply and its plug"

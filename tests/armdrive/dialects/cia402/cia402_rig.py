@@ -3,39 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 
-from driver_bench import DriverBench
+from driver_bench import BusBench
 
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
-from armdrive.tasks import Alert, MoveAlong, MoveBy
+from armdrive.tasks import MoveAlong, MoveBy
 from firmware_protocol.canopen import Service, Statusword, service_of
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import Frame
 from kinematics import Motors
 
 
-class Rig(DriverBench):
+class Rig(BusBench):
     """A controller and its drives on simulated time."""
 
     def __init__(self, settings: dict | None = None, **options) -> None:
         config = simulated_config("cia402")
         self.config = replace(config, device=replace(config.device, **(settings or {})))
         self.twin = simulate(self.config, **options)
-        self.device, self.link = self.twin.device, self.twin.link
-        super().__init__(Cia402Controller(DIALECTS["cia402"].abilities, self.config))
-        self.loses: Callable[[Frame], bool] = lambda _: False
-        """Which of the driver's frames never reach the bus."""
-        self._unpacker = Unpacker()
-        self._unread = bytearray()
-
-    @property
-    def positions(self) -> Motors:
-        """Where the shafts are."""
-        return self.device.registers
+        controller = Cia402Controller(DIALECTS["cia402"].abilities, self.config)
+        super().__init__(controller, self.twin.device, self.twin.link)
 
     def node(self, number: int):
         """Return a drive, counted from 1."""
@@ -48,24 +39,6 @@ class Rig(DriverBench):
     def stop(self, *, hard: bool = False) -> None:
         """Ask for a stop."""
         self.controller.stop(hard=hard)
-
-    def suspended(self, time_s: float) -> Motors:
-        """Suspend the program for a while; return where the shafts are as it wakes."""
-        self.dead = True
-        self.run(time_s)
-        self.dead = False
-        return self.positions
-
-    def stands(self, time_s: float = 0.5) -> None:
-        """Check that nothing turns for a while."""
-        stood = self.positions
-        self.run(time_s)
-        assert self.positions == stood
-
-    def alerts(self) -> list[Alert]:
-        """Return what has alarmed so far."""
-        self.reply()
-        return super().alerts()
 
     def frames(self, service: Service, since_s: float = -math.inf) -> list[tuple[float, Frame]]:
         """Return what the driver sent of a service."""
@@ -98,27 +71,6 @@ class Rig(DriverBench):
     def told_states(self) -> Iterable[Statusword | None]:
         """Return what the driver knows of the drives' states."""
         return [drive.word for drive in self.controller.group.drives]
-
-    def _step(self, end_s: float) -> None:
-        due_s = math.inf if self.dead else self.controller.next_s()
-        self._pass_to(end_s, [self.link.run(min(end_s, due_s, *self.at_s))])
-        self._unread += self.link.read(self.now_s)
-        if self.dead:
-            return
-        if data := bytes(self._unread):
-            self._unread.clear()
-            self.controller.receive(data, self.now_s)
-        self._speak()
-
-    def _speak(self) -> None:
-        if self.dead:
-            return
-        said = self.controller.advance(self.now_s)
-        if said:
-            frames = list(self._unpacker.feed(said))
-            self.sent += [(self.now_s, frame) for frame in frames]
-            arriving = [pack(frame) for frame in frames if not self.loses(frame)]
-            self.link.write(b"".join(arriving), self.now_s)
 
 
 def steps(*counts: int) -> Motors:

@@ -34,20 +34,21 @@ class BusyRig(Rig):
         self._program, self._wire = program, wire
         self._random = random.Random(seed)
         self._frames = Unpacker()
-        self._held: list[tuple[float, bytes]] = []
+        self._came_s = self._last_s = 0.0
+        self.waits_s = self._late_s
         read = self.link.read
-        self.link.read = lambda now_s: self._late(read(now_s), now_s)
+        self.link.read = lambda now_s: b"".join(
+            map(self._trembling, self._frames.feed(read(now_s)))
+        )
 
-    def _late(self, data: bytes, now_s: float) -> bytes:
-        """Hold back what has come; nothing overtakes what came before."""
-        late_s = self._random.uniform(*LATE_S) if self.busy and self._wire else 0.0
-        data = b"".join(map(self._trembling, self._frames.feed(data)))
-        if data:
-            last_s = self._held[-1][0] if self._held else now_s
-            self._held.append((max(now_s + late_s, last_s), data))
-        came = [data for at_s, data in self._held if at_s <= now_s]
-        self._held = self._held[len(came) :]
-        return b"".join(came)
+    def _late_s(self, _frame: Frame, host: bool) -> float:
+        """Hold back what drives say; nothing overtakes what came before."""
+        if host:
+            return 0.0
+        if self.now_s > self._came_s:  # what came together is heard together
+            late_s = self._random.uniform(*LATE_S) if self.busy and self._wire else 0.0
+            self._came_s, self._last_s = self.now_s, max(self.now_s + late_s, self._last_s)
+        return self._last_s - self.now_s
 
     def _trembling(self, frame: Frame) -> bytes:
         """Have a drive that tells its position tremble, as a closed loop does that holds."""
@@ -61,11 +62,8 @@ class BusyRig(Rig):
     def _step(self, end_s: float) -> None:
         late_s = self._random.uniform(*LATE_S) if self.busy and self._program else 0.0
         due_s = min(self.link.next_s(), self.controller.next_s(), end_s)
-        due_s = max(due_s, self.now_s)
-        if self._held:
-            self.at_s.setdefault(self._held[0][0], lambda: None)
         if late_s:
-            self.now_s = due_s + late_s
+            self.now_s = max(due_s, self.now_s) + late_s
         super()._step(end_s)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from amounts import amount
+from amounts import amount, in_pairs
 from cia402_rig import Rig, moving, steps
 
 from armdrive import Arm
@@ -103,7 +103,7 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
 @pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009])
 def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(delay_s):
     rig = Rig().ready()
-    rig.suspended(0.5)
+    rig.suspend(0.5)
     rig.begin(SwitchOn())
     rig.run(delay_s)
     rig.device.jog(steps(25))
@@ -198,7 +198,7 @@ def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_
 
 def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_when_it_wakes():
     rig = moving(steps(60_000))
-    there = rig.suspended(1.0)
+    there = rig.suspend(1.0)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert there[0] < 20_000 * (0.5 + 0.3)
     rig.stop()  # what the engine says to a program that wakes
@@ -210,7 +210,7 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
 
 def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     rig = moving(steps(60_000))
-    rig.suspended(0.4)
+    rig.suspend(0.4)
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
@@ -219,12 +219,12 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     rig.stands(0.3)
 
 
-@pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
-@pytest.mark.parametrize("late_s", [0.32, 0.5, 0.9])
-@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+@in_pairs(
+    "strategy, late_s, quirk", ["cyclic", "profile"], [0.32, 0.5, 0.9], ["hold", "extrapolate"]
+)
 def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, quirk):
     rig = moving(FAR, settings={"strategy": strategy}, hold_after_loss=quirk)
-    there = rig.suspended(late_s)
+    there = rig.suspend(late_s)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     reply = rig.finish()
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
@@ -242,7 +242,7 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
     with monkeypatch.context() as held_up:
         held_up.setattr(rig.link, "write", lambda data, _: late.append(data))
         rig.run(0.011)
-    there = rig.suspended(0.5)
+    there = rig.suspend(0.5)
     rig.link.write(b"".join(late), rig.now_s)
     assert "stopped by itself, and holds" in rig.finish().reason
     rig.run(0.5)
@@ -252,7 +252,7 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
 
 def test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage():
     rig = moving(FAR)
-    rig.loses = lambda _: True  # or late: no drive hears the program
+    rig.loses = lambda *_: True  # or late: no drive hears the program
     begun_s = rig.now_s
     while not rig.frames(canopen.Service.SDO_REQUEST, begun_s):
         rig.run(0.001)
@@ -260,7 +260,7 @@ def test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage():
     asked_s = rig.now_s
     rig.run(2.0 * rig.controller.limits.cycle_s)
     assert all(rig.words(node)[-1] == QUICK_STOP for node in range(1, 7))
-    rig.loses = lambda _: False
+    rig.loses = lambda *_: False
     assert rig.finish() == Halted()
     assert rig.now_s - asked_s < 0.5
 
@@ -282,7 +282,7 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
         )
         while not any(sync in data for data in said):
             rig.run(0.001)
-    there = rig.suspended(0.5)
+    there = rig.suspend(0.5)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
     assert "stopped by itself, and holds" in rig.finish().reason
     rig.run(0.5)
@@ -295,7 +295,7 @@ def test_targets_that_were_worked_out_and_not_said_are_dropped_by_a_stop():
     due_s = rig.controller.next_s()
     rig.controller.receive(pack(canopen.Heartbeat(1, canopen.NodeState.OPERATIONAL).frame), due_s)
     assert rig.controller.next_s() == due_s  # there is something to be said
-    there = rig.suspended(1.2)
+    there = rig.suspend(1.2)
     rig.stop()
     assert rig.finish() == Halted()
     rig.run(0.5)
@@ -328,7 +328,7 @@ def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed
 
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig = Rig({"heartbeat_ms": 2000}).ready()
-    rig.suspended(1.5)
+    rig.suspend(1.5)
     rig.run(1.0)
     assert not rig.alerts()
     assert rig.states() == {canopen.DriveState.ENABLED}

@@ -126,8 +126,8 @@ def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
 @pytest.mark.parametrize(
     ("lost", "turns"),
     [
-        pytest.param(lambda frame: frame.can_id == 0x201, 5, id="one drive's targets"),
-        pytest.param(lambda frame: frame.can_id == 0x80, 7, id="every SYNC"),
+        pytest.param(lambda frame, _: frame.can_id == 0x201, 5, id="one drive's targets"),
+        pytest.param(lambda frame, _: frame.can_id == 0x80, 7, id="every SYNC"),
     ],
 )
 @pytest.mark.parametrize("lasts_s", [0.03, 0.08, 0.15])
@@ -139,7 +139,7 @@ def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few
     rig.begin(MoveAlong(iter(LINE * 4), 0.3))
     rig.run(0.2)
     rig.loses = lost
-    rig.at_s[rig.now_s + lasts_s] = lambda: setattr(rig, "loses", lambda _: False)
+    rig.at_s[rig.now_s + lasts_s] = lambda: setattr(rig, "loses", lambda *_: False)
     there, ways = rig.positions, []
     for _ in range(80):
         rig.run(PERIOD_S)

@@ -4,10 +4,10 @@ Figures without a test's own name were seen on grbl-Mega-5X and on gnea/grbl 1.1
 simulator.
 """
 
-import itertools
 import math
 
 import pytest
+from amounts import in_pairs
 from faults import Rule, lost
 from grbl_arm import config, ready, standing_as_said, stands, tip_mm
 from grbl_bench import MACHINE, Bench
@@ -125,8 +125,7 @@ def arc(arm, speed):
     return arm.move_c(via, goal, speed=speed)
 
 
-@pytest.mark.parametrize("begin", [joint, line, arc])
-@pytest.mark.parametrize(("firmware", "speed"), itertools.product(BOARDS, SPEEDS))
+@in_pairs("begin, firmware, speed", [joint, line, arc], BOARDS, SPEEDS)
 def test_at_every_speed_a_motion_is_exact_believed_and_never_starves(begin, firmware, speed):
     arm = ready(firmware=firmware)
     begin(arm, speed)
@@ -151,9 +150,7 @@ def jogged(arm, speed, for_s):
         arm.sleep(0.1)
 
 
-@pytest.mark.parametrize("firmware", BOARDS)
-@pytest.mark.parametrize("speed", [0.05, 0.08, 0.13, 0.25, 1.0])
-@pytest.mark.parametrize("jogging", [False, True])
+@in_pairs("firmware, speed, jogging", BOARDS, [0.05, 0.08, 0.13, 0.25, 1.0], [False, True])
 def test_a_stop_is_no_later_than_announced_at_any_speed(firmware, speed, jogging):
     arm = ready(firmware=firmware)
     if jogging:

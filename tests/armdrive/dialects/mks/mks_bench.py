@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 
-from driver_bench import DriverBench
+from driver_bench import BusBench
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
@@ -15,19 +14,21 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
 from armdrive.sim.bus.board import switch_power
 from armdrive.sim.bus.node import NodeMotor
-from armdrive.sim.device import Options
+from armdrive.sim.device import Options, SimDevice
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks import KIND
+from armdrive.sim.mks.kind import MksBoard
 from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected
+from armdrive.transports.in_process import MemoryLink
 from firmware_protocol import mks
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import Frame
 from kinematics import Motors, preset
 
-WIRE_S, BITS_S = 0.0003, 500_000
+BITS_S = 500_000
 LATEST = (1, 0, 9)
 AHEAD_S = 0.3
 SEGMENT_S = 0.1
@@ -75,22 +76,31 @@ class FreeShafts(ShaftDrive):
 class BenchDrive:
     """A simulated drive on a free shaft, and what a test does to it."""
 
-    def __init__(self, sim: MksNode, shafts: FreeShafts) -> None:
-        self.sim, self._shafts = sim, shafts
-        self.orders: list[tuple[float, mks.MoveAbsoluteAxis]] = []
+    def __init__(self, sim: MksNode, shafts: FreeShafts, board: MksBoard) -> None:
+        self.sim, self._shafts, self._board = sim, shafts, board
+
+    @property
+    def _now_s(self) -> float:
+        return self._board.now_s
+
+    def _done(self) -> None:
+        """Have the board see what the drive is about to do."""
+        self._board._loop.collect()
 
     @property
     def index(self) -> int:
         return self.sim.motor.index
 
-    def at(self, now_s: float) -> int:
-        """Return where the drive says that its shaft is."""
-        self._shafts.look(now_s)
+    @property
+    def count(self) -> int:
+        """Where the drive says that its shaft is."""
+        self._shafts.look(self._now_s)
         return self.sim.motor.counts
 
-    def turned_to(self, now_s: float) -> int:
-        """Return where its set-point is, from its zero."""
-        return self.sim.motor.point.at(now_s) - self.sim.motor.zero
+    @property
+    def turned_to(self) -> int:
+        """Where its set-point is, from its zero."""
+        return self.sim.motor.point.at(self._now_s) - self.sim.motor.zero
 
     @property
     def mute(self) -> bool:
@@ -101,37 +111,9 @@ class BenchDrive:
     def mute(self, on: bool) -> None:
         self.sim.port.plugged = not on
 
-    def receive(self, frame: Frame, now_s: float) -> list[bytes]:
-        """Take a frame; return what the drive says."""
-        if not self.sim.listens(frame.can_id):
-            return []
-        if frame.data[0] == mks.Code.ABSOLUTE_AXIS and frame.can_id:
-            request = mks.decode_request(frame)
-            if isinstance(request, mks.MoveAbsoluteAxis):
-                self.orders.append((now_s, request))
-        self.sim.receive(frame, now_s)
-        return self.says()
-
-    def live(self, now_s: float) -> list[bytes]:
-        """Do what is due; return what the drive says by itself."""
-        if now_s < self.due_s():
-            return []
-        self._shafts.look(now_s)
-        self.sim.live(now_s)
-        return self.says()
-
-    def says(self) -> list[bytes]:
-        said, self.sim.port.outgoing = self.sim.port.outgoing, []
-        return said
-
-    def due_s(self) -> float:
-        return min(self.sim.due_s(), self._shafts.look_s)
-
-    # What a test does to it.
-
-    def block(self, now_s: float) -> None:
+    def block(self) -> None:
         """Have its shaft stand where it is."""
-        self._shafts.look(now_s)
+        self._shafts.look(self._now_s)
         self._shafts.world.stalled.add(self.index)
 
     def free(self) -> None:
@@ -143,49 +125,49 @@ class BenchDrive:
         self._shafts.push(self.index, counts - self._shafts.hangs[self.index])
         self._shafts.hangs[self.index] = counts
 
-    def set_mode(self, mode: mks.Mode, now_s: float) -> None:
-        self.sim.set_mode(int(mode), now_s)
+    def enable(self, on: bool = True) -> None:
+        """Switch its motor on or off, as its own keys do."""
+        self.sim.set_enabled(on, self._now_s)
+        self._done()
+
+    def receive(self, frame: Frame) -> None:
+        """Take a frame from another program."""
+        self.sim.receive(frame, self._now_s)
+        self._done()
+
+    def set_mode(self, mode: mks.Mode) -> None:
+        self.sim.set_mode(int(mode), self._now_s)
+        self._done()
 
     def setting(self, kind: type) -> mks.Setting:
         return self.sim.flash.of(kind)
 
-    def stall(self, now_s: float) -> None:
+    def stall(self) -> None:
         """Have its protection let the shaft go."""
-        self.sim.motion.halt(now_s)
+        self.sim.motion.halt(self._now_s)
         self.sim.stalled = True
-        self.sim.set_enabled(False, now_s)
+        self.enable(False)
 
-    def lose_power(self, now_s: float) -> None:
+    def lose_power(self) -> None:
         """Take its supply; nothing turns its shaft meanwhile."""
-        switch_power(self.sim, False, now_s)
+        switch_power(self.sim, False, self._now_s)
+        self._done()
 
-    def find_power(self, now_s: float, *, at: int = 0, holds: bool = True) -> None:
+    def find_power(self, *, at: int = 0, holds: bool = True) -> None:
         """Give its supply back: it counts from there."""
-        switch_power(self.sim, True, now_s)
+        switch_power(self.sim, True, self._now_s)
         self.sim.motor.count_from(at)
-        self.sim.set_enabled(holds, now_s)
+        self.enable(holds)
 
-    def reset(self, now_s: float) -> None:
+    def reset(self) -> None:
         """Take its supply for no time: it counts from zero, and holds nothing."""
-        self.lose_power(now_s)
-        self.find_power(now_s, holds=False)
+        self.lose_power()
+        self.find_power(holds=False)
 
 
 SWITCH = 3000
 """How far from where it starts a drive finds its switch, in counts."""
 HOMES_RPM = 60
-
-
-def bench_drives(shafts, ids, firmware, starts) -> list[BenchDrive]:
-    """Return drives that are set up for an arm, hold nothing yet, and count from their starts."""
-    quirks = Options(KIND.options, {"enabled_on": False})
-    drives = []
-    for index, (node, start) in enumerate(zip(ids, starts, strict=False)):
-        motor = NodeMotor(shafts, index, SWITCH)
-        own = Flash((mks.SetId(node), mks.SetMode(mks.Mode.BUS_FOC), homing_at(HOMES_RPM)))
-        drives.append(BenchDrive(MksNode(motor, firmware, own, quirks, BITS_S), shafts))
-        motor.count_from(start)
-    return drives
 
 
 def homing_at(rpm: int) -> mks.SetHoming:
@@ -195,62 +177,34 @@ def homing_at(rpm: int) -> mks.SetHoming:
     )
 
 
-class MksBench(DriverBench):
-    """A controller and its drives on simulated time; frames take a while."""
+class MksBench(BusBench):
+    """A controller and its drives on free shafts; `firmware` is that of all, or of each."""
 
     def __init__(self, firmware=LATEST, settings=None, starts=(0,) * 6) -> None:
         device = MksSettings(**(settings or {}))
         config = ArmConfig(
             "bench", "bench", preset("minimover5-mks"), Connection("grbl"), device=device
         )
-        self.shafts = FreeShafts(len(device.ids))
-        self.nodes = bench_drives(self.shafts, device.ids, firmware, starts)
-        super().__init__(MksController(DIALECTS["mks"].abilities, config))
-        self.to: list[tuple[float, bytes]] = []
-        self.back: list[tuple[float, bytes]] = []
-        self.loses: Callable[[Frame, bool], bool] = lambda frame, host: False
+        count, quirks = len(device.ids), Options(KIND.options, {"enabled_on": False})
+        versions = firmware if isinstance(firmware, list) else [firmware] * count
+        shafts, nodes = FreeShafts(count), []
+        for index, node in enumerate(device.ids):
+            motor = NodeMotor(shafts, index, SWITCH)
+            own = Flash((mks.SetId(node), mks.SetMode(mks.Mode.BUS_FOC), homing_at(HOMES_RPM)))
+            nodes.append(MksNode(motor, versions[index], own, quirks, BITS_S))
+            motor.count_from(starts[index])
+        board = MksBoard(shafts.world, shafts, nodes, BITS_S)
+        self.nodes = [BenchDrive(node, shafts, board) for node in nodes]
+        sim = SimDevice(board)
+        controller = MksController(DIALECTS["mks"].abilities, config)
+        super().__init__(controller, sim, MemoryLink(sim.line(), "simulated drives"))
 
     @property
     def positions(self) -> Motors:
-        return Motors(node.at(self.now_s) for node in self.nodes)
+        return Motors(node.count for node in self.nodes)
 
     def node(self, number: int) -> BenchDrive:
         return self.nodes[number - 1]
-
-    def _step(self, end_s: float) -> None:
-        on_the_way = [at_s for at_s, _ in (*self.to, *self.back)]
-        dues_s = [node.sim.due_s() for node in self.nodes]
-        self._pass_to(end_s, [*on_the_way, *dues_s, self.shafts.look_s])
-        if heard := _due(self.to, self.now_s):
-            for frame in Unpacker().feed(b"".join(heard)):
-                for node in self.nodes:
-                    self._answer(node.receive(frame, self.now_s))
-        if heard or self.now_s >= min(self.shafts.look_s, *dues_s):
-            for node in self.nodes:
-                self._answer(node.live(self.now_s))
-        for data in _due(self.back, self.now_s):
-            if not self.dead:
-                self.controller.receive(data, self.now_s)
-        self._speak()
-
-    def _answer(self, said: list[bytes]) -> None:
-        for frame in Unpacker().feed(b"".join(said)) if said else ():
-            if not self.loses(frame, False):
-                self.back.append((self.now_s + WIRE_S, pack(frame)))
-
-    def _speak(self) -> None:
-        if self.dead:
-            return
-        for number, frame in enumerate(Unpacker().feed(self.controller.advance(self.now_s))):
-            self.sent.append((self.now_s, frame))
-            if not self.loses(frame, True):
-                self.to.append((self.now_s + (number + 1) * WIRE_S, pack(frame)))
-
-
-def _due(queue: list[tuple[float, bytes]], now_s: float) -> list[bytes]:
-    ready = [data for at_s, data in queue if at_s <= now_s]
-    queue[:] = [entry for entry in queue if entry[0] > now_s]
-    return ready
 
 
 # -- motions ---------------------------------------------------------------------------------------
@@ -284,10 +238,16 @@ def begun(moves, after_s=0.0, ahead_s=AHEAD_S, starts=FAR_FROM_ZERO, **settings)
     return bench
 
 
-def requests(bench: MksBench, *kinds) -> list[tuple[int, mks.Request]]:
-    """Return the requests of some kinds that were sent so far, each with its drive."""
-    found = ((frame.can_id, mks.decode_request(frame)) for _, frame in bench.sent)
-    return [(node, each) for node, each in found if isinstance(each, kinds)]
+def requests(
+    bench: MksBench, *kinds, node: int = 0, since_s: float = 0.0
+) -> list[tuple[float, int, mks.Request]]:
+    """Return the requests of some kinds to a drive (0: to all) since a moment: when, to which."""
+    found = [
+        (at_s, frame.can_id, mks.decode_request(frame))
+        for at_s, frame in bench.sent
+        if at_s >= since_s and node in (0, frame.can_id)
+    ]
+    return [row for row in found if isinstance(row[2], kinds)]
 
 
 def off_path(corners: Sequence[tuple[float, Motors]], time_s: float, positions: Motors) -> float:
@@ -337,71 +297,26 @@ def blamed(
     return alert
 
 
-def stands(bench: MksBench, for_s: float = 2.0) -> None:
-    """Check that nothing turns for a while."""
-    stood = bench.positions
-    bench.run(for_s)
-    assert bench.positions == stood
-
-
 # -- faults ----------------------------------------------------------------------------------------
-
-BOTH, ORDERS, ANSWERS = (True, True), (True, False), (False, True)
-
-
-def hold_up(bench: MksBench, for_s: float, sides=BOTH) -> None:
-    """Make the bus keep all frames for a time; then all pass at once."""
-    end_s, step = bench.now_s + for_s, bench._step
-    queues = [queue for queue, held in zip((bench.to, bench.back), sides, strict=True) if held]
-
-    def keep():
-        for queue in queues:
-            queue[:] = [(max(at_s, end_s + i * 1e-5), data) for i, (at_s, data) in enumerate(queue)]
-
-    def held(until_s):
-        if bench.now_s >= end_s:
-            step(until_s)
-            return
-        keep()
-        step(min(until_s, end_s))
-        keep()
-
-    bench._step = held
-
-
-def suspend(bench: MksBench, for_s: float) -> None:
-    """Suspend the program; afterwards it receives all frames of that time at once."""
-    controller, held = bench.controller, []
-    controller.receive = lambda data, _now_s: held.append(data)
-    controller.next_s, controller.advance = lambda: math.inf, lambda _now_s: b""
-    bench.run(for_s)
-    del controller.receive, controller.next_s, controller.advance
-    controller.receive(b"".join(held), bench.now_s)
-    bench._speak()
 
 
 def send_late(bench: MksBench, for_s: float) -> None:
     """Suspend the program as it writes: what it says comes late, and so does it itself."""
-    said = len(bench.sent)
+    said, bench.waits_s = len(bench.sent), lambda _frame, host: for_s * host
     while len(bench.sent) == said:
         bench._step(bench.now_s + 1.0)
-    bench.to[:] = [(at_s + for_s, data) for at_s, data in bench.to]
-    suspend(bench, for_s)
+    bench.waits_s = lambda _frame, _host: 0.0
+    bench.suspend(for_s)
 
 
 def restart(bench: MksBench, number: int, *, dead_s=0.0, keeps_angle=False) -> Callable[[], int]:
     """Restart a drive's firmware; return what tells where its shaft really is."""
     node = bench.node(number)
-    stood, motor = node.at(bench.now_s), node.sim.motor
+    stood, motor = node.count, node.sim.motor
     zero, angle = motor.zero, stood % mks.COUNTS_PER_TURN if keeps_angle else 0
-    node.lose_power(bench.now_s)
+    node.lose_power()
     if dead_s:
-        bench.at_s[bench.now_s + dead_s] = lambda: node.find_power(bench.now_s, at=angle)
+        bench.at_s[bench.now_s + dead_s] = lambda: node.find_power(at=angle)
     else:
-        node.find_power(bench.now_s, at=angle)
-
-    def shaft() -> int:
-        node.at(bench.now_s)
-        return motor.shaft - zero
-
-    return shaft
+        node.find_power(at=angle)
+    return lambda: node.count + motor.zero - zero

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, homing_at, stands
+from mks_bench import LATEST, MksBench, homing_at
 
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.errors import Refused
@@ -70,8 +70,7 @@ def test_the_arm_file_may_say_the_firmware():
 
 
 def test_the_oldest_drive_decides():
-    bench = MksBench((1, 0, 9))
-    bench.nodes[2] = MksBench((1, 0, 4)).node(3)
+    bench = MksBench([LATEST, LATEST, (1, 0, 4), LATEST, LATEST, LATEST])
     bench.do(ReadPosition())
     assert bench.controller.abilities.queued_segments == 0
 
@@ -85,25 +84,25 @@ def test_frames_that_are_lost_now_and_then_are_asked_for_again():
 
 def test_a_drive_that_an_earlier_program_left_running_is_waited_for_and_then_stopped():
     bench = MksBench()
-    bench.node(1).sim.set_enabled(True, 0.0)
-    bench.node(1).receive(encode(1, RunAtSpeed(60, 236)), 0.0)
+    bench.node(1).enable()
+    bench.node(1).receive(encode(1, RunAtSpeed(60, 236)))
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
-    stands(bench)
+    bench.stands()
 
 
 @pytest.mark.parametrize("request_", [Home(), Calibrate()])
 def test_a_drive_that_homes_or_calibrates_is_left_alone(request_):
     bench = MksBench()
-    bench.node(1).sim.set_enabled(True, 0.0)
-    bench.node(1).receive(encode(1, request_), 0.0)
+    bench.node(1).enable()
+    bench.node(1).receive(encode(1, request_))
     assert "wait until it has finished" in denied(bench.do(ReadPosition()))
     assert bench.node(1).sim.motion.searching
 
 
 def test_a_wrong_mode_is_a_difference_that_can_be_mended():
     bench = MksBench()
-    bench.node(2).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.node(2).set_mode(Mode.PULSE_FOC)
     bench.do(ReadPosition())
     found = bench.do(ReadSettings())
     assert isinstance(found, DeviceSettings)
@@ -147,7 +146,7 @@ def test_firmware_without_a_watchdog_is_never_asked_for_one():
 
 def test_a_stalled_drive_is_not_switched_on_before_it_is_cleared():
     bench = MksBench()
-    bench.node(4).stall(bench.now_s)
+    bench.node(4).stall()
     words = denied(bench.do(SwitchOn()))
     assert "drive 4 (right wrist) has stalled" in words
     assert "reset" in words
@@ -203,4 +202,4 @@ def test_a_search_goes_no_farther_than_the_joints():
     node.sim.flash.put(homing_at(3000))
     words = denied(bench.do(HomeDevice(((4,),))))
     assert "within its joints' limits" in words
-    stands(bench, 1.0)
+    bench.stands(1.0)

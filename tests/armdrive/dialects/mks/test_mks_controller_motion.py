@@ -21,7 +21,6 @@ from mks_bench import (
     off_path,
     requests,
     segments,
-    stands,
     straight,
     total,
 )
@@ -181,7 +180,7 @@ def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s):
     bench.dead, died_s = True, bench.now_s
     bound = bench.controller.stopping(AHEAD_S)
     bench.run(bound.silent_s)
-    stands(bench)
+    bench.stands()
     assert bench.now_s > died_s
 
 
@@ -203,7 +202,7 @@ def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
     bench.dead = True
     assert bench.controller.stopping(5.0).silent_s < 0.5
     bench.run(bench.controller.stopping(5.0).silent_s)
-    stands(bench)
+    bench.stands()
 
 
 @pytest.mark.parametrize("hard", [False, True])
@@ -258,19 +257,19 @@ def reach_a_switch(bench):
     sim = bench.node(1).sim
     asked = sim.motion.under_way
     sim.motion.halt(bench.now_s)
-    bench._answer([sim.device.tell(asked, mks.Outcome.LIMIT_STOP)])
+    bench.say(*[sim.device.tell(asked, mks.Outcome.LIMIT_STOP)])
 
 
 FAULTS = {
     "falls silent": (lambda bench: setattr(bench.node(2), "mute", True),
                      None, r"drive 2 \(shoulder\)"),
-    "is blocked": (lambda bench: bench.node(3).block(bench.now_s),
+    "is blocked": (lambda bench: bench.node(3).block(),
                    AlertKind.ASTRAY, r"drive 3 \(elbow\)"),
-    "stalls and lets go": (lambda bench: bench.node(2).stall(bench.now_s),
+    "stalls and lets go": (lambda bench: bench.node(2).stall(),
                            AlertKind.SWITCHED_OFF, r"drive 2 \(shoulder\) has stalled"),
-    "is reset": (lambda bench: bench.node(1).reset(bench.now_s),
+    "is reset": (lambda bench: bench.node(1).reset(),
                  AlertKind.RESTARTED, r"drive 1 \(base\)"),
-    "is in another mode": (lambda bench: bench.node(5).set_mode(mks.Mode.PULSE_FOC, bench.now_s),
+    "is in another mode": (lambda bench: bench.node(5).set_mode(mks.Mode.PULSE_FOC),
                            AlertKind.ASTRAY, r"drive 5 \(left wrist\) is in mode 2"),
     "reaches a limit switch": (reach_a_switch, AlertKind.ALARM_LOST,
                                r"drive 1 \(base\) has run into a limit switch"),
@@ -293,7 +292,7 @@ def test_a_drive_that_fails_ends_the_motion_of_all_and_is_named(name, after_s):
     assert bench.now_s < began_s + 1.5
     assert [alert.kind for alert in bench.alerts()] == [kind] * (kind is not None)
     assert all(re.search(words, alert.text) for alert in bench.alerts())
-    stands(bench)
+    bench.stands()
 
 
 def test_disabled_motors_are_not_moved():
@@ -310,7 +309,7 @@ def test_a_target_beyond_what_can_be_said_is_refused():
     reply = bench.do(along(straight(2)))
     assert isinstance(reply, RequestRejected)
     assert "512 turns" in reply.reason
-    stands(bench)
+    bench.stands()
 
 
 # -- bursts ----------------------------------------------------------------------------------------
@@ -342,7 +341,7 @@ def test_with_the_synchronous_start_all_begin_at_once_and_it_is_said_twice():
 
 def test_a_drive_that_stores_nothing_keeps_all_from_moving():
     bench = MksBench(settings=BURSTS).ready()
-    bench.node(2).stall(bench.now_s)
+    bench.node(2).stall()
     reply = bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
     assert isinstance(reply, RequestRejected)
     assert not reply.moved

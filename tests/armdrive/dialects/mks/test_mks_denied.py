@@ -9,7 +9,7 @@ from mks_bench import BURSTS, MksBench, along, begun, requests, straight
 
 from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.tasks import Done, MoveBy, RequestRejected
-from firmware_protocol.mks import Code, Mode, ReadStall, Stop
+from firmware_protocol.mks import Code, Mode, MoveAbsoluteAxis, ReadStall, Stop
 from kinematics import Motors
 
 TOGETHER = (2000, 0, 0, 2000, 2000, 0)
@@ -29,7 +29,7 @@ def apart(bench: MksBench) -> int:
 @pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31, 0.4, 0.47])
 def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s):
     bench = MksBench().ready()
-    bench.at_s[bench.now_s + after_s] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.at_s[bench.now_s + after_s] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC)
     reply = bench.do(along(straight(20, way=TOGETHER)))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
@@ -53,12 +53,12 @@ def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
     bench.loses = lambda frame, host: not host and frame.can_id == 5 and frame.data[0] in WHY
     bench.begin(along(straight(20, way=TOGETHER)))
     bench.run(0.2)
-    bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.node(5).set_mode(Mode.PULSE_FOC)
     bench.run(2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01)
     assert requests(bench, ReadStall)
     bench.controller.stop(hard=False)
     bench.run(0.001)
-    stopped = {node for node, _ in requests(bench, Stop)}
+    stopped = {node for _, node, _ in requests(bench, Stop)}
     assert {1, 4} <= stopped
 
 
@@ -66,7 +66,7 @@ def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():
     bench = MksBench().ready()
     at_60_rpm = Motors(12 * count for count in (8192, 0, 0, 8192, 8192, 0))
     bench.do(along([MoveBy(at_60_rpm, 16_384.0)]))
-    at_s = [at_s for at_s, _ in bench.node(5).orders]
+    at_s = [at_s for at_s, *_ in requests(bench, MoveAbsoluteAxis, node=5)]
     assert max(b - a for a, b in pairwise(at_s)) <= 2.0 * PERIOD_S + 1e-3
     assert at_s[-1] - at_s[0] > 5.0
 
@@ -74,7 +74,7 @@ def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():
 def test_a_burst_ends_soon_in_which_a_drive_takes_no_orders():
     bench = MksBench(settings=BURSTS, firmware=(1, 0, 6)).ready()
     ways = Motors(8 * way for way in TOGETHER)
-    bench.at_s[bench.now_s + 0.2] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.at_s[bench.now_s + 0.2] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC)
     reply = bench.do(MoveBy(ways, SPEED))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
@@ -122,7 +122,7 @@ def test_a_rejected_order_is_repeated_once_before_the_drive_is_asked_why(count):
     """Drive 5 stands during the first segments; some of its first orders come with a poll."""
     bench = MksBench().ready()
     first, then = Motors((2000, 0, 0, 2000, 0, 0)), Motors(TOGETHER)
-    bench.node(5).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.node(5).set_mode(Mode.PULSE_FOC)
     began_s = bench.now_s
     bench.begin(along([MoveBy(way, SPEED) for way in (*[first] * count, *[then] * 20)]))
     bench.run(1.0)

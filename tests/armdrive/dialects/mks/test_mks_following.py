@@ -41,7 +41,7 @@ def moving(moves, after_s, ahead_s=SHORT_AHEAD_S, **settings):
 
 def block(bench, number):
     """Have a shaft stand where it is, whatever its drive is told."""
-    bench.node(number).block(bench.now_s)
+    bench.node(number).block()
 
 
 def run_until_told(bench):
@@ -125,7 +125,7 @@ def weakened(moves, share):
 
 def beside(bench, way):
     """Return how far the first two motors are from every place of their common way, at least."""
-    gone = [bench.node(number).at(bench.now_s) - 50_000 for number in (1, 2)]
+    gone = [bench.node(number).count - 50_000 for number in (1, 2)]
     places = ([each * tenth / 10.0 for each in way[:2]] for tenth in range(401))
     return min(max(abs(a - b) for a, b in zip(gone, place, strict=True)) for place in places)
 

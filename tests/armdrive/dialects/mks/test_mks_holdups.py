@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import pytest
 from amounts import in_pairs
+from driver_bench import ANSWERS, BOTH, ORDERS
 from mks_bench import (
     AHEAD_S,
-    ANSWERS,
-    BOTH,
     FAR_FROM_ZERO,
-    ORDERS,
     WAY,
     MksBench,
     along,
     begun,
     blamed,
     ends_well,
-    hold_up,
     is_halted,
     off_path,
     segments,
-    stands,
     straight,
 )
 from test_mks_arm import ready
@@ -41,19 +37,19 @@ def moving(after_s, moves=None):
 @in_pairs("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
 def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
     bench = moving(after_s)
-    hold_up(bench, for_s, sides)
+    bench.hold_up(for_s, sides)
     reply = bench.finish()
     assert isinstance(reply, Timeout) or (reply.silent and "no drive answered" in reply.reason)
     assert not bench.alerts()
     bench.run(for_s)
-    stands(bench)
+    bench.stands()
 
 
 @pytest.mark.parametrize("sides", [BOTH, ORDERS])
 def test_while_nobody_is_heard_nobody_is_sent_on(sides):
     """Nor while drives only say that they have come to their last targets, as all of them do."""
     bench = moving(0.5, straight(20, (6000, -3000, 1500, 600, 700, 300)))
-    hold_up(bench, 0.8, sides)
+    bench.hold_up(0.8, sides)
     began_s = bench.now_s
     bench.run(0.8)
     orders = [at_s for at_s, frame in bench.sent if frame.data[0] == 0xF5]
@@ -71,7 +67,7 @@ def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
     for number, move in enumerate(CORNER):
         at = at + move.steps
         corners.append(((number + 1) * 0.1, at))
-    hold_up(bench, for_s, sides)
+    bench.hold_up(for_s, sides)
     worst = 0.0
     while bench.controller.busy:
         bench.run(0.04)
@@ -84,15 +80,15 @@ def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
 
 def test_a_stop_in_the_middle_of_it_ends_the_motion():
     bench = moving(0.5)
-    hold_up(bench, 0.5)
+    bench.hold_up(0.5)
     bench.run(0.3)
     is_halted(bench)
 
 
 def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
     bench = moving(0.3)
-    hold_up(bench, 0.4)
-    bench.node(3).block(bench.now_s)
+    bench.hold_up(0.4)
+    bench.node(3).block()
     blamed(bench, "drive 3 (elbow)")
     assert bench.now_s < 2.5
 
@@ -106,10 +102,10 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
     bench.begin(along(straight(20, way)))
     bench.run(after_s)
     for node in bench.nodes:
-        node.lose_power(bench.now_s)
+        node.lose_power()
     bench.run(dead_s)
     for node in bench.nodes:
-        node.find_power(bench.now_s)
+        node.find_power()
     assert isinstance(bench.finish(), RequestRejected)
     assert bench.alerts()[0].kind is AlertKind.RESTARTED
     bench.run(2.0)
@@ -123,7 +119,7 @@ def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
     moves = straight(20, WAY)
     bench.begin(MoveAlong(iter(moves), AHEAD_S, held_back=lambda: paused[0]))
     bench.run(0.5)
-    hold_up(bench, for_s, sides)
+    bench.hold_up(for_s, sides)
     bench.run(after_s)
     paused[0] = True
     bench.run(for_s - after_s + AHEAD_S + 0.3)  # orders that were held up are obeyed now
@@ -134,7 +130,7 @@ def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
 @pytest.mark.parametrize("after_s", [0.15, 0.3, 0.45])
 def test_who_pauses_meanwhile_has_the_arm_stand_and_go_on_when_it_is_resumed(sides, after_s):
     bench, paused = paused_in_a_hold_up(sides, after_s=after_s)
-    stands(bench, 3.0)
+    bench.stands(3.0)
     assert bench.controller.busy
     paused[0] = False
     ends_well(bench)

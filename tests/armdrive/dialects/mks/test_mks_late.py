@@ -5,25 +5,20 @@ from __future__ import annotations
 import random
 from functools import partial
 
-import mks_bench
 import pytest
 from amounts import amount, in_pairs
+from driver_bench import ANSWERS, BOTH, ORDERS
 from mks_bench import (
-    ANSWERS,
-    BOTH,
     BURSTS,
     FAR_FROM_ZERO,
-    ORDERS,
     MksBench,
     along,
     begun,
     blamed,
     ends_well,
-    hold_up,
     segments,
     send_late,
     straight,
-    suspend,
     total,
 )
 
@@ -49,7 +44,8 @@ def test_a_program_that_is_always_late_hears_all_drives(every_s, request_):
     bench = MksBench(starts=STARTS)
     bench.begin(request_)
     for _ in range(40):
-        suspend(bench, every_s)
+        bench.suspend(every_s)
+        bench.run(1e-6)
         if (reply := bench.reply()) is not None:
             break
     assert str(reply) in ("done", str(Registers(Motors(STARTS))))
@@ -58,16 +54,10 @@ def test_a_program_that_is_always_late_hears_all_drives(every_s, request_):
 @pytest.mark.parametrize("late_s", [0.06, 0.12, 0.3])
 def test_late_answers_are_not_taken_for_those_of_a_second_drive(late_s):
     bench = MksBench(starts=STARTS)
-    answer = bench._answer
-
-    def later(said):
-        if said:
-            bench.at_s[bench.now_s + late_s + 1e-6 * len(bench.at_s)] = lambda: answer(said)
-
-    bench._answer = later
+    bench.waits_s = lambda _frame, host: 0.0 if host else late_s
     bench.begin(ReadPosition())
     bench.run(1.5)
-    bench._answer = answer
+    bench.waits_s = lambda _frame, _host: 0.0
     assert bench.finish() == Registers(Motors(STARTS))
 
 
@@ -76,7 +66,8 @@ def test_late_answers_are_not_taken_for_those_of_a_second_drive(late_s):
 NEAR_ZERO = (-2000, 0, 0, 0, 0, 0)
 FAST, CREEPING = (9000, -3000, 0, 0, 0, 0), (300, -100, 0, 0, 0, 0)
 CORNER = segments(*([(6000, 3000, 0, 0, 0, 0)] * 8 + [(-6000, 3000, 0, 0, 0, 0)] * 8))
-HOLD_UPS = [partial(hold_up, sides=sides) for sides in (BOTH, ORDERS, ANSWERS)]
+held, suspended = MksBench.hold_up, MksBench.suspend
+HOLD_UPS = [partial(held, sides=sides) for sides in (BOTH, ORDERS, ANSWERS)]
 BURST = MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0)
 
 
@@ -92,7 +83,7 @@ def comes_through(moves, late, for_s, after_s, **begins):
 
 @in_pairs(
     "late, for_s, after_s",
-    [*HOLD_UPS, send_late, suspend],
+    [*HOLD_UPS, send_late, suspended],
     [0.12, 0.14, 0.2, 0.3, 0.45],
     [0.0, 0.01, 0.31, 0.42, 1.9],
 )
@@ -102,11 +93,11 @@ def test_a_bus_or_a_program_that_stands_still_for_a_moment_blames_no_drive(late,
 
 LATE = [
     *((straight(20), late, 0.9, after_s, {}) for late in HOLD_UPS for after_s in (0.01, 1.9)),
-    *((CORNER, suspend, for_s, 0.5, {}) for for_s in (0.2, 0.5, 0.6)),
-    *((straight(20, (2500, 400, 0, 0, 0, 0)), suspend, for_s, 0.12, {"starts": NEAR_ZERO})
+    *((CORNER, suspended, for_s, 0.5, {}) for for_s in (0.2, 0.5, 0.6)),
+    *((straight(20, (2500, 400, 0, 0, 0, 0)), suspended, for_s, 0.12, {"starts": NEAR_ZERO})
       for for_s in (0.1, 0.15, 0.3)),
     # it is late before its slow end, with so little sent ahead that it stands meanwhile
-    *((segments(*([FAST] * 6 + [CREEPING] * tail)), partial(hold_up, sides=sides), 0.05, after_s,
+    *((segments(*([FAST] * 6 + [CREEPING] * tail)), partial(held, sides=sides), 0.05, after_s,
        {"ahead_s": 0.06, "segment_s": 0.02})
       for tail, after_s in ((0, 0.48), (1, 0.49), (6, 0.5), (0, 0.51), (1, 0.52), (6, 0.48))
       for sides in (BOTH, ORDERS)),
@@ -134,7 +125,7 @@ def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, 
     move = MoveBy(Motors((way, -3000, 0, 0, 0, 0)), 30_000.0)
     bench.begin(move if settings else along([move]))
     bench.run(0.2)
-    suspend(bench, 6.0)
+    bench.suspend(6.0)
     ends_well(bench)
 
 
@@ -157,21 +148,19 @@ def of_all_motors(dice):
 
 
 RANDOM = [
-    (there_and_back, 0.1, (0.0, 0.4), (0.0, 0.3), [hold_up, suspend]),
-    (there_and_back, 0.1, (0.0, 0.4), (0.0, 0.3), [HOLD_UPS[1], suspend]),
-    (of_many_speeds, 0.0, (0.0, 0.3), (0.0, 0.2), [hold_up, suspend]),
-    (of_many_speeds, 0.0, (0.0, 0.3), (0.0, 0.2), [HOLD_UPS[1], suspend]),
-    (of_all_motors, 0.0, (0.005, 0.06), (0.005, 0.08), [suspend]),
+    (there_and_back, (0.0, 0.4), (0.0, 0.3), [*HOLD_UPS, suspended]),
+    (of_many_speeds, (0.0, 0.3), (0.0, 0.2), [*HOLD_UPS, suspended]),
+    (of_all_motors, (0.005, 0.06), (0.005, 0.08), [suspended]),
 ]
 
 
 @pytest.mark.parametrize("seed", range(amount(6, 20)))
-@pytest.mark.parametrize(("ways", "after_s", "well_s", "late_s", "lates"), RANDOM)
+@pytest.mark.parametrize(("ways", "well_s", "late_s", "lates"), RANDOM)
 def test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow(
-    seed, ways, after_s, well_s, late_s, lates
+    seed, ways, well_s, late_s, lates
 ):
     dice = random.Random(seed)
-    bench = begun(segments(*ways(dice)), after_s)
+    bench = begun(segments(*ways(dice)))
     while bench.controller.busy and bench.now_s < 60.0:
         bench.run(dice.uniform(*well_s))
         dice.choice(lates)(bench, dice.uniform(*late_s))
@@ -180,7 +169,7 @@ def test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow(
 
 def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
     bench = begun(straight(20), 0.3)
-    bench.node(3).block(bench.now_s)
+    bench.node(3).block()
     send_late(bench, 0.3)
     blamed(bench, "drive 3 (elbow)")
     assert bench.now_s < 2.0
@@ -189,23 +178,23 @@ def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
 def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():
     bench = MksBench()
     bench.do(ReadPosition())
-    receive, told = bench.node(3).receive, []
+    late = []
 
-    def late(asked, now_s):
-        if asked.can_id == 3 and asked.data[0] == Code.READ_SETTING and not told:
-            told.append(pack(encode(3, Status(Code.WATCHDOG, Outcome.DONE))))
-            return [told[0], *receive(asked, now_s)]
-        return receive(asked, now_s)
+    def loses(frame, host):
+        if host and frame.can_id == 3 and frame.data[0] == Code.READ_SETTING and not late:
+            late.append(pack(encode(3, Status(Code.WATCHDOG, Outcome.DONE))))
+            bench.say(*late)
+        return False
 
-    bench.node(3).receive = late
+    bench.loses = loses
     assert isinstance(bench.do(SwitchOn()), Done)
-    assert told
+    assert late
     assert bench.controller.watched
 
 
 def test_an_answer_more_now_and_then_is_no_second_drive():
     bench = MksBench(starts=STARTS)
-    bench.back.append((0.0001, pack(encode(2, EncoderRead(100)))))
+    bench.say(pack(encode(2, EncoderRead(100))))
     assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
     assert ReadEncoder().code is Code.ENCODER
 
@@ -236,10 +225,10 @@ def test_nothing_is_late_for_ever():
 
 @pytest.mark.parametrize("settings", [{}, BURSTS])
 @pytest.mark.parametrize("wire_s", [0.002, 0.005, 0.008])
-def test_a_slow_wire_is_no_oddity(wire_s, settings, monkeypatch):
-    monkeypatch.setattr(mks_bench, "WIRE_S", wire_s)
+def test_a_slow_wire_is_no_oddity(wire_s, settings):
     bench = MksBench(starts=(50_000,) * 6, settings=settings).ready()
     bench.heard.clear()
+    bench.waits_s = lambda frame, host: wire_s * (frame.can_id if host else 1)
     burst = MoveBy(Motors([20 * each for each in WAY]), 30_000.0)
     assert isinstance(bench.do(burst if settings else along(straight(20, WAY))), Done)
     assert not oddities(bench)
@@ -252,7 +241,7 @@ def test_a_program_that_is_late_now_and_then_finds_no_oddity(every_s):
     bench.begin(along(straight(20, WAY)))
     for _ in range(8):
         bench.run(0.15)
-        suspend(bench, every_s)
+        bench.suspend(every_s)
     assert isinstance(bench.finish(), Done)
     assert not oddities(bench)
 
@@ -260,7 +249,7 @@ def test_a_program_that_is_late_now_and_then_finds_no_oddity(every_s):
 def test_an_answer_that_nobody_asked_for_is_told():
     bench = MksBench().ready()
     bench.heard.clear()
-    bench.back += [(bench.now_s, pack(encode(2, EncoderRead(0)))) for _ in range(2)]
+    bench.say(*[pack(encode(2, EncoderRead(0)))] * 2)
     bench.do(ReadPosition())
     assert any("drive 2 answered twice" in text for text in oddities(bench))
 
@@ -272,7 +261,7 @@ def test_one_failure_beside_a_new_target_is_the_old_one_and_stops_no_steering():
     bench.begin(along(straight(10, WAY)))
     bench.run(0.3)
     node = bench.node(2)
-    bench._answer([node.sim.device.tell(node.sim.motion.under_way, Outcome.FAILED)])
+    bench.say(node.sim.device.tell(node.sim.motion.under_way, Outcome.FAILED))
     assert isinstance(bench.finish(), Done)
     assert not oddities(bench)
     asked_s = [at_s for at_s, frame in bench.sent if frame.data[0] == Code.STALL]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, along, begun, straight
+from mks_bench import MksBench, along, begun, requests, straight
 from test_mks_arm import ready
 
 from armdrive.errors import ArmError
@@ -103,21 +103,10 @@ def test_a_blocked_motion_that_is_ended_leaves_nothing_that_springs():
     assert arm.twin.world.motors == stood
 
 
-def press(bench, number, counts):
-    """Have something hold a shaft aside of where its drive wants it."""
-    bench.node(number).hang(counts)
-
-
 def eased(bench, number, since_s):
     """Return where a drive was sent since a moment."""
-    orders = (
-        (frame.can_id, decode_request(frame)) for at_s, frame in bench.sent if at_s >= since_s
-    )
-    return [
-        order.counts
-        for node, order in orders
-        if node == number and isinstance(order, MoveAbsoluteAxis)
-    ]
+    found = requests(bench, MoveAbsoluteAxis, node=number, since_s=since_s)
+    return [order.counts for _, _, order in found]
 
 
 def stopped(bench, after_s=0.3):
@@ -131,28 +120,28 @@ def stopped(bench, after_s=0.3):
 def test_only_who_is_off_by_more_than_rest_allows_is_told_to_stay(counts, sent):
     bench = MksBench(starts=(50_000,) * 6).ready()
     asked_s = stopped(bench)
-    press(bench, 1, counts)
+    bench.node(1).hang(counts)
     assert isinstance(bench.finish(), Halted)
     orders = eased(bench, 1, asked_s)
     assert bool(orders) == sent
     assert [alert.kind for alert in bench.alerts()] == [AlertKind.ASTRAY] * sent
-    assert all(abs(order - bench.node(1).turned_to(bench.now_s)) <= 1 for order in orders)
+    assert all(abs(order - bench.node(1).turned_to) <= 1 for order in orders)
     assert not any(eased(bench, node, asked_s) for node in (2, 3, 4, 5, 6))
 
 
 def test_a_drive_that_pushes_whatever_it_is_told_is_told_once_and_not_followed_away():
     bench = MksBench(starts=(50_000,) * 6).ready()
     asked_s = stopped(bench)
-    press(bench, 1, -700)  # of a shaft that always hangs so far behind
+    bench.node(1).hang(-700)  # of a shaft that always hangs so far behind
     bench.finish()
     assert len(eased(bench, 1, asked_s)) == 1
 
 
 def test_a_drive_that_pushes_and_takes_no_order_is_said_to_push_still():
     bench = begun(straight(20), 0.3)
-    bench.node(1).block(bench.now_s)
+    bench.node(1).block()
     bench.run(0.02)
-    bench.node(1).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.node(1).set_mode(Mode.PULSE_FOC)
     bench.controller.stop(hard=False)
     bench.finish()
     (text,) = (alert.text for alert in bench.alerts() if "drive 1 (base) press" in alert.text)
@@ -174,7 +163,7 @@ def test_a_drive_that_tells_no_error_of_its_angle_is_stopped_all_the_same():
 
 def test_who_is_blocked_and_resting_far_off_is_told_of_once():
     bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.node(1).block(bench.now_s)
+    bench.node(1).block()
     assert isinstance(bench.do(along(straight(20))), RequestRejected)
     assert len(bench.alerts()) == 1
 
@@ -203,7 +192,7 @@ def test_a_shaft_blocked_as_the_cable_was_pulled_does_not_spring_once_it_is_swit
 @pytest.mark.parametrize("counts", [-700, 700])
 def test_a_drive_that_pushes_when_the_arm_is_enabled_or_reset_is_told_once_to_stay(counts, asked):
     bench = MksBench(starts=(50_000,) * 6).ready()
-    press(bench, 2, counts)
+    bench.node(2).hang(counts)
     began_s = bench.now_s
     assert str(bench.do(asked)) == "done"
     (order,) = eased(bench, 2, began_s)
@@ -224,18 +213,18 @@ def test_who_does_not_push_is_told_no_motion_when_the_arm_is_enabled_or_reset(as
 def test_drives_without_current_are_told_no_motion_by_a_reset():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.do(DropCurrent())
-    press(bench, 2, 700)
+    bench.node(2).hang(700)
     bench.do(ClearFault())
     assert not eased(bench, 2, 0.0)
 
 
 def test_a_reset_fails_where_a_drive_that_pushes_is_in_a_mode_that_cannot_be_told_to_stay():
     bench = MksBench(starts=(50_000,) * 6).ready()
-    press(bench, 2, 700)
-    bench.node(2).set_mode(Mode.PULSE_FOC, bench.now_s)
+    bench.node(2).hang(700)
+    bench.node(2).set_mode(Mode.PULSE_FOC)
     reply = bench.do(ClearFault())
     assert isinstance(reply, RequestRejected)
     assert "drive 2 (shoulder) is in mode 2" in reply.reason
     assert not reply.moved
-    bench.node(2).set_mode(Mode.BUS_FOC, bench.now_s)
+    bench.node(2).set_mode(Mode.BUS_FOC)
     assert str(bench.do(ClearFault())) == "done"

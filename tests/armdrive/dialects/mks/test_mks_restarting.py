@@ -18,8 +18,8 @@ from mks_bench import (
     begun,
     blamed,
     ends_well,
-    hold_up,
     is_halted,
+    requests,
     restart,
     segments,
     straight,
@@ -27,7 +27,7 @@ from mks_bench import (
 
 from armdrive.dialects.mks.wire import GIVE
 from armdrive.tasks import AlertKind, Halted, MoveBy, RequestRejected
-from firmware_protocol.mks import Code
+from firmware_protocol.mks import Code, MoveAbsoluteAxis
 from kinematics import Motors
 
 TOLD_S = 0.15
@@ -61,7 +61,7 @@ def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_
 ):
     start, speed = start_speed
     bench = moving(start, speed, after_s)
-    began_s, stood = bench.now_s, bench.node(1).at(bench.now_s)
+    began_s, stood = bench.now_s, bench.node(1).count
     shaft = restart(bench, 1, dead_s=dead_s)
     assert "reset" in blamed(bench).text
     bench.run(1.0)
@@ -107,7 +107,7 @@ def test_a_drive_that_is_reset_while_it_stops_is_not_taken_for_being_where_it_co
     bench = begun(straight(30), 0.6, starts=(-13, 0, 0, 0, 0, 0))
     bench.controller.stop(hard=False)
     bench._speak()
-    bench.node(1).reset(bench.now_s)
+    bench.node(1).reset()
     bench.finish()
     (alert,) = bench.alerts()
     assert alert.kind is AlertKind.RESTARTED
@@ -123,18 +123,15 @@ def test_drives_that_stop_as_they_should_alarm_nobody(hard, after_s):
 @pytest.mark.parametrize("late_s", [0.05, 0.3])
 def test_one_answer_that_was_late_is_no_leap(late_s):
     bench = moving(50_000, 9000, 0.5)
-    node = bench.node(1)
-    receive, kept = node.receive, []
+    kept = []
 
-    def late(frame, now_s):
-        said = receive(frame, now_s)
-        if said and not kept and frame.data[0] == Code.ENCODER:
-            kept.append(said)
-            bench.at_s[now_s + late_s] = lambda: bench._answer(said)
-            return []
-        return said
+    def waits_s(frame, host):
+        if host or kept or frame.can_id != 1 or frame.data[0] != Code.ENCODER:
+            return 0.0
+        kept.append(frame)
+        return late_s
 
-    node.receive = late
+    bench.waits_s = waits_s
     ends_well(bench)
     assert kept
 
@@ -150,8 +147,8 @@ def near_zero(start, **more) -> MksBench:
 def begins_anew(bench, number, after_s, dead_s=DEAD_S):
     """Have a drive lose its supply for a moment: mute and deaf, then holding, with a count of 0."""
     node = bench.node(number)
-    bench.at_s[bench.now_s + after_s] = lambda: node.lose_power(bench.now_s)
-    bench.at_s[bench.now_s + after_s + dead_s] = lambda: node.find_power(bench.now_s)
+    bench.at_s[bench.now_s + after_s] = node.lose_power
+    bench.at_s[bench.now_s + after_s + dead_s] = node.find_power
 
 
 def begin_anew(bench, drives, after_s, dead_s):
@@ -182,8 +179,35 @@ def test_drives_that_began_anew_in_a_burst_are_not_sent_the_whole_way_again(
     assert isinstance(bench.do(BURST), RequestRejected)
     if drives == 1:
         assert bench.alerts()[0].kind is AlertKind.RESTARTED
-    sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
-    assert len(sent) == 1
+    assert len(requests(bench, MoveAbsoluteAxis, node=1)) == 1
+
+
+AGAIN = [
+    (0, False, "can count the same"),
+    (0, True, "most likely it was reset"),
+    (200_000, False, ""),
+    (200_000, True, "most likely it was reset"),
+]
+
+
+@pytest.mark.parametrize(("start", "restarts", "words"), AGAIN)
+def test_a_drive_that_was_mute_for_long_is_called_reset_only_if_no_order_took_it_there(
+    start, restarts, words
+):
+    bench = begun(straight(20), 0.5, starts=(start, 0, 0, 0, 0, 0))
+    if restarts:
+        restart(bench, 1, dead_s=0.5)
+    else:
+        bench.node(1).mute = True
+        bench.at_s[bench.now_s + 0.5] = lambda: setattr(bench.node(1), "mute", False)
+    reply = bench.finish()
+    assert isinstance(reply, RequestRejected)
+    if words:
+        assert words in blamed(bench, kind=AlertKind.RESTARTED, reply=reply).text
+    else:
+        assert reply.silent
+        assert "drive 1 (base) did not answer for a while" in reply.reason
+        assert not bench.alerts()
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -282,6 +306,6 @@ def test_a_bus_that_stands_still_behind_a_stop_near_zero_blames_no_drive(for_s):
     bench.begin(along(straight(20, ALONE)))
     bench.run(0.11)
     bench.controller.stop(hard=False)
-    hold_up(bench, for_s)
+    bench.hold_up(for_s)
     assert isinstance(bench.finish(), Halted)
     assert not bench.alerts()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from mks_bench import MksBench, along, begun, is_halted, straight
+from driver_bench import ANSWERS
+from mks_bench import MksBench, along, begun, is_halted, requests, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.tasks import Halted
@@ -16,11 +17,7 @@ SOON_S = 0.005
 
 def stops_of(bench, number):
     """Return when one drive was told to stop."""
-    return [
-        at_s
-        for at_s, frame in bench.sent
-        if frame.can_id == number and isinstance(decode_request(frame), Stop | EmergencyStop)
-    ]
+    return [at_s for at_s, *_ in requests(bench, Stop, EmergencyStop, node=number)]
 
 
 def stopping(*, hard, loses):
@@ -81,29 +78,9 @@ def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
     bench = MksBench(starts=(0, 50_000, 0, 0, 0, 0)).ready()
     bench.begin(along(straight(30, (1000, 3000, 0, 0, 0, 0))))
     bench.run(0.5)
-    hold_up_one(bench, 1, silent_s)
+    bench.hold_up(silent_s, ANSWERS, node=1)
     bench.run(0.02)
     is_halted(bench)
-
-
-def hold_up_one(bench, number, for_s):
-    """Have what one drive says wait for a time; then all of it passes."""
-    node, end_s, said = bench.node(number), bench.now_s + for_s, []
-    receive, live = node.receive, node.live
-
-    def late(data):
-        if bench.now_s >= end_s:
-            return data
-        said.extend(data)
-        return []
-
-    def tell_all():
-        for index, data in enumerate(said):
-            bench.back.append((bench.now_s + (index + 1) * 0.0003, data))
-
-    node.receive = lambda data, now_s: late(receive(data, now_s))
-    node.live = lambda now_s: late(live(now_s))
-    bench.at_s[end_s] = tell_all
 
 
 @pytest.mark.parametrize("hard", [False, True])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from amounts import in_pairs
 from faults import OVER_THE_TABLE, Rule, garbled, late_by, lost, stand_still_s, twice
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -302,9 +303,12 @@ PLAIN = (Op.PING, Op.POSITION, Op.INPUTS, Op.MOVE_RELATIVE, Op.IS_MOVING)
 
 
 class TestDisturbedWire:
-    @pytest.mark.parametrize("side", ["to", "back"])
-    @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS, Op.MOVE_ABSOLUTE])
-    @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+    @in_pairs(
+        "side, op, change",
+        ["to", "back"],
+        [Op.POSITION, Op.INPUTS, Op.MOVE_ABSOLUTE],
+        [*CHANGES.values()],
+    )
     def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
         arm = ready_robko()
         getattr(arm.twin.link, side).append(Rule(of(op), change, skip=1))
