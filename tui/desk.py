@@ -38,10 +38,10 @@ from tui.safety import (
     SafetyPanel,
     after_reset,
     link_back,
-    look_for_link,
     messages_of,
     progress_of,
     safety_state,
+    why_immobile,
 )
 from tui.settings import (
     REAL_SPEED,
@@ -68,7 +68,7 @@ _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 
 
 class ArmLink:
-    """Holds the latest status. Once the link is lost, no key jogs and no question stays open."""
+    """Holds the latest status. The jog keys disarm in a state in which nothing can move the arm."""
 
     def __init__(self, desk: Desk) -> None:
         self.status: Status = desk.arm.status
@@ -83,11 +83,20 @@ class ArmLink:
         """Whether there is no link to the arm."""
         return self.status.state is State.DISCONNECTED
 
+    @property
+    def why_immobile(self) -> str:
+        """Why no key can move the arm now, and what to do; empty if one can."""
+        return why_immobile(self.status.state, self._desk.keys)
+
     def require(self) -> None:
         """Raise `BadRequest` while the link is lost: no key reaches the arm then."""
         if self.lost:
-            how = look_for_link(self._desk.keys)
-            raise BadRequest(f"there is no link to the arm, and no key moves it: {how}")
+            raise BadRequest(self.why_immobile)
+
+    def require_motion(self) -> None:
+        """Raise `BadRequest` in a state in which no key can move the arm."""
+        if why := self.why_immobile:
+            raise BadRequest(why)
 
     def take(self, status: Status) -> None:
         """Take the latest status."""
@@ -98,6 +107,9 @@ class ArmLink:
             self._note_loss()
         elif self._was_lost:
             self._note_return()
+        hand = self._desk.screens.hand
+        if hand is not None and hand.armed and (why := self.why_immobile):
+            hand.disarm(why)  # the first key after a reset must not move the arm
 
     def switch_pause(self, place: str) -> None:
         """Pause the arm after its next burst, or resume it; `place` is the screen of the key."""
@@ -151,7 +163,7 @@ class ArmControl:
 
     def reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
-        self._desk.link.require()
+        self._desk.link.require_motion()
         if self._arm.referencing.homes_by_switches:
             text = "THE ARM WILL MOVE: its controller seeks its switches."
             done = "homed by its own switches"
@@ -176,7 +188,7 @@ class ArmControl:
 
     def park(self, speed: float) -> None:
         """Draw the park posture, and go there if the answer is yes."""
-        self._desk.link.require()
+        self._desk.link.require_motion()
         move = ParkMove(speed)
         preview = self._arm.preview(move)
         if preview.refusal is not None or preview.end is None:
@@ -196,7 +208,7 @@ class ArmControl:
         if self._desk.link.status.state is State.DISABLED:
             self._desk.calls.make(self._arm.enable, "the motors are on: nothing was moved")
             return
-        text = "The motors are switched off: THE ARM SAGS, and its position is lost."
+        text = "This switches the motors off: THE ARM SAGS, and its position is lost."
         done = "the motors are off"
         self._ask(text, self._present, self._arm.disable, done, asked="Is it supported?")
 
@@ -496,7 +508,7 @@ class Desk(KeyApp):
                 find_pad,
                 hand=lambda: self.screens.hand,
                 do_row=self.screens.do_row,
-                require_link=self.link.require,
+                require_motion=self.link.require_motion,
             )
 
     def disarm(self, reason: str) -> None:

@@ -103,7 +103,9 @@ def safety_state(
 def which(status: Status) -> str:
     """Say whether the arm is real, and which it is."""
     kind = "SIMULATED" if status.simulated else "REAL ARM"
-    return f"{kind}: {status.arm} ({status.title}) on {status.link}"
+    named_by_port = status.link.startswith(status.arm.partition("?")[0])
+    name = status.title if named_by_port else f"{status.arm} ({status.title})"
+    return f"{kind}: {name} on {status.link}"
 
 
 def position_text(status: Status, keys: Keyboard) -> str:
@@ -133,6 +135,17 @@ def look_for_link(keys: Keyboard) -> str:
     return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
 
 
+def why_immobile(state: State, keys: Keyboard) -> str:
+    """Say why no key can move the arm in this state, and what to do; empty if one can."""
+    if state is State.DISCONNECTED:
+        return f"there is no link to the arm, and no key moves it: {look_for_link(keys)}"
+    if state is State.ERROR_STOP:
+        return f"the arm is in error-stop: look at it, then press {keys.label('reset')}"
+    if state is State.DISABLED:
+        return f"the motors are off: {keys.label('motors')} switches them on"
+    return ""
+
+
 def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_at: str = "") -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
     reason = (
@@ -145,11 +158,15 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
         looking = f"The desk is looking for it: {key} looks at once, {leave} leaves"
         return f"{reason.rstrip('.')}. {looking if reconnects else look_for_link(keys)}."
     if status.state is State.ERROR_STOP:
-        return f"{reason}. {keys.label('reset')} resets, and moves nothing."
+        names_key = "`reset()`" in reason
+        resets = "That" if names_key else f"{keys.label('reset')} resets, and"
+        return f"{reason.rstrip('.')}. {resets} moves nothing."
     if status.paused:
         return _paused(keys, paused_at)
     if status.speed_override < 1.0:
-        return f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100` ends that."
+        return (
+            f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100%` ends that."
+        )
     return ""
 
 

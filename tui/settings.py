@@ -101,7 +101,7 @@ class JogSettings:
 
 @dataclass(slots=True)
 class MoveSettings:
-    """How goals are given and gone to: what is kept from one desk to the next."""
+    """How goals are typed and reached; the desk keeps it from one session to the next."""
 
     cartesian: bool = True
     speed: float = 0.5
@@ -254,7 +254,7 @@ def restored(settings: JogSettings, left: ArmMemory) -> JogSettings:
 
 
 def move_settings(left: ArmMemory, move: MoveSettings) -> MoveSettings:
-    """Return how goals were given and gone to at the move screen, as far as that makes sense.
+    """Return how goals were typed and reached on the move screen, as far as that makes sense.
 
     `move` is used on an arm that is new.
     """

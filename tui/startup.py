@@ -1,4 +1,4 @@
-"""How a desk is put together and started on an arm, and how it was left."""
+"""Builds a desk for an arm, runs it, and reports how it was left."""
 
 from __future__ import annotations
 

@@ -204,8 +204,8 @@ def set_mode(terminal: int, mode: Any) -> None:
             termios.tcsetattr(terminal, termios.TCSANOW, mode)
 
 
-# The driver for browsers, made to end when the other end has gone. It reads and writes two pipes to
-# the program that serves the page. When that has died, the framework's driver stops reading and
+# The driver for browsers, made to end when the other end is closed. It reads and writes two pipes
+# to the program that serves the page. When that has died, the framework's driver stops reading and
 # leaves the app running, which would hold its arm forever.
 
 

@@ -50,7 +50,7 @@ from tui.safety import (
 from tui.settings import memory_file, recall
 from tui.widgets import KeyLine, PlainText, panels
 
-# The words about such an arm, made from the plain data of its status.
+# What the screen says about the arm, made from the plain data of its status.
 
 PERCENTS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
@@ -72,7 +72,7 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
         real=not view.get("simulated"),
         badge=("NOT WATCHED", WRONG) if ended else badge,
         says="another program drives it",
-        forbids=f"NOT WATCHED ANY MORE: {ended}" if ended else "",
+        forbids=ended,
         dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
         position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
         stopping=stopping_text(view.get("stop_distance_mm"), view.get("stop_time_s")),
@@ -80,9 +80,9 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
 
 
 def lines(view: View) -> str:
-    """Say what the safety panel does not; what a small terminal must not cut off comes first."""
+    """Say what the safety panel does not, with what a small terminal must not cut off first."""
     if not view:
-        return "nothing is known of it yet"
+        return "waiting for its status"
     joints, pose = view.get("joints"), view.get("pose")
     texts = (
         f"speed {percent(view)} %",
@@ -90,7 +90,7 @@ def lines(view: View) -> str:
         *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
         "",
         *_named(joints, "_deg", "\N{DEGREE SIGN}"),
-        "" if joints else "the joints are not known",
+        "" if joints else "joints unknown",
         *_named(pose, "", ""),
         "" if pose is None else f"gripper {number_text(view.get('gripper_mm'))} mm",
         f"motor current {view.get('current', '?')}",
@@ -142,7 +142,7 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
     ]
 
 
-# The program that drives the arm, and what is asked of it.
+# The program that drives the arm, and requests to it.
 
 EVERY_S = 0.05
 
@@ -226,7 +226,7 @@ def moment(view: View, model: ArmModel) -> Moment:
 
 
 POLL_S = 0.05
-GIVEN_BACK = "the program has given the arm back"
+GIVEN_BACK = "the program has released the arm"
 COMMON = (STOP, "quit", "look")
 """The rows of the desk that count here too."""
 
@@ -257,7 +257,7 @@ class Watching(KeyApp):
         self.braille = braille
         self.view: Mapping[str, Any] = {}
         self.ended = ""
-        self.message = "watching: nothing here moves the arm, and leaving does not stop it"
+        self.message = "watching: no key here begins a motion, and leaving does not stop the arm"
         self.input.suspended_s = SUSPENDED_S
         self._holder = holder
 
@@ -275,7 +275,7 @@ class Watching(KeyApp):
         try:
             for view in self._holder.views():
                 if "state" not in view:
-                    self.ended = str(view.get("error", "it does not let itself be watched"))
+                    self.ended = str(view.get("error", "its program cannot be watched"))
                     return
                 self.view = view
             self.ended = GIVEN_BACK
@@ -311,7 +311,7 @@ class Watching(KeyApp):
     def action_change_speed(self, by: int) -> None:
         """Ask for a lower or higher speed."""
         wanted = next_percent(percent(self.view), by)
-        self._ask("slow", f"asked to go at {wanted} % of the speed", percent=wanted)
+        self._ask("slow", f"asked to go at {wanted} % of its speed", percent=wanted)
 
     def action_leave(self) -> None:
         """Stop watching, and nothing else."""
@@ -324,7 +324,7 @@ class Watching(KeyApp):
         try:
             answer = self._holder.ask(request, **words)
         except ArmError as error:
-            return f"{request.upper()} WAS NOT RECEIVED: {error}. Use the arm's own switch"
+            return f"{request.upper()} WAS NOT RECEIVED: {error}. Use the arm's power switch"
         return str(answer.get("error", done))
 
 

@@ -97,17 +97,17 @@ class TerminalOperator:
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
         """Go through what comes before the first jog; False where the person wants no more."""
-        say("Step 1 of 3. Clear the arm's way, and keep a hand on its power switch.")
-        if not _types(CLEAR, "Its way is clear"):
+        say("Step 1 of 3. Clear the arm's way, and keep a hand on the power switch.")
+        if not _types(CLEAR, "Is the way clear"):
             return False
         if off:
-            say("Step 2 of 3. Its motors are off, or may be. Hold the arm with your hand: once")
-            say("they are switched on, they hold it where it is.")
+            say("Step 2 of 3. The motors are off, or may be. Hold the arm by hand until they are")
+            say("on: they then hold it where it is.")
             if not _types(MOTORS_ON, "Switch them on"):
                 return False
             arm.enable()
         else:
-            say("Step 2 of 3. Its motors are on, or will be with the first jog.")
+            say("Step 2 of 3. The motors are on, or the first jog switches them on.")
         return True
 
     def __call__(self, request: PostureRequest) -> bool:

@@ -88,7 +88,7 @@ class Dialect:
     driver: Callable[[], Driver]
     tools: Callable[[], DeviceTools]
     raise_dtr: bool = False
-    quick_stop: str = "The switch of the motors' supply is the quicker stop: the arm sags then."
+    quick_stop: str = "The motors' power switch stops faster; the arm then sags."
     language: Language | None = None
 
     @property

@@ -353,7 +353,7 @@ class RecordWriter:
 
     def _failed(self, record: Record, error: Exception) -> str:
         """Remove the old record from the disk if the next program would wrongly restore it."""
-        words = str(error)
+        words = getattr(error, "strerror", None) or str(error)
         if self._refused or any(_misleads(one, record) for one in self._left):
             try:
                 self._recorder.remove()

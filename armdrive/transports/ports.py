@@ -538,7 +538,8 @@ def number_of(error: BaseException) -> int | None:
 
 def gone_words(error: BaseException) -> str:
     """Describe an adapter that has gone or an interface that went down; empty for other errors."""
-    why = str(error.__cause__ or error)
+    cause = error.__cause__ or error
+    why = str(getattr(cause, "strerror", None) or cause)
     if number_of(error) not in _GONE and "disconnected" not in why:
         return ""
     return f"its adapter has gone, or its interface is down ({why})"

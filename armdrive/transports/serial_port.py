@@ -145,8 +145,9 @@ class SerialLink(Link):
 
     def _lost(self, error: object) -> LinkLost:
         todo = "check the network" if self._scheme in TCP_SCHEMES else "plug the cable in"
+        why = getattr(error, "strerror", None) or error
         return LinkLost(
-            f"the connection on {self._name} was lost ({error}). The arm stands once its last "
+            f"the connection on {self._name} was lost ({why}). The arm stands once its last "
             f"burst has ended; {todo} and connect again"
         )
 

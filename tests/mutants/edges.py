@@ -129,6 +129,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="the keys stay armed in error-stop",
+        promise="the first key after a reset moves nothing",
+        path="tui/desk.py",
+        old="            hand.disarm(why)  # the first key",
+        new="            pass  # the first key",
+        tests=tests_of(
+            "tests/tui/test_desk_link.py",
+            "test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it",
+        ),
+    ),
+    Mutant(
         name="the desk's stop key only disarms",
         promise="the stop key stops the arm",
         path="tui/desk.py",

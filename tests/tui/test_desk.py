@@ -14,6 +14,7 @@ from textual import events
 from textual.widgets import Input
 from waiting import until_seen
 
+from armdrive.cli.runner import command_parser
 from armdrive.moves import Jog, Space
 from armdrive.status import State, Trust
 from armdrive.storage.point_file import points_of
@@ -33,6 +34,12 @@ async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
         session.arm.set(simulated=False, link="COM3")
         await session.poll()
         assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
+        session.arm.set(arm="COM3", link="COM3 at 9600 baud")
+        await session.poll()
+        assert session.text("title") == "REAL ARM: TeachMover on COM3 at 9600 baud"
+        session.arm.set(arm="can:slcan:COM4?bitrate=500000", link="can:slcan:COM4 at 500 kbit/s")
+        await session.poll()
+        assert session.text("title") == "REAL ARM: TeachMover on can:slcan:COM4 at 500 kbit/s"
         assert session.lit_tab == " F2 Jog "
 
 
@@ -186,10 +193,10 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     done = {}
     arm = FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED, simulated=False)
     async with Session(arm) as session:
-        for key in ("space", "R", "X", "H", "C", "P", "L", "ctrl+p"):
+        for key in ("space", "X", "R", "H", "C", "P", "L", "ctrl+p"):
             session.arm.calls.clear()
             await session.press(key)
-            await session.desk.workers.wait_for_complete()
+            await session.settle()
             done[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
             session.desk.dialogs.close_all()
         before = session.desk.theme
@@ -382,7 +389,13 @@ async def test_what_somebody_asked_from_outside_is_shown():
     async with Session() as session:
         session.arm.set(speed_override=0.25)
         await session.poll()
-        assert "SLOWED from outside to 25%" in session.text("banner")
+        slowed = session.text("banner")
+        assert "SLOWED from outside to 25%" in slowed
+        _, name, *words = slowed.split("`")[1].split()
+        assert (
+            command_parser(name, "a summary", "drive.control_requests:slow").parse_args(words).speed
+            == 1.0
+        )
         session.arm.set(paused=True)
         await session.poll()
         assert "PAUSED  paused from outside" in session.text("banner")
@@ -623,3 +636,12 @@ async def test_the_cursor_of_the_palette_does_not_blink():
         assert not field.cursor_blink
         assert not field._blink_timer._active.is_set()
         assert field._cursor_visible
+
+
+@pytest.mark.parametrize("size", [(60, 20), (80, 24), (120, 40)])
+async def test_no_line_of_the_help_is_wider_than_its_dialog(size):
+    async with Session(size=size) as session:
+        await session.keys("question_mark")
+        text = session.desk.screen.query_one("#help-text")
+        await until_seen(lambda: text.shown, session.pilot.pause)
+        assert max(map(len, text.shown.splitlines())) <= text.content_size.width

@@ -60,6 +60,34 @@ async def test_what_needs_an_arm_is_refused_with_the_way_to_get_it_back():
         assert session.arm.calls == []
 
 
+@pytest.mark.parametrize(
+    ("state", "why"),
+    [
+        (State.ERROR_STOP, "the arm is in error-stop: look at it, then press R"),
+        (State.DISABLED, "the motors are off: P switches them on"),
+    ],
+)
+async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it(state, why):
+    async with Session(FakeArm(simulated=False)) as session:
+        await session.hold("q")
+        session.arm.set(state=state)
+        await session.poll()
+        assert f"keys disarmed: {why}" in session.text("messages")
+        assert "enter arm" not in session.text("footer")
+        session.arm.calls.clear()
+        for key in ("enter", "q", "1", "H", "K"):
+            session.desk.message = ""
+            await session.press(key, after_s=5.0)
+            await session.settle()
+            assert why in session.text("messages"), key
+            assert len(session.desk.screen_stack) == 1
+        assert session.arm.calls == []
+        session.arm.set(state=State.STANDBY)
+        await session.poll()
+        await session.press("q", after_s=5.0)
+        assert session.arm.calls == []
+
+
 async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next():
     async with Session(FakeArm(simulated=False)) as session:
         await session.arm_keys()
@@ -69,6 +97,7 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         await session.press("L")
         await session.settle()
         assert "ERROR  [E409]" in session.text("banner")
+        assert session.text("banner").endswith("look at the arm, then press R. That moves nothing.")
         said = session.text("messages")
         assert "nothing was moved" in said
         assert "restored: the link was lost and restored, and the registers match" in said

@@ -29,7 +29,7 @@ SHOWN = {
     "axes": "point b2: where x2 meets z1",
     "first-run": "Before you move anything",
     "help": "Move the arm, on the jog screen",
-    "palette": "A simulated arm is led; one with switches",
+    "palette": "A simulated arm goes there by itself",
     "question": "Does the arm stand exactly so?",
 }
 """Words that only this picture's screen has, of each picture."""

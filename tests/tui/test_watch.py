@@ -76,7 +76,7 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         await session.hear({**status_view(FakeArm().status), "program": {}})
         assert "program" not in session.text("watched")
         await session.hear(status_view(FakeArm(**unknown_position()).status))
-        assert "the joints are not known" in session.text("watched")
+        assert "joints unknown" in session.text("watched")
 
 
 async def test_the_lines_of_a_program_that_runs_are_shown_with_the_current_one_lit(tmp_path):
@@ -166,7 +166,7 @@ async def test_what_was_refused_or_not_received_is_said_with_what_to_do():
 @pytest.mark.parametrize(
     ("last", "why"),
     [
-        (END, "given the arm back"),
+        (END, "released the arm"),
         (ArmError("it fell silent"), "it fell silent"),
         ({"error": "16 programs watch"}, "16 programs watch"),
     ],
@@ -177,7 +177,7 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         session.holder.said.put(last)
         await session.seen(lambda: session.app.ended)
         assert why in session.text("state")
-        assert "NOT WATCHED ANY MORE" in session.text("state")
+        assert "NOT WATCHED" in session.text("state")
         assert "shoulder" in session.text("watched")
 
 

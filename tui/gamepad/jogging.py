@@ -34,18 +34,18 @@ class Gamepad:
         *,
         hand: Callable[[], DeskJogging | None],
         do_row: Callable[[str], None],
-        require_link: Callable[[], None],
+        require_motion: Callable[[], None],
     ) -> None:
         """`find` opens a gamepad, or returns None.
 
         `hand` returns the hand on the jog keys where they are shown, `do_row` acts as a row's key,
-        and `require_link` raises `BadRequest` while there is no link to the arm.
+        and `require_motion` raises `BadRequest` where no key can move the arm.
         """
         self._app = app
         self._map = app.keys.pad
         self._hand = hand
         self._do_row = do_row
-        self._require_link = require_link
+        self._require_motion = require_motion
         self._reader = PadReader(find, self._tell)
         self._sticks: dict[int, float] = {}
 
@@ -122,10 +122,10 @@ class Gamepad:
 
     def _take_hold(self) -> None:
         """Begin to move with the sticks: from rest, and only where the keys are armed."""
-        self._require_link()
+        self._require_motion()
         hand = self._hand()
         if hand is None or not hand.armed:
-            raise BadRequest("the gamepad is dead, as the keys are, until they are armed")
+            raise BadRequest("the gamepad moves nothing until the keys are armed")
         if any(self._sticks.values()):
             raise BadRequest("let go of the sticks first, then hold the button and push one")
         hand.take(PAD, lambda: self._aim(hand.settings))

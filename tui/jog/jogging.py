@@ -33,11 +33,11 @@ STEER_S = 0.03
 """A stick that is moved changes the way of a jog no more often."""
 
 Aim = Callable[[], "Jog | None"]
-"""Where what is held would move the arm now; None while it rests."""
+"""Returns the jog that a held button or stick asks for now; None while it rests."""
 
 
 class DeskJogging:
-    """The hand on the jog keys. They begin disarmed. Knows no screen: it says, and others show."""
+    """Turns jog keys, buttons and sticks into jogs. The keys start disarmed. Knows no screen."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class DeskJogging:
         settings: Callable[[], JogSettings],
         age_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
-        """`age_s` tells how long ago the key came that is being acted on."""
+        """`age_s` returns the age of the key that is being handled."""
         self._arm = arm
         self._clock = clock
         self._say = say
@@ -104,9 +104,9 @@ class DeskJogging:
         self._apply(self._deadman.key_up(key, self._clock()))
 
     def doubt(self, time_s: float) -> None:
-        """Note that keys waited for this long: the next ones disarm.
+        """Note that keys had to wait this long: the next key disarms.
 
-        Held jogs have ended by themselves meanwhile.
+        Held jogs have expired meanwhile.
         """
         self.release()
         self._kept_s = time_s
@@ -118,19 +118,19 @@ class DeskJogging:
             self._renew()
         self._apply(self._deadman.tick(self._clock()))
 
-    # -- on-screen buttons, and what else tells when it is let go -----------------------------
+    # -- on-screen buttons, and other input that reports its release --------------------------
 
     def push(self, key: str) -> None:
         """Hold the on-screen button of a jog key until `lift`, or until the mouse is silent."""
         if not self.armed:
-            self._say("the buttons are dead, as the keys are, until they are armed")
+            self._say("the buttons move nothing until the keys are armed")
             return
         if self._stale.is_stale(self._clock(), of_keyboard=False):
             return
         self.take(key, lambda: self.settings.direction_of(key))
 
     def take(self, held: str, aim: Aim) -> None:
-        """Hold a jog under this name, towards `aim`; any other one ends."""
+        """Hold the jog that `aim` returns, under this name; any other one ends."""
         self.release()
         self._button, self._aim = held, aim
         self.moved()
@@ -227,5 +227,5 @@ class DeskJogging:
 
 
 def _nowhere() -> Jog | None:
-    """Return where nothing goes."""
+    """Return no jog."""
     return None

@@ -166,7 +166,8 @@ def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
     guards, radius_mm = model.guards, math.hypot(pose.x_mm, pose.y_mm)
     if guards.table:
         near = pose.z_mm < TABLE_NEAR_MM
-        yield f"table {pose.z_mm:.0f} mm below the tip", "$warning" if near else ""
+        side = "above" if round(pose.z_mm) < 0 else "below"
+        yield f"table {abs(round(pose.z_mm))} mm {side} the tip", "$warning" if near else ""
     outer_mm = guards.outer_radius_mm
     if outer_mm is not None and outer_mm - radius_mm < RIM_NEAR_MM:
         yield f"end of the reach {outer_mm - radius_mm:.0f} mm away", "$warning"
@@ -185,9 +186,9 @@ def _margin_share(row: AxisRow) -> float:
 
 
 def quicker(dialect: str) -> str:
-    """Say what stops this arm quicker than the program does, in short; empty where nothing does."""
+    """Say in short what stops this arm faster than the program does; empty if nothing does."""
     row = DIALECTS.get(dialect)
-    return "" if row is None else row.quick_stop.partition(":")[0]
+    return "" if row is None else row.quick_stop.partition(";")[0]
 
 
 def grip_line(gripping: bool | None, force_n: float) -> str:
@@ -303,6 +304,12 @@ class AxisPanels:
         self._name(settings)
         return joints
 
+    def show_only_driven(self, *, only: bool) -> None:
+        """Hide the panel of the axes that no key moves in this mode, or show it again."""
+        cartesian = self._desk.settings.cartesian
+        self._tip.display = cartesian or not only
+        self._joints.display = not (cartesian and only)
+
     def _name(self, settings: JogSettings) -> None:
         """Say in the panels' titles which of them the keys move, and in which frame."""
         keys = self._desk.keys
@@ -336,7 +343,7 @@ class AxisPanels:
     def _push(self, pair: JogPair, plus: bool) -> None:
         """Hold the key cap of an axis."""
         with self._desk.calls.acting():
-            self._desk.link.require()
+            self._desk.link.require_motion()
             self._hand.push(pair.plus if plus else pair.minus)
 
 

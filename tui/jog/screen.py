@@ -86,7 +86,7 @@ class Fingers:
 
     def _prepare(self) -> None:
         """Disarm armed keys, since the fingers move alone. Raises `BadRequest` if they are not."""
-        self._desk.link.require()
+        self._desk.link.require_motion()
         if not self._hand.armed:
             arm = self._desk.keys.label("arm")
             raise BadRequest(f"this moves the fingers: {arm} arms the keys first")
@@ -145,7 +145,7 @@ class JogScreen(DeskScreen):
     def idle(self) -> tuple[str, ...]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
         frame = () if self.desk.settings.cartesian else ("frame",)
-        if self.desk.link.lost:
+        if self.desk.link.why_immobile:
             return ("arm", "grasp", "park", *frame)
         return ("arm", *frame) if self.armed else ("grasp", *frame)
 
@@ -179,20 +179,27 @@ class JogScreen(DeskScreen):
         near = near_lines(status, self.desk.arm.model, joints, quicker(status.dialect))
         self.text("near").show_lines(near)
         load = self._load.of(status.link_stats, self.desk.clock())
+        self._make_room()
         if self.text("details").display:
             self.text("details").show(detail_lines(status, load))
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
+
+    def _make_room(self) -> None:
+        """Let the details take the place of what no key moves, where the terminal is small."""
+        room = self.size.height > TALL or not self.text("details").display
+        self.query_one("#near").display = room
+        self.axes.show_only_driven(only=not room)
 
     # -- keys ---------------------------------------------------------------------------------
 
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
-        self.desk.link.require()
+        self.desk.link.require_motion()
         self.hand.press(key)
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
-        self.desk.link.require()
+        self.desk.link.require_motion()
         if not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")
@@ -206,7 +213,7 @@ class JogScreen(DeskScreen):
         """Show or hide what a technician asks for."""
         details = self.text("details")
         details.display = not details.display
-        self.query_one("#near").display = not details.display or self.size.height > TALL
+        self._make_room()
 
 
 def opened(opening_mm: float | None) -> str:

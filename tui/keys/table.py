@@ -41,43 +41,44 @@ STOP = "stop"
 
 DESK_KEYS = (
     DeskKey(STOP, ("space", "escape", "ctrl+c"), "stop_arm", "STOP",
-            "Stop, disarm, close any dialog; works everywhere. Space is 0.1 s quicker than "
-            "Esc.", everywhere=True),
+            "Stop the arm, disarm the keys and close any dialog. Works everywhere; space acts "
+            "0.1 s sooner than Esc.", everywhere=True),
     DeskKey("help", ("question_mark", "f1"), "dialogs.help", "help",
             "Show all keys."),
     DeskKey("quit", ("ctrl+q",), "leave", "quit",
             "Stop the arm and leave the desk.", everywhere=True),
     DeskKey("reference", ("H",), "control.reference", "reference",
-            "Show the reference posture, and say that the arm stands in it. A simulated arm "
-            "is led; one with switches homes by itself, after a question.",
+            "Reference the arm: confirm that it stands in the posture shown. A simulated arm "
+            "goes there by itself; an arm with switches homes after a question.",
             also="home homing origin zero"),
     DeskKey("confirm", ("C",), "control.confirm", "confirm",
-            "Show the posture that the last program left, and say that the arm stands in it."),
+            "Confirm that the arm still stands as the last program left it, in the posture "
+            "shown."),
     DeskKey("motors", ("P",), "control.switch_motors", "motors",
-            "Switch the motor current on; or off, after a question, since the arm sags then."),
+            "Switch the motors on; or off, after a question, because the arm then sags."),
     DeskKey("reconnect", ("L",), "control.reconnect", "link",
-            "Look for a lost link once, now. Moves nothing; what was under way is not taken "
-            "up again."),
+            "Try once to reconnect a lost link. Nothing moves, and an interrupted motion does "
+            "not continue."),
     DeskKey("palette", ("ctrl+p",), "dialogs.palette", "commands",
-            "Find by a few letters what can be done here; enter does it."),
+            "Find an action by a few letters; enter does it."),
     DeskKey("look", ("T",), "looks.put_on_next", "look",
-            "Other colours: dark, light, of high contrast, or your terminal's own."),
+            "Change the colours: dark, light, high contrast, or your terminal's own."),
     DeskKey("reset", ("R",), "control.reset", "reset",
-            "Leave error-stop. Moves nothing.", also="clear error unlock"),
+            "Leave error-stop. Nothing moves.", also="clear error unlock"),
     DeskKey("estop", ("X",), "control.estop", "e-stop",
-            "Stop and latch error-stop: nothing moves until a reset.", also="estop emergency"),
+            "Stop, and latch error-stop: nothing moves until a reset.", also="estop emergency"),
 )  # fmt: skip
 """What can be done on every screen."""
 
 DIALOG_KEYS = (
     DeskKey("help-close", ("question_mark", "f1", "enter", "n"), "close", "close",
-            "Close it.", "help"),
+            "Close the help.", "help"),
     DeskKey("understood", ("enter",), "close", "understood",
             "Go to the desk.", "first"),
     DeskKey("yes", ("y",), "answer(True)", "yes",
-            "It is so: do it.", "question"),
+            "Yes: do it.", "question"),
     DeskKey("no", ("n",), "answer(False)", "no",
-            "It is not so: do nothing.", "question"),
+            "No: do nothing.", "question"),
 )  # fmt: skip
 """Enter answers no question: a person who armed with it may still be pressing it."""
 
@@ -86,130 +87,137 @@ DIALOG_KEYS = (
 
 MOVE_KEYS = (
     DeskKey("move-go", ("enter",), "planned.press", "go (twice)",
-            "Press twice: the arm moves as it is shown. A key that is held does not count.",
+            "Press twice: the arm moves as shown. A held key does not count.",
             "move"),
     DeskKey("move-next", ("down", "tab"), "form.move_to_field(1)", "next",
             "Go to the next field.", "move"),
     DeskKey("move-previous", ("up", "shift+tab"), "form.move_to_field(-1)", "",
-            "Go to the field before.", "move"),
+            "Go to the previous field.", "move"),
     DeskKey("move-more", ("right",), "form.change_value(1)", "more",
-            "Make the field larger by a step.", "move"),
+            "Increase the field by one step.", "move"),
     DeskKey("move-less", ("left",), "form.change_value(-1)", "less",
-            "Make it smaller by a step.", "move"),
+            "Decrease the field by one step.", "move"),
     DeskKey("move-erase", ("backspace",), "typing.erase", "",
-            "Take the last character of the field away; an empty field stays as it is.", "move"),
+            "Delete the last character of the field. An empty field means no change.", "move"),
     DeskKey("move-clear", ("delete",), "form.clear", "clear",
             "Empty all fields: the arm would stay where it is.", "move"),
     DeskKey("move-nearest", ("n",), "take_nearest", "nearest",
-            "After a refusal: ask for the nearest goal that is possible.", "move"),
+            "After a refusal: take the nearest possible goal.", "move"),
     DeskKey("move-posture", ("b",), "take_next_posture", "posture",
-            "Ask for the next posture that holds the hand at this goal, by its joints.", "move"),
+            "Take the next posture that reaches this goal, as joint angles.", "move"),
     DeskKey("move-mode", ("m",), "form.switch_mode", "mode",
             "Switch between joint angles and poses.", "move"),
     DeskKey("move-line", ("l",), "form.switch_line", "line",
             "Switch between a straight line of the tip and a joint motion.", "move"),
     DeskKey("move-frame", ("F",), "form.next_frame", "frame",
-            "Which frame the pose is one of; of the tool, it is a change from where it is.",
+            "Choose the frame of the pose. In the tool's frame, the goal is a change from "
+            "where the tool is.",
             "move"),
     DeskKey("move-slower", ("less_than_sign",), "form.change_speed(-1)", "slower",
             "Move more slowly.", "move"),
     DeskKey("move-faster", ("greater_than_sign",), "form.change_speed(1)", "faster",
             "Move faster.", "move"),
     DeskKey("move-finer", ("left_square_bracket",), "form.change_step(-1)", "finer",
-            "Make the arrows' step smaller.", "move"),
+            "Make the step of the arrow keys smaller.", "move"),
     DeskKey("move-coarser", ("right_square_bracket",), "form.change_step(1)", "coarser",
-            "Make the arrows' step larger.", "move"),
+            "Make the step of the arrow keys larger.", "move"),
 )  # fmt: skip
 """Digits, the point and the minus are typed into the field, and are no rows of the table."""
 
 POINT_KEYS = (
     DeskKey("points-go", ("enter",), "press_go", "go (twice)",
-            "Press twice: the arm goes to the point as it is shown, or carries out the rest of the "
-            "sequence. A key that is held does not count.", "points"),
+            "Press twice: the arm goes to the point as shown, or carries out the rest of the "
+            "sequence. A held key does not count.", "points"),
     DeskKey("points-next", ("down",), "choose(1)", "next",
             "Go to the next point or sequence.", "points"),
     DeskKey("points-previous", ("up",), "choose(-1)", "",
-            "Go to the point or sequence before.", "points"),
+            "Go to the previous point or sequence.", "points"),
     DeskKey("points-teach", ("t",), "points.teach", "teach",
-            "Name the place where the arm stands. Type the name, then enter.", "points"),
+            "Save the place where the arm stands. Type a name, then press enter.", "points"),
     DeskKey("points-again", ("U",), "points.teach_again", "again",
-            "Press twice: the point is moved to where the arm stands.", "points"),
+            "Press twice: save the point again, where the arm stands now.", "points"),
     DeskKey("points-rename", ("r",), "points.rename", "rename",
-            "Give the point another name, in sequences too.", "points"),
+            "Rename the point, in sequences too.", "points"),
     DeskKey("points-delete", ("delete",), "points.delete", "delete",
-            "Press twice: the point or sequence is taken out of the file.", "points"),
+            "Press twice: delete the point or sequence from the file.", "points"),
     DeskKey("points-edit", ("e",), "points.move_there", "edit",
-            "Change the point's joints as a goal on the move screen; there, go, and teach it "
-            "again here.", "points"),
+            "Edit the point's joints on the move screen. Go there, then save it again here.",
+            "points"),
     DeskKey("points-line", ("l",), "motion.switch_line", "line",
-            "Switch between a straight line of the tip and a joint motion; also of a marked step.",
+            "Switch between a straight line of the tip and a joint motion, for a marked step "
+            "too.",
             "points"),
     DeskKey("points-slower", ("less_than_sign",), "motion.change_speed(-1)", "slower",
-            "Move more slowly; also in a marked step.", "points"),
+            "Move more slowly, in a marked step too.", "points"),
     DeskKey("points-faster", ("greater_than_sign",), "motion.change_speed(1)", "faster",
-            "Move faster; also in a marked step.", "points"),
+            "Move faster, in a marked step too.", "points"),
     DeskKey("points-append", ("a",), "points.append", "append",
-            "Put the point at the end of a sequence, reached in the way and at the speed shown.",
+            "Append the point to a sequence, with the motion and speed shown.",
             "points"),
     DeskKey("points-shorten", ("backspace",), "steps.shorten", "",
-            "Take the last step of the sequence away; of a name, the last letter.", "points"),
+            "Remove the last step of the sequence; while you type a name, its last letter.",
+            "points"),
     DeskKey("points-step-next", ("pagedown",), "steps.mark(1)", "mark",
-            "Of a sequence: mark its next step, to be taken out or moved.", "points"),
+            "In a sequence: mark the next step, to change, move or remove it.", "points"),
     DeskKey("points-step-previous", ("pageup",), "steps.mark(-1)", "",
-            "Of a sequence: mark the step before.", "points"),
+            "In a sequence: mark the previous step.", "points"),
     DeskKey("points-step-drop", ("D",), "steps.drop", "",
-            "Press twice: the marked step is taken out of the sequence.", "points"),
+            "Press twice: remove the marked step from the sequence.", "points"),
     DeskKey("points-step-sooner", ("K",), "steps.shift(-1)", "",
-            "The marked step is carried out one place sooner.", "points"),
+            "Move the marked step one place earlier.", "points"),
     DeskKey("points-step-later", ("J",), "steps.shift(1)", "",
-            "The marked step is carried out one place later.", "points"),
+            "Move the marked step one place later.", "points"),
     DeskKey("points-step-change", ("E",), "steps.change", "",
             "Change the marked step: type another point, opening or time.", "points"),
     DeskKey("points-grip", ("g",), "steps.add_grip", "fingers",
-            "Of a sequence: add a gripper step after the marked step, or at the end. "
-            "Type open, close, grasp, here, point (the point's opening) or mm, then enter.",
+            "In a sequence: add a gripper step after the marked step, or at the end. Type "
+            "open, close, grasp, here, point (the point's opening) or mm, then press enter.",
             "points"),
     DeskKey("points-wait", ("W",), "steps.add_wait", "wait",
-            "Of a sequence: add a wait after the marked step, or at the end. Type seconds, "
-            "then enter.",
+            "In a sequence: add a wait after the marked step, or at the end. Type seconds, "
+            "then press enter.",
             "points"),
     DeskKey("points-stepping", ("s",), "sequence.switch_stepping", "stepping",
-            "Let right and left carry out single steps of the sequence, until it is pressed again.",
+            "Let right and left carry out single steps of the sequence; press again to end "
+            "this.",
             "points"),
     DeskKey("points-forward", ("right",), "sequence.forward", "step",
             "While stepping: carry out the next step of the sequence.", "points"),
     DeskKey("points-backward", ("left",), "sequence.backward", "back",
-            "While stepping: go back to the point before. Fingers and waits are not taken back.",
+            "While stepping: go back to the previous point. Gripper steps and waits are not "
+            "undone.",
             "points"),
     DeskKey("points-rewind", ("home",), "sequence.rewind", "rewind",
-            "Start the sequence over. Moves nothing.", "points"),
+            "Start the sequence over. Nothing moves.", "points"),
     DeskKey("points-pause", ("p",), "pause", "pause",
-            "Pause the arm after its next burst, or let it go on.", "points"),
+            "Pause the arm after its current burst, or resume it.", "points"),
 )  # fmt: skip
 """Names are typed once they are asked for; their letters are no rows of the table."""
 
 PROGRAM_KEYS = (
     DeskKey("program-go", ("enter",), "start.press", "go (twice)",
-            "Press twice: the program runs as it was rehearsed; one that was not is rehearsed "
-            "first. A key that is held does not count.", "program", also="run start play"),
+            "Press twice: run the program as rehearsed; it is rehearsed first if necessary. A "
+            "held key does not count.", "program", also="run start play"),
     DeskKey("program-next", ("down",), "choose(1)", "next",
-            "Choose the next program of the list.", "program"),
-    DeskKey("program-previous", ("up",), "choose(-1)", "", "Choose the program before.", "program"),
+            "Choose the next program.", "program"),
+    DeskKey("program-previous", ("up",), "choose(-1)", "",
+            "Choose the previous program.", "program"),
     DeskKey("program-rehearse", ("r",), "start.rehearse", "rehearse",
-            "Rehearse the program on the arm's simulated twin: how long it takes, what it assumes, "
-            "and the line that would fail. Nothing moves.", "program", also="check simulate"),
+            "Rehearse the program on a simulated copy of the arm: how long it takes, what it "
+            "assumes, and which line would fail. Nothing moves.", "program", also="check simulate"),
     DeskKey("program-pause", ("p",), "run.switch_pause", "pause",
-            "Pause the program after its next burst, or let it go on; also where it waits for "
+            "Pause the program after its current burst, or resume it, also when it waits for "
             "you.", "program"),
     DeskKey("program-stepping", ("s",), "run.switch_stepping", "stepping",
-            "Have the program wait for you before each motion, until it is pressed again.",
+            "Make the program wait for you before each motion; press again to end this.",
             "program"),
     DeskKey("program-forward", ("right",), "run.forward", "step",
-            "Let a program go on that waits for you. A key that is held does not count.",
+            "Let a waiting program continue. A held key does not count.",
             "program"),
     DeskKey("program-down", ("pagedown",), "turn_page(1)", "",
-            "Show the lines further down, while none of them runs.", "program"),
-    DeskKey("program-up", ("pageup",), "turn_page(-1)", "", "Show the lines further up.",
+            "Scroll the program down, while it does not run.", "program"),
+    DeskKey("program-up", ("pageup",), "turn_page(-1)", "",
+            "Scroll the program up, while it does not run.",
             "program"),
 )  # fmt: skip
 """A stop ends a program at once; leaving the screen ends it after the motion under way."""
@@ -219,44 +227,52 @@ PROGRAM_KEYS = (
 
 LOG_KEYS = (
     DeskKey("log-open", ("enter",), "open_line", "open",
-            "Show the whole line; of an error its cause and what to do.", "log"),
+            "Show the whole line; for an error, its cause and remedy too.", "log"),
     DeskKey("log-find", ("slash",), "find", "find",
-            "Show only the lines with a text; commas between words that must all be there.", "log"),
+            "Show only lines with a text. Commas separate words that must all occur.", "log"),
     DeskKey("log-all", ("a",), "log_view.show_all", "all",
-            "Show everything again, the newest last.", "log"),
+            "Show everything again and follow the newest line.", "log"),
     DeskKey("log-pause", ("p",), "log_view.switch_hold", "hold",
-            "Hold the lines still, or let them come again. The arm is not paused by it.", "log"),
+            "Freeze the log, or let it run again. The arm is not paused.", "log"),
     DeskKey("log-save", ("s",), "save", "save",
-            "Write what the flight recorder holds to a file, and say where it is.", "log"),
+            "Save the flight recorder to a file, and show its path.", "log"),
     DeskKey("log-catalogue", ("e",), "catalogue", "all errors",
-            "Look up what every error means and what to do.", "log"),
-    DeskKey("log-up", ("up",), "log_view.go(-1)", "older", "Choose the line before.", "log"),
+            "Look up what each error means and what to do.", "log"),
+    DeskKey("log-up", ("up",), "log_view.go(-1)", "older",
+            "Choose the previous line.", "log"),
     DeskKey("log-down", ("down",), "log_view.go(1)", "", "Choose the next line.", "log"),
-    DeskKey("log-page-up", ("pageup",), "log_view.turn_page(-1)", "", "Go back by a page.", "log"),
-    DeskKey("log-page-down", ("pagedown",), "log_view.turn_page(1)", "", "Go on by a page.", "log"),
+    DeskKey("log-page-up", ("pageup",), "log_view.turn_page(-1)", "",
+            "Go back one page.", "log"),
+    DeskKey("log-page-down", ("pagedown",), "log_view.turn_page(1)", "",
+            "Go forward one page.", "log"),
     DeskKey("log-first", ("home",), "log_view.go_first", "", "Go to the oldest line.", "log"),
     DeskKey("log-last", ("end",), "log_view.follow", "newest",
             "Follow the newest line again.", "log"),
     *(
         DeskKey(f"log-{topic.value}", (str(number),), f"log_view.switch_topic('{topic.value}')",
-                topic.value, f"Show the {topic.value} or leave them out.", "log")
+                topic.value, f"Show or hide the {topic.value}.", "log")
         for number, topic in enumerate(Topic, 1)
     ),
 )  # fmt: skip
 """The head of the screen names the keys of the topics, so that they come last in the footer."""
 
 LOG_DIALOG_KEYS = (
-    DeskKey("line-close", ("enter", "n"), "close", "close", "Close it.", "line"),
-    DeskKey("find-done", ("enter",), "close", "done", "Keep the text, and close.", "find"),
+    DeskKey("line-close", ("enter", "n"), "close", "close",
+            "Close the line.", "line"),
+    DeskKey("find-done", ("enter",), "close", "done",
+            "Keep the text and close.", "find"),
     DeskKey("find-erase", ("backspace",), "typing.erase", "",
-            "Take the last character away.", "find"),
-    DeskKey("find-clear", ("delete",), "typing.clear", "", "Take all characters away.", "find"),
-    DeskKey("catalogue-close", ("enter",), "close", "close", "Close it.", "catalogue"),
+            "Delete the last character.", "find"),
+    DeskKey("find-clear", ("delete",), "typing.clear", "",
+            "Delete the whole text.", "find"),
+    DeskKey("catalogue-close", ("enter",), "close", "close",
+            "Close the list.", "catalogue"),
     DeskKey("catalogue-erase", ("backspace",), "typing.erase", "",
-            "Take the last character away.", "catalogue"),
+            "Delete the last character.", "catalogue"),
     DeskKey("catalogue-clear", ("delete",), "typing.clear", "",
-            "Take all characters away.", "catalogue"),
-    DeskKey("catalogue-up", ("up",), "choose(-1)", "", "Choose the error before.", "catalogue"),
+            "Delete the whole text.", "catalogue"),
+    DeskKey("catalogue-up", ("up",), "choose(-1)", "",
+            "Choose the previous error.", "catalogue"),
     DeskKey("catalogue-down", ("down",), "choose(1)", "", "Choose the next error.", "catalogue"),
 )  # fmt: skip
 """What is typed into a search is no row of the table."""
@@ -266,20 +282,21 @@ LOG_DIALOG_KEYS = (
 
 SETUP_KEYS = (
     DeskKey("setup-enter", ("enter",), "stage.enter", "go on",
-            "Do what is marked. What opens a port or writes a file asks for a second press.",
+            "Do what is marked. Opening a port or writing a file needs a second press.",
             "setup"),
     DeskKey("setup-next", ("down", "tab"), "mark(1)", "next",
             "Mark the next line.", "setup"),
-    DeskKey("setup-previous", ("up", "shift+tab"), "mark(-1)", "", "Mark the line before.",
+    DeskKey("setup-previous", ("up", "shift+tab"), "mark(-1)", "",
+            "Mark the previous line.",
             "setup"),
     DeskKey("setup-on", ("right",), "stage.skip", "skip",
-            "Of a port: go on to describe the arm without opening it.", "setup"),
+            "Describe the arm on a port without opening it.", "setup"),
     DeskKey("setup-back", ("left",), "stage.back", "back",
-            "Go back to the question or the list before. Nothing is written.", "setup"),
+            "Go back to the previous question or list. Nothing is written.", "setup"),
     DeskKey("setup-erase", ("backspace",), "typing.erase", "",
-            "Take the last character away.", "setup"),
+            "Delete the last character.", "setup"),
     DeskKey("setup-turn", ("t",), "stage.turn", "TURN",
-            "While motors are checked: turn the motor a little; once more: bring it back.",
+            "While checking motors: turn the motor a little; press again to bring it back.",
             "setup"),
     DeskKey("setup-yes", ("y",), "stage.saw('AS_SHOWN')", "as shown",
             "It moved as shown.", "setup"),
@@ -289,7 +306,7 @@ SETUP_KEYS = (
     DeskKey("setup-nothing", ("n",), "stage.saw('NOT_AT_ALL')", "nothing",
             "Nothing moved.", "setup"),
     DeskKey("setup-another", ("a",), "stage.another", "another",
-            "Another motor's part moved: which one is chosen next.", "setup"),
+            "Another motor's part moved; choose which one next.", "setup"),
     DeskKey("setup-double", ("d",), "stage.saw('TWICE')", "double", "It moved about twice as far.",
             "setup"),
     DeskKey("setup-half", ("h",), "stage.saw('HALF')", "half",
@@ -302,22 +319,22 @@ SETUP_KEYS = (
 
 THEORY_KEYS = (
     DeskKey("theory-next", ("pagedown", "N"), "panel.turn(1)", "next page",
-            "Go on to the next matrices, singularities, solutions.", "theory"),
+            "Go to the next page: matrices, singularities, solutions.", "theory"),
     DeskKey("theory-previous", ("pageup", "B"), "panel.turn(-1)", "back",
-            "Go back to the page before.", "theory"),
+            "Go to the previous page.", "theory"),
     DeskKey("theory-symbols", ("S",), "panel.switch_symbols", "symbols",
-            "Switch between numbers and the notes' own C1, S12.", "theory"),
+            "Switch between numbers and the symbols of the notes (C1, S12).", "theory"),
     DeskKey("theory-axes", ("A",), "panel.switch_axes", "from axes",
-            "Find frames and link table from the joint axes, a step a page; again: in the other "
-            "convention, then back to the numbers.", "theory"),
+            "Derive frames and the link table from the joint axes, one step a page. Again: in "
+            "the other convention, then back to the numbers.", "theory"),
 )  # fmt: skip
 """They only turn pages: nothing on the theory screen moves an arm."""
 
 MODEL_KEYS = (
     DeskKey("model-solution", ("G",), "solution", "solution",
-            "Put the model into its next solution for the same place of the hand.", "model"),
+            "Show the model's next solution for the same place of the hand.", "model"),
     DeskKey("model-zero", ("Z",), "zero", "zero",
-            "Put every joint of the model at zero, or at the limit nearest to it.", "model"),
+            "Set every joint of the model to zero, or to its limit nearest to zero.", "model"),
 )  # fmt: skip
 """Only where no arm is connected: a model may leap."""
 
@@ -329,17 +346,19 @@ VIEW_KEYS = (
     DeskKey("view-next", ("v",), "view('next')", "view",
             "Look at the arm from the next side: iso, side, top, front."),
     DeskKey("view-left", ("left_parenthesis",), "view('left')", "",
-            "Go round the arm to the left; the mouse does it by dragging."),
+            "Turn the view to the left. Dragging with the mouse turns it too."),
     DeskKey("view-right", ("right_parenthesis",), "view('right')", "",
-            "Go round the arm to the right."),
+            "Turn the view to the right."),
     DeskKey("view-up", ("i",), "view('up')", "", "Look at the arm from higher up."),
     DeskKey("view-down", ("k",), "view('down')", "", "Look at the arm from lower down."),
     DeskKey("view-nearer", ("z",), "view('nearer')", "",
-            "Come nearer to the tip; the mouse wheel does it too."),
-    DeskKey("view-farther", ("x",), "view('farther')", "", "Go farther away."),
-    DeskKey("view-fit", ("o",), "view('fit')", "", "Show all of the arm's reach again."),
+            "Zoom in on the tip. The mouse wheel zooms too."),
+    DeskKey("view-farther", ("x",), "view('farther')", "",
+            "Zoom out."),
+    DeskKey("view-fit", ("o",), "view('fit')", "",
+            "Show the arm's whole reach."),
     DeskKey("view-clear", ("c",), "view('clear')", "",
-            "Forget the way that the tip has gone, as it is drawn."),
+            "Clear the drawn path of the tip."),
 )  # fmt: skip
 """What can be done wherever an arm is drawn."""
 
@@ -348,13 +367,13 @@ VIEW_KEYS = (
 
 WATCH_KEYS = (
     DeskKey("watch-pause", ("p",), "ask('pause')", "pause",
-            "Pause the arm after what it was sent; it goes on when it is resumed.", "watch"),
+            "Pause the arm after its current burst.", "watch"),
     DeskKey("watch-resume", ("r",), "ask('resume')", "resume",
-            "Let a paused arm go on: it moves again.", "watch"),
+            "Resume a paused arm: it moves again.", "watch"),
     DeskKey("watch-slower", ("minus",), "change_speed(-1)", "slower",
             "Slow the arm down.", "watch"),
     DeskKey("watch-faster", ("plus", "equals_sign"), "change_speed(1)", "faster",
-            "Let the arm go faster, at most at the speed that its program asks for.", "watch"),
+            "Speed the arm up, at most to the speed that its program asks for.", "watch"),
 )  # fmt: skip
 """Besides the stop, all that a watcher may do to the arm."""
 
@@ -400,7 +419,7 @@ def titled(screen: str) -> str:
 
 JOG_KEYS = (
     DeskKey("arm", ("enter",), "arm_keys", "arm",
-            "Arm the jog keys; they disarm after 60 s idle.", "jog"),
+            "Arm the jog keys. They disarm after 60 s without a key.", "jog"),
     DeskKey("mode", ("m",), "adjustments.switch_mode", "mode",
             "Switch between joint and Cartesian mode.", "jog"),
     DeskKey("finer", ("left_square_bracket",), "adjustments.change_step(-1)", "finer",
@@ -412,8 +431,8 @@ JOG_KEYS = (
     DeskKey("faster", ("plus", "equals_sign"), "adjustments.change_speed(1)", "faster",
             "Jog faster.", "jog"),
     DeskKey("grasp", ("G",), "fingers.grasp", "grasp",
-            "While armed: close the fingers on what is between them, until the grip switch "
-            "closes.", "jog", also="grip gripper hold"),
+            "While armed: close the fingers until the grip switch closes.",
+            "jog", also="grip gripper hold"),
     *(
         DeskKey(f"grip-{word}", (key,), f"fingers.preset({share})", "",
                 f"While armed: {does}.", "jog", also="grip gripper fingers")
@@ -426,11 +445,11 @@ JOG_KEYS = (
     DeskKey("park", ("K",), "park", "park",
             "Show the park posture, and go there after a question.", "jog", also="parking rest"),
     DeskKey("details", ("D",), "details", "details",
-            "Show or hide the details: motors, inputs, and what goes over the wire.",
+            "Show or hide details: motors, inputs, and what goes over the wire.",
             "jog", also="wire bytes motors inputs"),
     DeskKey("frame", ("F",), "adjustments.next_frame", "frame",
-            "In Cartesian mode, whose x, y and z are meant: the base's, the tool's, or those "
-            "of a frame of the arm file.", "jog"),
+            "In Cartesian mode: choose the frame of x, y and z, which is the base's, the "
+            "tool's, or one of the arm file.", "jog"),
 )  # fmt: skip
 """What the jog screen does besides jogging: the keys that jog follow below."""
 
@@ -498,7 +517,7 @@ AXIS_KEYS = tuple(
         (key,),
         f"jog('{key}')",
         "",
-        f"Jog row {number} of the joints, {way}; in Cartesian mode that axis of the tip.",
+        f"Jog row {number}, {way}: a joint, or in Cartesian mode a coordinate of the tip.",
         "jog",
     )
     for number, keys in enumerate(LETTERS, 1)

@@ -122,7 +122,7 @@ class Window:
 
 
 def index_of(lines: Sequence[LogLine], number: int) -> int:
-    """Return where a line is, or the next one after it where it has gone; lines must be there."""
+    """Return the index of a line, or of the next one if it was dropped. `lines` is not empty."""
     at = bisect_left(lines, number, key=lambda line: line.number)
     return min(at, len(lines) - 1)
 

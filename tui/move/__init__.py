@@ -1,1 +1,1 @@
-"""Planned motion: a goal is typed, seen, confirmed twice, and gone to."""
+"""Planned motion: a person types a goal, sees the motion, and confirms it twice."""

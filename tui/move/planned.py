@@ -33,7 +33,7 @@ _BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
 
 
 def way_text(form: GoalForm, keys: Keyboard) -> str:
-    """Say how the goal is meant and gone to: mode, frame, line or joints, speed, step."""
+    """Say how the goal is typed and reached: mode, frame, line or joints, speed, step."""
     return "\n".join(_manner_lines(form, keys))
 
 
@@ -250,7 +250,7 @@ class PlannedMove:
     def press(self) -> None:
         """Take one press of the two that move the arm."""
         desk = self._desk
-        desk.link.require()
+        desk.link.require_motion()
         if self.under_way:
             raise BadRequest("the arm is on its way: space stops it")
         if self.preview is None or not self._fresh(desk.link.status):

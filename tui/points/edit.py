@@ -155,7 +155,7 @@ class StepEdits:
 
 
 class PointMotion:
-    """How points are gone to: in a line or by a joint motion, and how fast."""
+    """How the arm goes to points: in a line or by a joint motion, and how fast."""
 
     def __init__(self, steps: StepEdits) -> None:
         self.line = False

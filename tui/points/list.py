@@ -122,7 +122,7 @@ class PointList:
 
     @property
     def at(self) -> int:
-        """The chosen row; the first one where what was chosen has gone."""
+        """The chosen row; the first one if the chosen name no longer exists."""
         rows = self.rows
         wanted = (self.of_sequences, self.chosen)
         return rows.index(wanted) if wanted in rows else 0

@@ -85,7 +85,7 @@ class SequenceRun:
         Raises `BadRequest` where the step keys do not move the arm.
         """
         counts = self._press.counts()
-        self._desk.link.require()
+        self._desk.link.require_motion()
         self.require_standstill()
         if not self.stepping:
             key = self._desk.keys.label("points-stepping")

@@ -1,4 +1,4 @@
-"""The points screen: named places, and sequences over them, seen, gone to and stepped through."""
+"""The points screen: shows saved points and sequences, goes to them, and steps through them."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _step_keys(stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: bool
 
 
 def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
-    """Say how a point is gone to."""
+    """Say how the arm goes to a point."""
     way = "straight line" if line else "joint motion"
     slower, faster = keys.label("points-slower"), keys.label("points-faster")
     return f"{way} [{keys.label('points-line')}]  speed {speed:.0%} [{slower} {faster}]"
@@ -250,7 +250,7 @@ class PointsScreen(DeskScreen):
         elif self.sequence.stepper is None:
             self.planned.press()
         else:
-            self.desk.link.require()
+            self.desk.link.require_motion()
             self.sequence.require_standstill()
             self.desk.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
 

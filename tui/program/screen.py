@@ -132,13 +132,13 @@ class ProgramStart:
             raise BadRequest("the program is running: space stops it")
         program = None if self._files.checked is None else self._files.checked.program
         if program is None:
-            raise BadRequest("choose a program without mistakes first")
+            raise BadRequest(self._no_program())
         self._run.forget()
         self.rehearsal.begin(program)
 
     def press(self) -> None:
         """Take one press of the two that run the program, or rehearse it first."""
-        self._desk.link.require()
+        self._desk.link.require_motion()
         why = self._why_not()
         if why is None:
             self._desk.confirmation.press("RUNS IT", self._begin)
@@ -151,21 +151,27 @@ class ProgramStart:
 
     def _why_not(self) -> str | None:
         """Return why the program cannot run now: empty if it is to be rehearsed; None if it can."""
-        checked, status, keys = self._files.checked, self._desk.link.status, self._desk.keys
+        checked, status = self._files.checked, self._desk.link.status
         if self._run.busy:
-            return f"the program is running: {keys.label('stop')} stops it"
+            return f"the program is running: {self._desk.keys.label('stop')} stops it"
         if checked is None or checked.program is None:
-            return "choose a program without mistakes first"
-        if status.state is State.DISABLED:
-            return f"the motors are off: {keys.label('motors')} switches them on"
+            return self._no_program()
         if status.state is not State.STANDBY:
-            return f"the arm is {status.state.value}: wait, or look at the safety panel"
+            return f"the arm is {status.state.value}: wait until it stands"
         if self.rehearsal.working:
             return "it is being rehearsed: wait until that is done"
         found = self.rehearsal.fresh(checked.program, status)
         if found is None:
             return ""
         return None if found.refusal is None else str(found.refusal)
+
+    def _no_program(self) -> str:
+        """Say why there is no program to rehearse or run."""
+        if self._files.chosen is None:
+            return "there is no program to run"
+        if self._files.checked is None:
+            return "the program is still being read"
+        return "the program has mistakes: correct its file first"
 
     def _begin(self) -> None:
         """Run the program as two presses have confirmed, unless something has changed."""

@@ -143,12 +143,10 @@ class MotorsStage(SetupStage):
         """Turn the motor there, or back: one press, one turn; a key that is held is none."""
         if not self._press.counts() or self._turning:
             return
-        self.desk.link.require()
-        state, keys = self.desk.link.status.state, self.desk.keys
+        self.desk.link.require_motion()
+        state = self.desk.link.status.state
         if state is not State.STANDBY:
-            mends = {State.DISABLED: f": {keys.label('motors')} switches the motors on",
-                     State.ERROR_STOP: f": {keys.label('reset')} leaves it"}  # fmt: skip
-            raise BadRequest(f"the arm is {state.value}{mends.get(state, ': wait')}")
+            raise BadRequest(f"the arm is {state.value}: wait until it stands")
         steps = self.check.steps(len(self.check.transmission.motors))
         if not any(steps):
             raise BadRequest("every motor has been answered for")

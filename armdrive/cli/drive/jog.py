@@ -108,7 +108,7 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
     say(str(error))
     if not agreed("Watch it instead, with a key to stop it? Type yes: "):
         raise error
-    return watch_on_screen(chosen_target(options).config.name, ascii_only=options.ascii)
+    return watch_on_screen(chosen_target(options).config, ascii_only=options.ascii)
 
 
 # A model with no arm.

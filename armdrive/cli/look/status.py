@@ -17,9 +17,11 @@ from typing import Any
 
 import tui
 from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.control_requests import ask, one_holder
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, ArmInUse
 from armdrive.errors.actions import COMMAND_LINE, presented
@@ -54,7 +56,10 @@ def watch(options: argparse.Namespace) -> int:
     """Print a line whenever something changes in an arm that another program drives."""
     name = one_holder(options)
     if options.screen:
-        return watch_on_screen(name)
+        if names_arm(options):
+            return watch_on_screen(chosen_target(options).config)
+        spoken = str(ask(name, "status")["dialect"])  # an arm that is named by its port has no file
+        return watch_on_screen(find(name, dialect_name=spoken).config)
     watched = Watched()
     tell(options, f"watching {name}; Ctrl-C ends the watching and stops nothing")
     with contextlib.suppress(KeyboardInterrupt):
@@ -65,10 +70,10 @@ def watch(options: argparse.Namespace) -> int:
     return 0
 
 
-def watch_on_screen(name: str, *, ascii_only: bool = False) -> int:
+def watch_on_screen(config: ArmConfig, *, ascii_only: bool = False) -> int:
     """Draw an arm that another program drives until the user leaves; return the exit code."""
     require_screen("watching on a screen", "leave out --screen for lines of text")
-    return tui.run_watch(name, find(name).config.model, ascii_only=ascii_only)
+    return tui.run_watch(config.name, config.model, ascii_only=ascii_only)
 
 
 # A status in words.

@@ -33,4 +33,4 @@ def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(d
 
 def test_the_page_tells_those_times():
     times = " | ".join(f"{time_s} s" for time_s in GIVEN_UP_AFTER_S.values())
-    assert f"| standing | {times} |" in page("sharing")
+    assert f"| at rest | {times} |" in page("sharing")

@@ -62,6 +62,7 @@ def test_a_full_disk_in_mid_motion_is_reported_and_the_motion_goes_on():
     handle.wait()
     arm.sleep(3.0)
     assert "No space" in arm.status.notice
+    assert "Errno" not in arm.status.notice
     life.disk.room = math.inf
     arm.sleep(3.0)
     life.end()

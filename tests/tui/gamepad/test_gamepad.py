@@ -105,7 +105,7 @@ async def test_a_stick_jogs_only_while_armed_and_while_the_button_is_held():
         assert "Fake Pad: once armed, hold its left-bumper" in session.desk.message
         session.tell(pressed(), PadEvent(LEFT_X, -1.0))
         assert session.arm.calls == []
-        assert "until they are armed" in session.desk.message
+        assert "until the keys are armed" in session.desk.message
         session.tell(let_go(), PadEvent(LEFT_X, 0.0))
         await session.arm_keys()
         session.tell(PadEvent(LEFT_X, -1.0), PadEvent(LEFT_X, 0.0))

@@ -1,5 +1,7 @@
 """On-screen buttons: pressed is held, and whatever ends that ends it; grasping; the wire's load."""
 
+from dataclasses import replace
+
 import pytest
 from desk_fake import Clock, FakeArm, unknown_position
 from desk_planner import PlannerArm
@@ -9,7 +11,7 @@ from textual import events
 from armdrive.errors import Refused
 from armdrive.moves import Jog, ParkMove, Space
 from armdrive.status import LinkStats, State
-from tui.axes import AxisRow, AxisTable
+from tui.axes import DEGREE, AxisRow, AxisTable
 from tui.jog import panels as tables
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
 from tui.jog.panels import Load
@@ -81,12 +83,12 @@ def test_disarming_other_settings_and_a_key_let_go_of_the_button(held, end):
     assert ("release",) in arm.calls
 
 
-def test_a_button_is_dead_while_the_keys_are():
+def test_a_button_moves_nothing_until_the_keys_are_armed():
     arm, said = FakeArm(), []
     hand = DeskJogging(arm, clock=Clock(), say=said.append, settings=JogSettings)
     hand.push("w")
     assert arm.calls == []
-    assert "until they are armed" in said[-1]
+    assert "until the keys are armed" in said[-1]
 
 
 def button(session, table, row, *, plus):
@@ -188,7 +190,7 @@ def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, sh
 
 
 def test_a_teachmover_says_that_its_pendant_stops_sooner():
-    assert "STOP key of the pendant is the quicker stop" in tables.quicker("teachmover")
+    assert "The pendant's STOP key stops faster" in tables.quicker("teachmover")
     assert "pendant" not in tables.quicker("robko01")
 
 
@@ -253,13 +255,33 @@ async def test_the_arm_is_parked_only_after_a_yes():
         assert len(session.desk.screen_stack) == 1
 
 
-async def test_the_wire_and_the_motors_are_shown_on_asking():
-    async with Session(size=(120, 40)) as session:
-        assert not session.screen.query_one("#details").display
-        await session.press("D")
-        assert "sent @STEP" in session.text("details")
-        await session.press("D")
-        assert not session.screen.query_one("#details").display
+@pytest.mark.parametrize("size", [(120, 40), (80, 24)])
+async def test_the_wire_and_the_motors_are_shown_on_asking(size):
+    async with Session(size=size) as session:
+
+        def seen(words):
+            return any(words in row for row in session.painted)
+
+        assert not seen("sent @STEP")
+        for key, moved in (("D", "base"), ("m", "pitch")):
+            await session.keys(key)
+            assert seen("sent @STEP")
+            assert seen("answer 1")
+            assert any(f" {moved} " in row and DEGREE in row for row in session.painted)
+        await session.keys("D")
+        assert not seen("sent @STEP")
+        assert seen(" base ")
+        assert seen(" pitch ")
+
+
+@pytest.mark.parametrize(
+    ("z_mm", "said"), [(4.6, "table 5 mm below"), (-0.4, "table 0 mm below"), (-0.9, "1 mm above")]
+)
+async def test_the_table_is_below_the_tip_or_above_it(z_mm, said):
+    async with Session() as session:
+        session.arm.set(pose=replace(session.arm.status.pose, z_mm=z_mm))
+        await session.poll()
+        assert f"{said} the tip" in session.text("near")
 
 
 @pytest.mark.parametrize(

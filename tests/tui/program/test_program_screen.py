@@ -132,6 +132,7 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
             f"> {named}", "  waits.arm", "  wave.arm"
         ]  # fmt: skip
         assert "line 2, column 1: there is no word 'mov'" in session.text("run")
+        await session.follow([("enter", {"messages": "correct its file first"})])
         assert ">   2  mov nowhere" in session.text("program")
         await session.press("up")
         await at_rest(session.pilot)
@@ -151,7 +152,7 @@ async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
     async with ProgramSession(arm, tmp_path) as session:
         assert "armdrive jog --program FILE" in session.text("run")
         await session.press("down", "enter", "pagedown", "r")
-        assert "choose a program without mistakes" in session.text("messages")
+        assert "there is no program to run" in session.text("messages")
 
 
 async def test_a_file_or_an_arm_that_changes_has_to_be_rehearsed_again(arm, tmp_path):
@@ -218,7 +219,7 @@ async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path
 
 NOT_READY = [
     (State.DISABLED, "P switches them on"),
-    (State.ERROR_STOP, "the arm is error-stop"),
+    (State.ERROR_STOP, "the arm is in error-stop"),
     (State.DISCONNECTED, "there is no link to the arm"),
 ]
 

@@ -96,22 +96,44 @@ def test_a_desk_is_opened_on_the_arm_that_was_described_at_the_one_before(call, 
     assert all(reopens for *_, reopens in seen)
 
 
-@pytest.mark.parametrize(("answer", "code"), [(True, 0), (False, 4)])
-def test_an_arm_that_another_program_holds_may_be_watched_instead(
-    call, desk, monkeypatch, answer, code
-):
-    watched = []
+@pytest.fixture
+def watched(monkeypatch, _terminal):
+    """The names of the arms that are watched; watching ends at once."""
+    names = []
 
     def run_watch(name, model, *, ascii_only):
-        watched.append(name)
+        names.append(name)
         return 0
 
     monkeypatch.setattr(tui, "run_watch", run_watch)
-    monkeypatch.setattr(jog, "agreed", lambda question: answer)
+    monkeypatch.setattr(jog, "agreed", lambda question: True)
+    return names
+
+
+PORT = find("/dev/x", dialect_name="robko01").config
+BY_PORT = ("--port", "/dev/x", "--dialect", "robko01")
+
+
+@pytest.mark.parametrize(
+    ("config", "words"),
+    [
+        (find("sim:teachmover").config, ("jog", "--sim", "teachmover")),
+        (PORT, ("jog", *BY_PORT)),
+        (PORT, ("watch", "--screen", *BY_PORT)),
+        (PORT, ("watch", "--screen")),
+    ],
+)
+def test_an_arm_that_another_program_holds_may_be_watched(call, watched, config, words):
+    with connect_remembered(config):
+        call(*words, code=0)
+    assert watched == [config.name]
+
+
+def test_an_arm_that_another_program_holds_need_not_be_watched(call, desk, watched, monkeypatch):
+    monkeypatch.setattr(jog, "agreed", lambda question: False)
     with connect_remembered(find("sim:teachmover").config):
-        call("jog", "--sim", "teachmover", code=code)
-    assert watched == (["sim:teachmover"] if answer else [])
-    assert desk == []
+        call("jog", "--sim", "teachmover", code=4)
+    assert watched == desk == []
 
 
 @pytest.mark.parametrize("words", [("jog", "--sim", "teachmover"), ("jog", "--model", "puma")])
