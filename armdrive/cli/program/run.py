@@ -34,11 +34,12 @@ from armdrive.programs.scripts import (
     Connections,
     ScriptCall,
     carry_out,
-    line_of,
     own_traceback,
+    place_of,
     read_script,
 )
 from armdrive.render.sketch import check_output
+from armdrive.text.numbers import counted
 from kinematics.errors import KinematicsError
 
 MOVING = frozenset(
@@ -95,8 +96,7 @@ class _RunningScript:
             try:
                 code = self._carry_out()
             except BaseException as error:
-                line = line_of(error, program)
-                mark = self._last if line is None else SourceMark(line, 1, str(program))
+                mark = place_of(error, program) or self._last
                 display.failed(mark, error, f"ended early: {self._how_far()}")
                 refused = isinstance(error, ArmError | KinematicsError)
                 if refused or not isinstance(error, Exception):  # such as a signal that ends it
@@ -117,7 +117,7 @@ class _RunningScript:
     def _how_far(self) -> str:
         arms = self._connections.arms
         stands = (f"; {arm.config.name}: {stands_at(arm)}" for arm in arms)
-        return f"{self._calls} calls{''.join(stands)}"
+        return f"{counted(self._calls, 'call')}{''.join(stands)}"
 
     # -- the script's arms --------------------------------------------------------------------
 
@@ -174,7 +174,9 @@ def run(options: argparse.Namespace) -> int:
         return run_program(options)
     if ending == SCRIPT:
         return run_script(options)
-    raise BadRequest(f"{options.program} is no program: one ends in {PROGRAM} or {SCRIPT}")
+    raise BadRequest(
+        f"{options.program} is not a program: its name must end in {PROGRAM} or {SCRIPT}"
+    )
 
 
 def _check_plot(output: str) -> None:
