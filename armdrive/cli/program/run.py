@@ -19,6 +19,7 @@ from armdrive.cli.program.run_common import (
     RunTerminal,
     connect_to_run,
     keep_recording,
+    require_recordable,
     slow_down,
     standard_input,
     stands_at,
@@ -164,6 +165,8 @@ def run(options: argparse.Namespace) -> int:
     if options.plot is not None:
         options.check = True
         _check_plot(options.plot)
+    if options.record is not None:
+        require_recordable(options.record)
     ending = options.program.suffix.lower()
     if ending == PROGRAM:
         if options.words:

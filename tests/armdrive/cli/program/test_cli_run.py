@@ -243,6 +243,13 @@ def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
         homed("run", write(text), "--record", str(output), code=code)
         assert output.exists() is (code == 0)
     homed("run", write("ready\n"), "--record", str(tmp_path / "no" / "such"), code=0)
+    before = homed("status", "--json").json["read_back_steps"]
+    for impossible in (tmp_path, tmp_path / "good.jsonl" / "in-a-file.jsonl"):
+        path = write("move at(250, 0, 120, -90)\n")
+        refused = homed("run", path, "--record", str(impossible), code=2)
+        assert "could not be written" in refused.err
+        assert refused.out == ""
+    assert homed("status", "--json").json["read_back_steps"] == before
 
 
 def test_each_motion_waits_for_enter(homed, write, monkeypatch):
