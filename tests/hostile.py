@@ -36,7 +36,7 @@ def toml_text(text: str) -> str:
 
 
 def special_files(folder):
-    """Make what is no plain file; return the paths by what they are."""
+    """Make what is not a regular file; return the paths by what they are."""
     (folder / "folder").mkdir()
     os.mkfifo(folder / "fifo")
     with socket.socket(socket.AF_UNIX) as made:

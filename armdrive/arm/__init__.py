@@ -123,8 +123,9 @@ class Arm:
 
         Without a target, connect to the simulated TeachMover or, in a script under `armdrive run`,
         to the arm that the command names.
-        Options: `dialect`, `baud`, `pace` ("simulated", "real", a multiple of real time, or a
-        `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`, and
+        Options: `dialect` and `baud` (of a port), `pace` ("simulated", "real", a multiple of real
+        time, or a `SimulatedClock` that several simulated arms share), `allow_restored`,
+        `operator`, and
         `reconnect` (keep trying to restore a lost connection; the default is in the arm file). If
         the environment has `ARMDRIVE_FORCE_SIM=1`, every arm is simulated. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.

@@ -222,6 +222,7 @@ class Jogging:
 
 PATIENCE = 4.0
 GRASP_PATIENCE_S = 120.0  # added for a grasp, whose duration is not known in advance
+LONGEST_BENCH_S = 600.0  # raw steps know no limits: a slip of three digits would turn for hours
 
 
 class Moving:
@@ -301,9 +302,22 @@ class Moving:
                 after(core.state, Event.MOVE)
             if stops is not None and runner.stops != stops:
                 raise Stopped("a stop was requested before the motors started")
+            takes_s = self._bench_duration_s(motors, fraction)
             body = motion.bench_move(self._parts.wire, self._parts.speeds, motors, fraction)
             task = runner.submit(body, alone=True)
-        return await runner.finish(task, PATIENCE_S * 10)
+        return await runner.finish(task, takes_s * PATIENCE + PATIENCE_S)
+
+    def _bench_duration_s(self, motors: Motors, fraction: float) -> float:
+        """Return how long motors turn. Raises `BadRequest` for what must be a slip."""
+        position = self._core.position
+        goal = position.coordinates_of(position.acknowledged + motors)
+        takes_s = self._parts.speeds.duration_s(position.coordinates, goal, fraction)
+        if takes_s > LONGEST_BENCH_S:
+            raise BadRequest(
+                f"the motors would turn for {takes_s:.0f} s, and move_motors takes at most "
+                f"{LONGEST_BENCH_S:.0f} s: use fewer steps or a higher speed; nothing was moved"
+            )
+        return takes_s
 
     # -- requirements of a move ---------------------------------------------------------------
 

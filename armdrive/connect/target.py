@@ -33,14 +33,15 @@ class Target:
 def find(name: str, *, dialect_name: str | None = None, baud: int | None = None) -> Target:
     """Return the arm for a name: `sim:DIALECT`, an arm file's name or path, or a port.
 
-    A port needs a dialect, because nothing is sent to find it out. Raises `BadRequest`, or
-    `ArmFileError`, which lists the known arms.
+    A port needs a dialect, because nothing is sent to find it out. Other arms have one already.
+    Raises `BadRequest`, or `ArmFileError`, which lists the known arms.
     """
     if name.startswith(SIM):
-        return Target(simulated_config(name.removeprefix(SIM)), simulated=True)
+        target = Target(simulated_config(name.removeprefix(SIM)), simulated=True)
+        return _as_named(target, name, dialect_name, baud)
     path = _arm_file(name)
     if path is not None:
-        return _real_unless_forced(load_arm(path))
+        return _as_named(_real_unless_forced(load_arm(path)), name, dialect_name, baud)
     if not _looks_like_port(name):
         raise ArmFileError(_unknown(name))
     if dialect_name is None:
@@ -51,6 +52,18 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     row = dialect(dialect_name)
     wire = Connection(row.name, name, baud or row.baud, row.raise_dtr)
     return _real_unless_forced(preset_arm(row.preset, name=name, connection=wire))
+
+
+def _as_named(target: Target, name: str, dialect_name: str | None, baud: int | None) -> Target:
+    """Return an arm that has a dialect and a baud rate. Raises `BadRequest` for different ones."""
+    wire = target.config.connection
+    for option, value, own in (("dialect", dialect_name, wire.dialect), ("baud", baud, wire.baud)):
+        if value not in (None, own):
+            raise BadRequest(
+                f"the {option} of {name} is {own}, not {value}: leave {option} out, which is for "
+                "an arm named by its port"
+            )
+    return target
 
 
 def simulation_forced() -> bool:

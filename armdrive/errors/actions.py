@@ -58,9 +58,9 @@ PHRASES = (
     ),
     Wording(
         "call `declare_posture()`",
-        "run `armdrive home --declare`",
-        "leave the shell and run `armdrive home --declare`",
-        "leave the desk and run `armdrive home --declare`",
+        "run `armdrive home --declare JOINT=DEG ...`",
+        "leave the shell and run `armdrive home --declare JOINT=DEG ...`",
+        "leave the desk and run `armdrive home --declare JOINT=DEG ...`",
     ),
     Wording(
         "call `gripper.open()` or `gripper.close()`",

@@ -22,8 +22,7 @@ of the kinematics is both: `move_to` raises an `Unreachable` that is an `ArmErro
 `armdrive.errors.table.entry(error)`.
 
 With `--json` a failing command prints one object on standard error: `code`, `title`, `message`,
-`effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`. Text from files,
-devices and the command line is printed with its control characters escaped (`\\x1b`).
+`effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
 
 Text from files, devices and the command line is never printed raw. Characters that a terminal would
 act on, or not show, are printed as escapes: `\\x1b` for the escape character, `\\u202e` for one

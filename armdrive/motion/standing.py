@@ -58,10 +58,10 @@ def _take_up_record(wire: MotionContext, registers: Registers) -> None:
         core.learn(Evidence.RECORD_MATCHES, wire.now_s)
         if record.trust == Trust.SUSPECT.value:
             core.belief = Belief(Trust.SUSPECT, record.reason, wire.now_s)
-        if not same:
-            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)
-        elif record.in_motion:
+        if record.in_motion:  # this also explains why the registers differ
             core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
+        elif not same:
+            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)
 
 
 def _apply_early_evidence(wire: MotionContext) -> None:

@@ -17,6 +17,7 @@ from armdrive.arm import Arm
 from armdrive.arm.device import input_bits
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import Target
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.errors.table import error_view
 from armdrive.moves import GraspMove
@@ -50,6 +51,7 @@ from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.world.table import GripScene, Incident, TableBlock
 from armdrive.status import State, Trust
+from armdrive.text.numbers import counted
 from armdrive.trace.calls import NO_TRACER
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
@@ -252,7 +254,7 @@ class SeenArm:
 
     `position` is where the arm stands, if planned motion may begin there; `distrust` says why it
     may not. `last_seen` is the position before trust in it was lost. `world` is a saved copy of a
-    simulated arm's world.
+    simulated arm's world. Without `geometry_known`, Cartesian goals are refused.
     """
 
     config: ArmConfig
@@ -261,6 +263,13 @@ class SeenArm:
     world: Mapping[str, object] | None = None
     speed_override: float = 1.0
     distrust: NotReferenced | None = None
+    geometry_known: bool = True
+
+    @classmethod
+    def unasked(cls, target: Target) -> SeenArm:
+        """Return what the arm file says about an arm that is not connected."""
+        config = target.config
+        return cls(config, geometry_known=target.simulated or config.model.verified)
 
     @classmethod
     def of(cls, arm: Arm) -> SeenArm:
@@ -279,6 +288,7 @@ class SeenArm:
                 None if arm.twin is None else arm.twin.save(),
                 arm.speed_override,
                 distrust,
+                arm.core.geometry_known,
             )
 
 
@@ -301,6 +311,7 @@ def rehearsing_arm(
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
     made = Arm(connect_simulated(config, twin=twin, pace=clock, tracer=NO_TRACER))
+    made.core.geometry_known = seen.geometry_known  # the twin knows no more than the arm itself
     try:
         if made.status.state is State.DISABLED:
             made.enable()
@@ -578,8 +589,8 @@ def rehearsal_lines(rehearsal: Rehearsal, lines: SourceLines) -> list[str]:
         found.append(f"{duration(took.took_s / times):>12}{repeated:<6} {line_words(line, text)}")
     runs = len([loop for loop in rehearsal.loops if loop])
     loops = f", {runs} loops" if runs > 1 else ""
-    acts = sum(map(len, rehearsal.loops))
-    found.append(f"{duration(rehearsal.took_s):>12} for {acts} acts{loops}{rehearsal.end_words}")
+    acts = counted(sum(map(len, rehearsal.loops)), "act")
+    found.append(f"{duration(rehearsal.took_s):>12} for {acts}{loops}{rehearsal.end_words}")
     return found + [f"assumed: {each}" for each in rehearsal.assumptions]
 
 

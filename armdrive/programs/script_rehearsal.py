@@ -27,7 +27,7 @@ from armdrive.programs.rehearsal import (
     trace,
 )
 from armdrive.programs.running import RunPlan
-from armdrive.programs.scripts import Connections, ScriptCall, carry_out, line_of, simulation_only
+from armdrive.programs.scripts import Connections, ScriptCall, carry_out, place_of, simulation_only
 from armdrive.runtime.clock import PaceChoice
 from kinematics.geometry import Point
 
@@ -52,11 +52,12 @@ class _Stage:
 
     def given(self, target: str, options: ConnectOptions) -> Arm:
         """Return the twin of an arm that the script names; a simulated arm is its own twin."""
-        config = find(target, dialect_name=options.dialect, baud=options.baud).config
+        found = find(target, dialect_name=options.dialect, baud=options.baud)
+        config = found.config
         own_world = target.startswith(SIM) or options.twin is not None
         if not own_world:
             same = _plain(config.name) == _plain(self._seen.config.name)
-            seen = replace(self._seen, config=config) if same else SeenArm(config)
+            seen = replace(self._seen, config=config) if same else SeenArm.unasked(found)
             return self._twin_of(seen, options)
         made = Arm(
             connect_simulated(
@@ -137,12 +138,11 @@ def rehearse_script(
         whole = False
     except Exception as error:
         refusal = error
-    line = None if refusal is None else line_of(refusal, script)
     return Rehearsal(
         (stage.took(),),
         tuple(stage.assumptions.found),
         refusal,
-        None if line is None else SourceMark(line, 1, str(script)),
+        None if refusal is None else place_of(refusal, script),
         whole,
         path=tuple(stage.path),
     )

@@ -23,6 +23,7 @@ from armdrive.connect.parts import ConnectOptions
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
 from armdrive.moves import GraspMove, MoveSequence
+from armdrive.programs.problems import SourceMark
 from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
 from armdrive.trace.calls import Tracer
@@ -197,14 +198,12 @@ def simulation_only() -> Iterator[None]:
             os.environ[FORCE_SIM] = before
 
 
-def line_of(error: BaseException, script: Path) -> int | None:
-    """Return the script's line that raised an error, None if the error came from elsewhere."""
-    lines = [
-        number
-        for frame, number in traceback.walk_tb(error.__traceback__)
-        if frame.f_code.co_filename == str(script)
-    ]
-    return lines[-1] if lines else None
+def place_of(error: BaseException, script: Path) -> SourceMark | None:
+    """Return the place in a script that raised an error, None if the error came from elsewhere."""
+    for entry in reversed(traceback.extract_tb(error.__traceback__)):
+        if entry.filename == str(script):
+            return SourceMark(entry.lineno or 0, (entry.colno or 0) + 1, str(script))
+    return None
 
 
 def own_traceback(error: BaseException, script: Path) -> str:

@@ -212,7 +212,7 @@ def _program_path(word: str, example: str) -> Path:
         raise BadRequest(f"say which file: `{example}`")
     path = Path(name)
     if path.suffix.lower() != ENDING:
-        raise BadRequest(f"{path} is no program file: one ends in {ENDING}")
+        raise BadRequest(f"{path} is not a program file: its name must end in {ENDING}")
     return path
 
 

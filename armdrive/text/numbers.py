@@ -1,4 +1,4 @@
-"""Numbers that a person types: plain ones, whole ones, and speeds."""
+"""Numbers as people type and read them: plain ones, whole ones, speeds, and counts of things."""
 
 from __future__ import annotations
 
@@ -27,6 +27,11 @@ def whole(word: str) -> int:
         raise BadRequest(f"{word!r} is not a whole number")
     number(word)  # refuses more digits than Python converts
     return int(word)
+
+
+def counted(count: int, what: str) -> str:
+    """Return a count of things: `1 act`, `2 acts`."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 # A speed is a fraction of the arm's limits, written as `0.5` or `50%`.

@@ -93,11 +93,11 @@ def _require_own(found: os.stat_result, path: Path) -> None:
 
 
 def require_plain(found: os.stat_result, path: Path) -> None:
-    """Raise `OSError` for a link, and for what is no plain file."""
+    """Raise `OSError` for a link, and for anything but a regular file."""
     if stat.S_ISLNK(found.st_mode):
-        raise OSError(errno.ELOOP, "it is a link and no plain file", str(path))
+        raise OSError(errno.ELOOP, "it is a link, not a regular file", str(path))
     if not stat.S_ISREG(found.st_mode):
-        raise OSError(errno.EINVAL, "it is no plain file", str(path))
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
 
 
 def is_own(found: os.stat_result) -> bool:
@@ -144,7 +144,7 @@ def read_bytes(
 ) -> bytes:
     """Return the content of a regular file. `what` names its kind in errors, as "the arm file".
 
-    Raises the error that `failure` makes for anything that is missing, unreadable, no regular
+    Raises the error that `failure` makes for anything that is missing, unreadable, not a regular
     file, or larger than `most_bytes`. A pipe or a device is not opened. With `own`, for files that
     armdrive alone writes, neither a link nor another user's file is.
     """
@@ -155,7 +155,7 @@ def read_bytes(
         reason = getattr(error, "strerror", None) or error
         raise failure(f"{what} {path} cannot be read: {reason}") from None
     if len(data) > most_bytes:
-        raise failure(f"{what} {path} is larger than {most_bytes} bytes, so it is something else")
+        raise failure(f"{what} {path} is larger than the limit of {most_bytes} bytes")
     return data
 
 
@@ -169,14 +169,14 @@ def read_text(
 ) -> str:
     """Return the text of a regular file in UTF-8, without a byte order mark.
 
-    Raises as `read_bytes` does, and for bytes that are no UTF-8.
+    Raises as `read_bytes` does, and for bytes that are not UTF-8.
     """
     data = read_bytes(path, what, failure, most_bytes=most_bytes, own=own)
     try:
         text = data.decode("utf-8").removeprefix(_MARK)
         return text.replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
-        raise failure(f"{what} {path} is no text in UTF-8: byte {error.start} is none") from None
+        raise failure(f"{what} {path} is not UTF-8 text: byte {error.start} is invalid") from None
 
 
 def is_there(path: Path) -> bool:
@@ -272,7 +272,7 @@ def _require_modest(value: object, failure: Failure) -> None:
 
 
 def _no_constant(word: str) -> NoReturn:
-    raise ValueError(f"{word} is no number of JSON")
+    raise ValueError(f"{word} is not a JSON number")
 
 
 def _without_newlines(error: Exception) -> str:

@@ -185,10 +185,12 @@ def read_recording(path: Path) -> Recording:
 
 def parse_recording(data: bytes) -> Recording:
     """Turn a file's bytes into a recording. Raises `RecordingError`."""
+    if not data:
+        raise RecordingError("the file is empty")
     lines = io.BytesIO(data)  # line by line: a huge file of empty lines is refused at once
     header = _header(_object(lines.readline().removesuffix(b"\n"), 1))
     entries = tuple(_entries(lines))
-    return Recording(header, entries, cut_off=len(data) > 0 and not data.endswith(b"\n"))
+    return Recording(header, entries, cut_off=not data.endswith(b"\n"))
 
 
 def _object(line: bytes, number: int) -> Mapping[str, Any]:

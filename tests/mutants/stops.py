@@ -327,6 +327,27 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a rehearsal allows Cartesian goals of an arm that was not measured",
+        promise="a rehearsal is refused what the run will be refused",
+        path="armdrive/programs/rehearsal.py",
+        old="    made.core.geometry_known = seen.geometry_known",
+        new="    made.core.geometry_known = True",
+        tests=tests_of(
+            "tests/armdrive/programs/test_rehearsal.py",
+            "test_an_arm_whose_lengths_are_not_measured_is_refused_cartesian_goals_in_the_rehearsal",
+        ),
+    ),
+    Mutant(
+        name="raw steps turn the motors for hours",
+        promise="a motion that must be a slip is refused before its first byte",
+        path="armdrive/arm/moving.py",
+        old="        if takes_s > LONGEST_BENCH_S:",
+        new="        if False:",
+        tests=tests_of(
+            "tests/armdrive/arm/test_arguments.py", "test_the_sentence_says_what_was_expected"
+        ),
+    ),
+    Mutant(
         name="a burst is as long as its whole leg",
         promise="motion expires: nothing is sent further ahead than announced",
         path="armdrive/motion/execute.py",

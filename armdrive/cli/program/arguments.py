@@ -80,7 +80,9 @@ def _run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "program", type=Path, metavar="PROGRAM", help=f"a {PROGRAM} or {SCRIPT} file"
     )
-    parser.add_argument("words", nargs="*", metavar="WORD", help="arguments of a Python script")
+    parser.add_argument(
+        "words", nargs="*", default=[], metavar="WORD", help="arguments of a Python script"
+    )
     before = parser.add_argument_group("before it runs")
     add_switches(before, {"--check": "rehearse it; moves nothing"})
     before.add_argument(

@@ -19,6 +19,7 @@ from armdrive.cli.program.run_common import (
     RunTerminal,
     connect_to_run,
     keep_recording,
+    require_recordable,
     slow_down,
     standard_input,
     stands_at,
@@ -34,11 +35,12 @@ from armdrive.programs.scripts import (
     Connections,
     ScriptCall,
     carry_out,
-    line_of,
     own_traceback,
+    place_of,
     read_script,
 )
 from armdrive.render.sketch import check_output
+from armdrive.text.numbers import counted
 from kinematics.errors import KinematicsError
 
 MOVING = frozenset(
@@ -95,8 +97,7 @@ class _RunningScript:
             try:
                 code = self._carry_out()
             except BaseException as error:
-                line = line_of(error, program)
-                mark = self._last if line is None else SourceMark(line, 1, str(program))
+                mark = place_of(error, program) or self._last
                 display.failed(mark, error, f"ended early: {self._how_far()}")
                 refused = isinstance(error, ArmError | KinematicsError)
                 if refused or not isinstance(error, Exception):  # such as a signal that ends it
@@ -117,7 +118,7 @@ class _RunningScript:
     def _how_far(self) -> str:
         arms = self._connections.arms
         stands = (f"; {arm.config.name}: {stands_at(arm)}" for arm in arms)
-        return f"{self._calls} calls{''.join(stands)}"
+        return f"{counted(self._calls, 'call')}{''.join(stands)}"
 
     # -- the script's arms --------------------------------------------------------------------
 
@@ -164,6 +165,8 @@ def run(options: argparse.Namespace) -> int:
     if options.plot is not None:
         options.check = True
         _check_plot(options.plot)
+    if options.record is not None:
+        require_recordable(options.record)
     ending = options.program.suffix.lower()
     if ending == PROGRAM:
         if options.words:
@@ -174,7 +177,9 @@ def run(options: argparse.Namespace) -> int:
         return run_program(options)
     if ending == SCRIPT:
         return run_script(options)
-    raise BadRequest(f"{options.program} is no program: one ends in {PROGRAM} or {SCRIPT}")
+    raise BadRequest(
+        f"{options.program} is not a program: its name must end in {PROGRAM} or {SCRIPT}"
+    )
 
 
 def _check_plot(output: str) -> None:

@@ -11,10 +11,12 @@ import os
 import queue
 import signal
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from pathlib import Path
 from types import FrameType
 
 from armdrive.arm import Arm
@@ -29,6 +31,7 @@ from armdrive.errors.table import tagged
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State
+from armdrive.storage.files import DISK
 
 # A person's answers while a program runs: Enter, `armdrive resume`, and Ctrl-C.
 
@@ -238,6 +241,19 @@ def stands_at(arm: Arm) -> str:
     """Return where an arm stands, as people read it."""
     status = arm.status
     return "the arm's position is unknown" if status.pose is None else f"tip {status.pose}"
+
+
+def require_recordable(path: Path) -> None:
+    """Raise `BadRequest` if no recording can be written there: after the run it is too late."""
+    try:
+        DISK.make_folder(path.parent)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+        reason = "it is a folder" if path.is_dir() else ""
+    except OSError as error:
+        reason = error.strerror or str(error)
+    if reason:
+        raise BadRequest(f"the recording {path} could not be written: {reason}; nothing moved")
 
 
 def keep_recording(arm: Arm, options: argparse.Namespace) -> None:

@@ -26,6 +26,7 @@ from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.problems import SourceLines, SourceMark, excerpt
 from armdrive.programs.progress import RunView, duration, place_words
 from armdrive.status import pose_view
+from armdrive.text.numbers import counted
 
 if TYPE_CHECKING:
     from armdrive.programs.program import Machine
@@ -85,7 +86,8 @@ class RunOutput:
     def rehearsing(self, far: RehearsedSoFar) -> None:
         """Show how far a rehearsal has come that takes long."""
         took = duration(far.took_s)
-        text = f"rehearsing: line {far.mark.line}, {far.acts} acts, {took} of the arm's time"
+        acts = counted(far.acts, "act")
+        text = f"rehearsing: line {far.mark.line}, {acts}, {took} of the arm's time"
         if self.rewrites:
             self.rewrite(text)
             return

@@ -50,6 +50,7 @@ from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import can_braille
 from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from armdrive.text.numbers import counted
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 
@@ -151,13 +152,13 @@ class _RunningProgram:
         except BaseException as error:
             mark = mark_of(error, None if run.at is None else run.at.mark)
             resume = "" if run.at is None else resume_command(self._options)
-            text = f"ended early: {run.done} acts done; {stands_at(self._arm)}"
+            text = f"ended early: {counted(run.done, 'act')} done; {stands_at(self._arm)}"
             display.failed(mark, error, text, resume)
             raise
         finally:
             keep_recording(self._arm, self._options)
         journal.finish()
-        text = f"{run.done} acts in {duration(run.took_s)}; {stands_at(self._arm)}"
+        text = f"{counted(run.done, 'act')} in {duration(run.took_s)}; {stands_at(self._arm)}"
         display.finished(self._arm, run.done, run.took_s, text)
         return 0
 
@@ -201,7 +202,7 @@ def check(
             seen, plan, unasked = SeenArm.of(arm), planned(arm), ""
     except (LinkError, ArmInUse, DeviceFault) as error:
         target = chosen_target(options)
-        seen, plan = SeenArm(target.config), planned(None)
+        seen, plan = SeenArm.unasked(target), planned(None)
         unasked = f"the {target.config.title} cannot be asked where it stands ({error})"
     output = RunOutput(as_json=as_json(options))
     rehearsal = performed(seen, plan, Patience(CHECK_S, output.rehearsing))

@@ -308,7 +308,7 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     except Left:
         shell.session.abandon()
     except UnicodeDecodeError as error:
-        raise BadRequest(f"the input is no text in UTF-8: {error.reason}") from None
+        raise BadRequest(f"the input is not UTF-8 text: {error.reason}") from None
     pose = pose_view(arm.status.pose)
     tell_event({"event": "end", "entries": shell.done, "pose": pose}, "")
     return 0

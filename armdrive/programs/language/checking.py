@@ -38,6 +38,7 @@ from armdrive.programs.language.words import (
     ValueKind,
 )
 from armdrive.programs.problems import Problem, SourceMark
+from armdrive.text.numbers import counted
 from kinematics.errors import suggestion
 
 # The kind of every name of a program, inferred from the lines that set it.
@@ -199,8 +200,9 @@ class Fitting:
                 yield from self._value(value, Slot(name, kind or ValueKind.ANY))
         if len(called.parameters) != len(line.arguments):
             takes = ", ".join(called.parameters) or "nothing"
-            text = f"`{called.name}` takes {takes}: {len(called.parameters)} values, "
-            yield Problem(line.mark, f"{text}not {len(line.arguments)}")
+            values = counted(len(called.parameters), "value")
+            text = f"`{called.name}` takes {takes}: {values}, not {len(line.arguments)}"
+            yield Problem(line.mark, text)
 
     # -- values ------------------------------------------------------------------------------
 
@@ -218,7 +220,7 @@ class Fitting:
         for index, value in enumerate(values):
             slot = slot_of(slots, index)
             if slot is None:
-                count = f"{len(slots)} value{'s' * (len(slots) != 1)}" if slots else "nothing"
+                count = counted(len(slots), "value") if slots else "nothing"
                 yield Problem(value.mark, f"`{what}` takes {count}, this is too many{hint}")
                 return
             if not slot.sets:

@@ -250,14 +250,14 @@ def out_of_bounds(slot: Slot, value: float, *, percent: bool = False) -> str | N
     shown = value_text(value)
     if slot is SPEED and not 0.0 < value <= 1.0:
         return speed_refusal(100.0 * value if percent else value, percent=percent)
-    if slot.whole and value != int(value):
-        return f"{slot.title} has to be a whole number, not {shown}"
     if slot.not_zero and value == 0.0:
-        return f"{slot.title} counts from 1, so 0 is not allowed"
-    if slot.above is not None and value <= slot.above:
-        return f"{slot.title} has to be above {value_text(slot.above)}, not {shown}"
-    if slot.least is not None and value < slot.least:
-        return f"{slot.title} is at least {value_text(slot.least)}, not {shown}"
-    if slot.most is not None and value > slot.most:
-        return f"{slot.title} is at most {value_text(slot.most)}, not {shown}"
-    return None
+        return f"the {slot.title} counts from 1, so 0 is not allowed"
+    if slot.whole and value != int(value):
+        bound = "a whole number"
+    elif slot.least is not None and value < slot.least:
+        bound = f"at least {value_text(slot.least)}"
+    elif slot.most is not None and value > slot.most:
+        bound = f"at most {value_text(slot.most)}"
+    else:
+        return None
+    return f"the {slot.title} must be {bound}, not {shown}"

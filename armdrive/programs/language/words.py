@@ -24,10 +24,7 @@ LONGEST_TIME_S = 1e6
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One value of a word or a function, and its bounds.
-
-    With `sets` it is a name that the word sets. `above` is an exclusive bound.
-    """
+    """One value of a word or a function, and its bounds; with `sets` a name that the word sets."""
 
     title: str
     kind: ValueKind = ValueKind.NUMBER
@@ -35,7 +32,6 @@ class Slot:
     optional: bool = False
     many: bool = False
     least: float | None = None
-    above: float | None = None
     most: float | None = None
     whole: bool = False
     not_zero: bool = False
@@ -62,9 +58,9 @@ MAYBE_WIDTH = Slot("opening in mm", least=0.0, optional=True)
 ALONG = (Slot("x in mm"), Slot("y in mm"), Slot("z in mm"))
 ANYTHING = Slot("text or value", ValueKind.ANY, many=True, optional=True)
 NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
-LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
+LINES = Slot("number", many=True, whole=True, not_zero=True)
 CONDITION = Slot("condition", ValueKind.TRUTH)
-SPEED = Slot("fraction of the limits", above=0.0, most=1.0)
+SPEED = Slot("fraction of the limits")  # its bounds are those of every speed, see `out_of_bounds`
 COUNT = Slot("number of rounds", least=0.0, whole=True)
 
 

@@ -302,6 +302,10 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         ),
         (lambda arm: arm.move_motors(1, 2), "6 step counts are needed"),
         (lambda arm: arm.move_motors(1.5, 0, 0, 0, 0, 0), "steps must be a whole number, not 1.5"),
+        (
+            lambda arm: arm.move_motors(10**9, 0, 0, 0, 0, 0),
+            "would turn for .* at most 600 s: use fewer steps or a higher speed; nothing was moved",
+        ),
         (lambda arm: arm.jog_j(sholder_deg=1), "did you mean 'shoulder'"),
         (lambda arm: arm.jog_j(base_deg=1, sped=1), "did you mean 'speed'"),
         (lambda arm: arm.run(LineMove("nowhere")), "nowhere"),
@@ -313,6 +317,11 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
         (lambda arm: arm.pose_in(5), 'frame must be the name of a frame, not 5; .* "base"'),
         (lambda arm: Arm.connect(5), 'target must be .* for example "sim:teachmover"'),
         (lambda arm: Arm.connect("sim:x"), "no dialect is named 'x'"),
+        (
+            lambda arm: Arm.connect("sim:grbl", dialect="mks"),
+            "the dialect of sim:grbl is grbl, not mks: leave dialect out",
+        ),
+        (lambda arm: Arm.connect("sim:grbl", baud=9600), "the baud of sim:grbl is 115200, not"),
         (lambda arm: Arm.connect("sim:grbl", dialct="grbl"), "did you mean 'dialect'"),
         (lambda arm: Arm.connect("sim:grbl", pace="slow"), "pace must be"),
         (lambda arm: Arm.connect("sim:grbl", twin=5), "twin must be a simulated arm"),

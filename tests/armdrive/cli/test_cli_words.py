@@ -145,6 +145,7 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["move", "now"], "'now' is one too many"),
         (["move", "--via", "1,2"], "--via X,Y,Z: write it like"),
         (["points", "gow"], "'gow' is none of list, "),
+        (["run"], "required: PROGRAM; see `armdrive run --help`"),
         (["points"], "required: ACTION, one of list, show, "),
         (["points", "go"], "required: NAME; see `armdrive points go --help`"),
         (["points", "gow"], "(did you mean go?)"),

@@ -224,7 +224,7 @@ def test_a_missing_or_binary_file_is_reported(tmp_path):
     with pytest.raises(ArmFileError, match="cannot be read"):
         load_arm(tmp_path / "none.toml")
     (tmp_path / "bin.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ArmFileError, match="no text in UTF-8"):
+    with pytest.raises(ArmFileError, match="not UTF-8 text"):
         load_arm(tmp_path / "bin.toml")
 
 

@@ -125,7 +125,7 @@ def test_a_file_that_cannot_be_read_or_parsed_is_named(tmp_path):
     with pytest.raises(ArmFileError, match=r"broken\.toml is not valid TOML"):
         read_model(broken)
     broken.write_bytes(b"\xff\xfe")
-    with pytest.raises(ArmFileError, match=r"broken\.toml is no text in UTF-8"):
+    with pytest.raises(ArmFileError, match=r"broken\.toml is not UTF-8 text"):
         read_model(broken)
     broken.write_text("[[links]]\nalfa_deg = 3\n", encoding="utf-8")
     with pytest.raises(ArmFileError, match=r"broken.toml: .*links\[1\].*'alpha_deg'"):

@@ -88,7 +88,7 @@ WRONG = [
     ("point x = 3", 11, "a place is needed here, not a number"),
     ('x = "text"', 5, "a text cannot have a name"),
     # subprograms and labels
-    ("define f(a)\nend\nf()", 1, "`f` takes a: 1 values, not 0"),
+    ("define f(a)\nend\nf()", 1, "`f` takes a: 1 value, not 0"),
     ('define f(a)\nend\nf("x")', 3, "a subprogram takes no text"),
     ("define f(a)\nmove a\nend\nf(3)", 6, "a place is needed here, not a number"),
     ("define f(a)\nend\nf(3)\nf(pick)", 3, "'pick' is not defined"),
@@ -136,7 +136,8 @@ def test_the_message_shows_the_line_and_a_caret_under_the_place():
     with pytest.raises(ProgramError) as caught:
         read_program("ready\n\tdelay -1", "stack.arm")
     assert str(caught.value) == (
-        "stack.arm: line 2, column 8: time in s is at least 0, not -1\n     delay -1\n           ^"
+        "stack.arm: line 2, column 8: the time in s must be at least 0, not -1\n"
+        "     delay -1\n           ^"
     )
     assert str(caught.value.mark) == "stack.arm: line 2, column 8"
     assert caught.value.exit_code == 2

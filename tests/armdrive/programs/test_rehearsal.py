@@ -10,7 +10,7 @@ from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
+from armdrive.connect.target import Target, simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs import read_program
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, ReadInput, Remember, Say
@@ -273,6 +273,18 @@ def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
     homed = Script((Home(), *TOUR))
     assert rehearse(SeenArm.of(arm), RunPlan(homed, settle=True)).assumptions == ()
     assert rehearse(SeenArm.of(arm), RunPlan(homed)).refusal is None
+
+
+def test_an_arm_whose_lengths_are_not_measured_is_refused_cartesian_goals_in_the_rehearsal():
+    """The first act is allowed: without the rehearsal's refusal, the arm would stop half-way."""
+    arm = table_arm("mks")
+    arm.core.geometry_known = False  # as of every real arm with the lengths of the template
+    joints = {"base": 20.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 0}
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script((go(joints), go(down(170, 20, 50))))))
+    assert "unverified template values" in str(rehearsal.refusal)
+    assert rehearsal.at.line == 2
+    for simulated in (True, False):
+        assert SeenArm.unasked(Target(arm.config, simulated)).geometry_known is simulated
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)

@@ -96,8 +96,8 @@ def test_a_script_imports_from_its_own_folder(homed, write):
 def test_an_error_of_an_arm_is_one_sentence_with_its_line(homed, write):
     path = write(TOUR.replace("y_mm=80", "y_mm=800"))
     failed = homed("run", path, code=3)
-    assert f"{path}: line 4, column 1\n" in failed.err
-    assert "arm.move_l" in failed.err
+    assert f"{path}: line 4, column 5\n        arm.move_l" in failed.err
+    assert "\n        ^\n" in failed.err  # under the call itself
     assert failed.err.splitlines()[-1].startswith("armdrive: [E")
     lines = homed("run", path, "--json", code=3).json_lines
     assert (lines[-1]["event"], lines[-1]["line"], lines[-1]["resume"]) == ("failed", 4, None)

@@ -88,6 +88,7 @@ def test_a_program_that_dies_in_mid_motion_leaves_a_mark(bench, after_s):
     bench.twin.device.transmit(arm.status.time_s + 5.0)
     after = bench.connect()
     assert after.status.trust is Trust.SUSPECT
+    assert after.status.trust_reason == Evidence.ENDED_IN_MOTION.value  # and not that it was moved
 
 
 def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):

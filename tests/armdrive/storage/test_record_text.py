@@ -204,7 +204,7 @@ class TestTheFile:
         recorder.path.rmdir()
         if hasattr(os, "mkfifo"):
             os.mkfifo(recorder.path)
-            with pytest.raises(StateFileError, match="no plain file"):
+            with pytest.raises(StateFileError, match="not a regular file"):
                 recorder.load()
 
     def test_a_huge_file_is_refused_unread(self, recorder):

@@ -321,7 +321,7 @@ def test_whatever_stands_in_the_place_of_a_file_is_refused_in_a_sentence(what, p
         if put in (a_link, a_link_to_zeros):
             assert "it is a link" in said
         elif put not in (a_huge_file, a_deep_file):
-            assert "no plain file" in said
+            assert "not a regular file" in said
 
 
 @pytest.mark.skipif(not ROOT, reason="only root can give a file to somebody else")
@@ -376,7 +376,7 @@ def test_a_log_is_appended_to_only_if_no_link_stands_in_its_place(link, precious
 
 def test_a_log_is_not_poured_into_a_pipe():
     os.mkfifo(logbook_file("bench"))
-    with pytest.raises(OSError, match="no plain file"):
+    with pytest.raises(OSError, match="not a regular file"):
         append_line(logbook_file("bench"), "a line")
 
 
@@ -472,7 +472,7 @@ def test_a_folder_that_is_another_users_link_gets_no_file(tmp_path, shared):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names")
 def test_points_are_not_waited_for(shared):
     os.mkfifo(shared / "bench.toml")
-    with pytest.raises(PointsFileError, match="no plain file"):
+    with pytest.raises(PointsFileError, match="not a regular file"):
         a_book(shared / "bench.toml").read()
 
 

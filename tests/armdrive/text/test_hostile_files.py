@@ -146,7 +146,7 @@ def test_a_device_is_not_even_opened(monkeypatch):
     """Opening a serial port resets the board behind it."""
     opened = []
     monkeypatch.setattr(os, "open", lambda *words: opened.append(words))
-    with pytest.raises(BadRequest, match="no plain file"):
+    with pytest.raises(BadRequest, match="not a regular file"):
         read_bytes(Path("/dev/null"), "the file", BadRequest)
     assert not opened
 

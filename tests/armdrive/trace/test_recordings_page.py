@@ -21,7 +21,7 @@ def test_the_page_names_the_bounds():
     assert "last five minutes" in PAGE
     assert entries.LONGEST_S == 5 * 60
     assert f"{entries.MOST_BYTES // 1_000_000} MB" in PAGE
-    assert f"newest {files.MOST_FILES} are left" in PAGE
+    assert f"newest {files.MOST_FILES} are kept" in PAGE
     assert f"last {KEPT} lines" in PAGE
     assert f"last {BACK} entries" in PAGE
     assert f"at most {MOST} lines" in PAGE

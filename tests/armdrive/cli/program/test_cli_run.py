@@ -103,7 +103,7 @@ def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
     homed("run", path, "--check", "--input", "2=on", code=0)
     homed("run", path, "--input", "2=on", code=3)  # the run itself reads the input
     ended = homed("run", path, "--yes", code=3)
-    assert "ended early: 1 acts done" in ended.out
+    assert "ended early: 1 act done" in ended.out
     assert f"to continue from there: armdrive run {path} --resume" in ended.err
 
 
@@ -179,7 +179,7 @@ def test_a_long_rehearsal_shows_how_far_it_is(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", 0.0)
     path = write("repeat 2\n  delay 1\nend\n")
     shown = homed("run", path, "--check", code=0).out
-    assert "rehearsing: line 2, 1 acts, 1.0 s of the arm's time" in shown
+    assert "rehearsing: line 2, 1 act, 1.0 s of the arm's time" in shown
     first, *_ = homed("run", path, "--check", "--json", code=0).json_lines
     assert first == {"event": "rehearsing", "acts": 0, "line": 2, "took_s": 0.0}
 
@@ -234,7 +234,7 @@ def test_mistakes_in_a_program_are_shown_where_they_are(call, write):
     bad = write("", "bad.arm")
     with open(bad, "wb") as file:  # noqa: PTH123
         file.write(b"\xff\xfe")
-    assert "is no text in UTF-8" in call.refused("run", bad, code=2)
+    assert "is not UTF-8 text" in call.refused("run", bad, code=2)
 
 
 def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
@@ -243,6 +243,13 @@ def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
         homed("run", write(text), "--record", str(output), code=code)
         assert output.exists() is (code == 0)
     homed("run", write("ready\n"), "--record", str(tmp_path / "no" / "such"), code=0)
+    before = homed("status", "--json").json["read_back_steps"]
+    for impossible in (tmp_path, tmp_path / "good.jsonl" / "in-a-file.jsonl"):
+        path = write("move at(250, 0, 120, -90)\n")
+        refused = homed("run", path, "--record", str(impossible), code=2)
+        assert "could not be written" in refused.err
+        assert refused.out == ""
+    assert homed("status", "--json").json["read_back_steps"] == before
 
 
 def test_each_motion_waits_for_enter(homed, write, monkeypatch):

@@ -195,7 +195,7 @@ def test_blocks_are_put_on_no_real_arms_table(piped, tmp_path):
 def test_input_that_is_no_text_is_refused(call, monkeypatch):
     stream = io.TextIOWrapper(io.BytesIO(b"ready\n\xff\xfe\n"), encoding="utf-8")
     monkeypatch.setattr(sys, "stdin", stream)
-    assert "no text in UTF-8" in call("shell", code=2).err
+    assert "not UTF-8 text" in call("shell", code=2).err
 
 
 def test_the_table_of_words_lists_the_shells_own():
