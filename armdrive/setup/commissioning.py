@@ -17,6 +17,7 @@ from armdrive.dialects.bus.tools import (
 )
 from armdrive.dialects.controller import Controller
 from armdrive.dialog.conversation import About, Question, choice, number
+from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way
 from armdrive.setup.draft import ratio
 from armdrive.setup.plan import CommissioningPlan, Notes, Planned
@@ -147,6 +148,8 @@ _UNCLEAR = {
 
 
 # The watchdog is tried: does a drive stop by itself if its bus falls silent while it moves?
+
+_SILENT = "stopped answering: check its supply and cable"
 
 TRIAL_S = 0.1
 """The watchdog's time while it is tried."""
@@ -332,16 +335,21 @@ class MotorTrial:
         if not self.motor.switch_on():
             return None
         start = self.motor.where()
-        if start is None or not at_hand.set_watchdog(TRIAL_S):
-            self.dialog.say("The drive refuses the watchdog's time.")
+        if start is None:
+            self.dialog.say(f"Drive {self.drive.node} {_SILENT}.")
             return False
-        way, at = self.motor.run_and_fall_silent(counts)
-        kept = at_hand.set_watchdog(at_hand.watchdog_s)
+        restored = False
+        try:
+            if not at_hand.set_watchdog(TRIAL_S):
+                self.dialog.say("The drive refuses the watchdog's time.")
+                return False
+            way, at = self.motor.run_and_fall_silent(counts)
+        finally:
+            restored = self._restore_watchdog(at_hand)
         self.motor.turn_to(start, counts)
-        if at is None or not kept:
-            self.dialog.say(
-                f"Drive {self.drive.node} stopped answering: check its supply and cable."
-            )
+        if at is None:
+            self.dialog.say(f"Drive {self.drive.node} {_SILENT}.")
+        if at is None or not restored:
             return False
         share = abs(at - start) / way
         if share < STILL_SHARE:
@@ -355,6 +363,25 @@ class MotorTrial:
             "last target, which armdrive keeps at most 0.3 s ahead."
         )
         return works
+
+    def _restore_watchdog(self, at_hand: DriveAtHand) -> bool:
+        """Set the drive's watchdog as it was before the trial; return whether it is.
+
+        Ctrl-C waits until this is done. If it cannot be done, the user is told.
+        """
+        restored = False
+        try:
+            with SignalsBetweenSteps():
+                restored = at_hand.set_watchdog(at_hand.watchdog_s)
+        finally:
+            if not restored:
+                self.dialog.say(
+                    f"The watchdog of drive {self.drive.node} may still be at "
+                    f"{TRIAL_S * 1000:.0f} ms, which stops the drive in the middle of motions. "
+                    "Check its supply and cable, then run "
+                    f"`armdrive can setup {self.arm}` again, which sets it back."
+                )
+        return restored
 
 
 @dataclass(frozen=True, slots=True)
@@ -440,12 +467,14 @@ def one(
     if noted.done and not again and at_hand.keeps_settings:
         dialog.say("It has its id and its settings: nothing to do.")
         return True
+    tried = bool(noted.way or noted.done) and not again
+    # if the user leaves in the middle, the next run has to look at this drive again
+    noted.done = False
     noted.current_ma = at_hand.settle()
     dialog.keep(notes)
     noted.calibrated = at_hand.calibrate()
     at_hand.offer_zero()
     motor = TriedMotor(dialog, plan.controller(at_hand.by_itself), plan.tools.counts_per_turn)
-    tried = bool(noted.way or noted.done) and not again
     trial = MotorTrial(dialog, plan.name, drive, motor, noted)
     tried = tried or trial.try_out()
     dialog.keep(notes)
