@@ -33,9 +33,9 @@ from armdrive.dialog.conversation import (
 )
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import ENDING, require_name
 from armdrive.setup.draft import GRIPPER_MOTOR, Draft, as_typed, ratio, read_links
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
-from armdrive.storage.files import file_name
 from armdrive.text.toml import Rule, TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
 
@@ -244,12 +244,12 @@ _MOTORS = (
 
 
 def _name(line: str) -> str:
-    if not line or file_name(line) != line:
-        raise WrongAnswer(
-            f"{line!r} cannot name a file: use letters, digits, dots, dashes and underscores"
-        )
-    if line.endswith(".toml"):
-        raise WrongAnswer(f"the name without its ending: {line.removesuffix('.toml')}")
+    if line.endswith(ENDING):
+        raise WrongAnswer(f"the name without its ending: {line.removesuffix(ENDING)}")
+    try:
+        require_name(line)
+    except BadRequest as error:
+        raise WrongAnswer(str(error)) from None
     return line
 
 

@@ -141,8 +141,8 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
         raise down
     if interface == "slcan" and found.channel and not _RATES & settings.keys():
         raise PortUnavailable(
-            f"{address} names no bit rate, and an slcan adapter has none of its own: write "
-            f"{found}?bitrate=500000"
+            f"{_name(found, {})} names no bit rate, and an slcan adapter has none of its own: "
+            f"write {_name(found, {})}?bitrate=500000"
         )
     if (
         interface == "socketcan" and address.ids

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import subprocess
 import sys
 import threading
@@ -126,8 +127,11 @@ class TestOpening:
             open_link("can:slcan:/dev/no-such-adapter?bitrate=500000", 0)
         with pytest.raises(PortUnavailable, match="choose one of"):
             open_link(f"can:slcan:{served.server.address}?bitrate=123", 0)
-        with pytest.raises(PortUnavailable, match="names no bit rate"):
-            open_link(f"can:slcan:{served.server.address}", 0)
+        plain = f"can:slcan:{served.server.address}"
+        for options in ("", "?listen_only=true", "?ids=1,2"):
+            wanted = re.escape(f"{plain} names no bit rate") + f".*{re.escape(plain)}[?]bitrate"
+            with pytest.raises(PortUnavailable, match=wanted):
+                open_link(f"{plain}{options}", 0)
         with pytest.raises(PortUnavailable, match="names no channel"):
             open_link("can:slcan:?bitrate=500000", 0)
 
