@@ -110,6 +110,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a stop waits until CiA 402 drives have told their states after an outage",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/dialects/cia402/leading.py",
+        old="given_up=lambda: self.io.stop_asked)",
+        new="given_up=never)",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_controller.py",
+            "test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage",
+        ),
+    ),
+    Mutant(
         name="an Armdroid's burst that was stopped before its letter goes on",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/armdroid/controller.py",

@@ -13,15 +13,13 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
-import re
+import logging
 import secrets
 import shlex
 import socket
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, cast
-from urllib.parse import parse_qs, urlsplit
+from typing import Any
 
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.options import ARM_OPTIONS, typed_again
@@ -98,154 +96,6 @@ class Door:
         return ""
 
 
-# Reads the head of each request before the web server sees a byte of it. A web server answers a
-# malformed request with its name and version, and logs it. Here a connection reaches the server
-# only if its first request carries the key. Every other request gets one plain 403, which says only
-# how to open the desk.
-
-MOST_HEAD_BYTES = 16384
-"""A browser's head has one or two thousand."""
-
-HEAD_S = 5.0
-"""Timeout for a complete head, however fast its bytes arrive."""
-
-LINGER_S = 2.0
-"""Time for a refused caller to read the reason; anything it still sends is discarded."""
-
-MOST_CALLERS = 64
-"""Connections without a complete head, or refused; beyond this number the oldest is closed."""
-
-UNREADABLE = "this is not a browser's request"
-
-_END = b"\r\n\r\n"
-_PLAIN = re.compile(rb"[\t\r\n\x20-\x7e]*")
-_LONE = ("host", "origin", "cookie")
-"""Headers that decide access; two readers could pick different ones of a repeated header."""
-
-
-class Porch:
-    """Creates the first protocol of each connection; `inside` creates the web server's."""
-
-    def __init__(self, door: Door, inside: Callable[[], asyncio.Protocol]) -> None:
-        self.door = door
-        self.inside = inside
-        self.callers: dict[Caller, None] = {}
-
-    def __call__(self) -> Caller:
-        """Return the protocol of one more connection."""
-        return Caller(self)
-
-
-class Caller(asyncio.Protocol):
-    """One connection, until it is handed to the web server or closed."""
-
-    def __init__(self, porch: Porch) -> None:
-        self._porch = porch
-        self._head = b""
-        self._refused = False
-        self._transport: asyncio.Transport | None = None
-        self._end: asyncio.TimerHandle | None = None
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Start the timeout, and close the oldest connection if there are too many."""
-        self._transport = cast(asyncio.Transport, transport)
-        self._end_after(HEAD_S)
-        self._porch.callers[self] = None
-        if len(self._porch.callers) > MOST_CALLERS:
-            next(iter(self._porch.callers)).abort()
-
-    def data_received(self, data: bytes) -> None:
-        """Collect the head; once it is complete, hand the connection on or refuse it."""
-        if self._refused or self._transport is None:
-            return
-        self._head += data
-        if _END not in self._head and len(self._head) <= MOST_HEAD_BYTES:
-            return
-        visit = visit_of(self._head, self._porch.door)
-        if why := UNREADABLE if visit is None else self._porch.door.refusal(visit):
-            self._refuse(self._transport, why)
-        else:
-            self._hand_on(self._transport)
-
-    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
-        """Forget the connection."""
-        self._leave()
-
-    def abort(self) -> None:
-        """Close the connection without an answer."""
-        self._leave()
-        if self._transport is not None:
-            self._transport.abort()
-
-    def _hand_on(self, transport: asyncio.Transport) -> None:
-        self._leave()
-        inside = self._porch.inside()
-        transport.set_protocol(inside)
-        inside.connection_made(transport)
-        inside.data_received(self._head)
-
-    def _refuse(self, transport: asyncio.Transport, why: str) -> None:
-        """Answer with the reason; closing at once would reset a caller that is still sending."""
-        self._refused, self._head = True, b""
-        transport.write(refusal(why))
-        if transport.can_write_eof():
-            transport.write_eof()
-        self._end_after(LINGER_S)
-
-    def _end_after(self, time_s: float) -> None:
-        if self._end is not None:
-            self._end.cancel()
-        self._end = asyncio.get_running_loop().call_later(time_s, self.abort)
-
-    def _leave(self) -> None:
-        if self._end is not None:
-            self._end.cancel()
-        self._porch.callers.pop(self, None)
-
-
-def refusal(why: str) -> bytes:
-    """Return the answer to a refused request."""
-    text = why.encode()
-    head = (
-        "HTTP/1.1 403 Forbidden\r\nContent-Type: text/plain; charset=utf-8\r\n"
-        f"Content-Length: {len(text)}\r\nConnection: close\r\n\r\n"
-    )
-    return head.encode() + text
-
-
-def visit_of(head: bytes, door: Door) -> Visit | None:
-    """Parse a head; None if it is incomplete or not a browser's."""
-    head, end, _ = head.partition(_END)
-    if not end or len(head) > MOST_HEAD_BYTES or not _PLAIN.fullmatch(head):
-        return None
-    first, *lines = head.decode("ascii").split("\r\n")
-    words = first.split(" ")
-    fields = [line.partition(":") for line in lines]
-    names = [name.lower() for name, _, _ in fields]
-    if len(words) != 3 or not words[1].startswith("/"):
-        return None
-    if any(names.count(name) > 1 for name in _LONE):
-        return None
-    sent = {name: value.strip() for name, (_, _, value) in zip(names, fields, strict=True)}
-    try:
-        target = urlsplit(words[1])
-        given = parse_qs(target.query).get("key", [""])
-    except ValueError:
-        return None
-    kept = [
-        value.strip()
-        for name, _, value in (each.partition("=") for each in sent.get("cookie", "").split(";"))
-        if name.strip() == door.cookie
-    ]
-    return Visit(
-        path=target.path,
-        host=sent.get("host", ""),
-        origin=sent.get("origin", ""),
-        given=given[0],
-        kept=kept[-1] if kept else "",
-    )
-
-
 # Serving the desk.
 
 SHUTDOWN_S = 2.0
@@ -314,22 +164,23 @@ def command(options: argparse.Namespace) -> str:
 
 async def _serve(server: Any, web: Any, door: Door, listening: socket.socket) -> None:
     """Serve until a signal raises `GracefulExit` out of the loop."""
-    app = await _guarded(server, web, door)
-    runner = web.AppRunner(app, handle_signals=True, access_log=None, shutdown_timeout=SHUTDOWN_S)
+    app = await server._make_app()  # noqa: SLF001 - its `serve` listens and logs in its own way
+    app.middlewares.append(guard(web, door))
+    runner = runner_of(web, app)
     await runner.setup()
     try:
-        loop = asyncio.get_running_loop()
-        async with await loop.create_server(Porch(door, runner.server), sock=listening):
-            await asyncio.Event().wait()
+        await web.SockSite(runner, listening).start()
+        await asyncio.Event().wait()
     finally:
         await runner.cleanup()
 
 
-async def _guarded(server: Any, web: Any, door: Door) -> Any:
-    """Return the web application with its access check."""
-    app = await server._make_app()  # noqa: SLF001 - its `serve` listens and logs in its own way
-    app.middlewares.append(guard(web, door))
-    return app
+def runner_of(web: Any, app: Any) -> Any:
+    """Return what runs an application; it reports no request, as anybody may send broken ones."""
+    silent = logging.Logger("armdrive.web", logging.CRITICAL + 1)
+    return web.AppRunner(
+        app, handle_signals=True, access_log=None, logger=silent, shutdown_timeout=SHUTDOWN_S
+    )
 
 
 def guard(web: Any, door: Door) -> Any:

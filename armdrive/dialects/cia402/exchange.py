@@ -361,12 +361,23 @@ class ObjectTransfers:
         """Return the same jobs for every drive."""
         return dict.fromkeys(self.io.group.by_node, jobs)
 
-    def transfer(self, jobs: Jobs, *, tries: int = TRIES, lenient: bool = False) -> Script[Results]:
-        """Carry out the jobs of all drives at the same time.
+    def transfer(
+        self,
+        jobs: Jobs,
+        *,
+        tries: int = TRIES,
+        lenient: bool = False,
+        given_up: Callable[[], bool] = never,
+    ) -> Script[Results]:
+        """Carry out the jobs of all drives at the same time, until they are done or `given_up`.
 
         Jobs build on the writes before them, so the rest is skipped after a refused write, unless
         `lenient`.
         """
+
+        def is_over() -> bool:
+            return given_up() or self.io.group.has_answer(waiting)
+
         answers, results = self.io.group.answers, {}
         queues: dict[int, SdoQueue] = {}
         due_s: dict[int, float] = {}
@@ -377,8 +388,9 @@ class ObjectTransfers:
             queues[node] = self._queue(results[node], each, tries, lenient=lenient)
             due_s[node] = next(queues[node], math.inf)
         while waiting := [node for node in due_s if math.isfinite(due_s[node])]:
-            until_s = min(due_s[node] for node in waiting)
-            yield from self.io.wait(until_s, partial(self.io.group.has_answer, waiting))
+            yield from self.io.wait(min(due_s[node] for node in waiting), is_over)
+            if given_up():
+                break
             for node in waiting:
                 answer = answers.pop(node, None)
                 if answer is not None or self.io.now_s >= due_s[node]:

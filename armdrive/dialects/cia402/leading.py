@@ -270,13 +270,18 @@ class MotionLead:
     # -- actions ------------------------------------------------------------------------------
 
     def _ask_states(self) -> Script[None]:
-        """Read every drive's state before any SYNC on which it may act."""
+        """Read every drive's state before any SYNC on which it may act, unless a stop comes first.
+
+        The stop needs no answers, and a drive that waits for them runs on along what it was sent.
+        """
         jobs = self.transfers.of_each(STATUSWORD)
-        results = (yield from self.transfers.transfer(jobs, tries=2)).values()
+        asked = self.transfers.transfer(jobs, tries=2, given_up=lambda: self.io.stop_asked)
+        results = (yield from asked).values()
         for result in results:
             if (word := result.values.get(STATUSWORD)) is not None:
                 result.drive.show(Statusword(word))
-        self.missing = tuple(each.drive for each in results if STATUSWORD not in each.values)
+        if not self.io.stop_asked:
+            self.missing = tuple(each.drive for each in results if STATUSWORD not in each.values)
         self.interrupt()
 
     def _hold(self, braking: Braking[Cia402Drive]) -> Script[None]:

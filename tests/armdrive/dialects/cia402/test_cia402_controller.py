@@ -30,6 +30,8 @@ from firmware_protocol import canopen
 from firmware_protocol.frames import pack
 
 FAR = steps(60_000, -30_000)
+QUICK_STOP = 0x0002
+"""The controlword."""
 MOVE = MoveBy(steps(8000, -4000), 20_000.0)
 
 
@@ -246,6 +248,21 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
     rig.run(0.5)
     way = rig.positions - there
     assert way.largest <= 20_000 * rig.controller.stopping(0.3).asked_motion_s  # of what lay there
+
+
+def test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage():
+    rig = moving(FAR)
+    rig.loses = lambda _: True  # or late: no drive hears the program
+    begun_s = rig.now_s
+    while not rig.frames(canopen.Service.SDO_REQUEST, begun_s):
+        rig.run(0.001)
+    rig.stop()
+    asked_s = rig.now_s
+    rig.run(2.0 * rig.controller.limits.cycle_s)
+    assert all(rig.words(node)[-1] == QUICK_STOP for node in range(1, 7))
+    rig.loses = lambda _: False
+    assert rig.finish() == Halted()
+    assert rig.now_s - asked_s < 0.5
 
 
 @pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
