@@ -14,6 +14,7 @@ from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
+from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import Question, WrongAnswer
@@ -92,11 +93,12 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
 
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
-    """Open the adapter and lock the arm, so that no other armdrive uses its drives."""
+    """Open the adapter and lock the arm: other armdrive programs can only stop this one."""
     with (
-        hold(config.name, port),
+        hold(config.name, port) as lock,
         contextlib.closing(opening.open_link(port, config.connection.baud)) as link,
     ):
+        serve_stop(lock, "sets its drives up")
         yield link
 
 
