@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 from armdrive.dialects.bus.tools import (
     DriveAtHand,
@@ -34,6 +35,8 @@ from armdrive.tasks import (
     Timeout,
 )
 from kinematics.spaces import Motors
+
+T = TypeVar("T")
 
 # One motor is tried out in the arm: a small motion shows its direction and its gear.
 #
@@ -227,12 +230,13 @@ class MotorTrial:
             about = self.drive.amount / NUDGE
             if not self.dialog.agreed(
                 f"The motor turns the {self.drive.moves} by about {self.drive.shown(about)} and "
-                "back. A hand at the supply's switch. Now?",
-                "In pieces of a quarter of a second; Ctrl-C stops it. no leaves this motor out.",
+                "back. Keep a hand at the supply's switch. Now?",
+                "It turns in pieces of a quarter of a second, and Ctrl-C stops it. no leaves this "
+                "motor out.",
             ):
                 return 0.0
             trouble = self._turned(start, counts)
-            seen = "" if trouble else self._compared(about)
+            seen = "" if trouble else self._while_away(partial(self._compared, about))
             if self._brought_back(start, counts, trouble):
                 return 0.0
             if seen != MORE:
@@ -265,7 +269,7 @@ class MotorTrial:
         trouble = self._turned(start, counts)
         word, roll, measured = "", "", 0.0
         if not trouble:
-            word, roll, measured = self._asked()
+            word, roll, measured = self._while_away(self._asked)
             self.dialog.say("It goes back.")
         if self._brought_back(start, counts, trouble):
             return ""
@@ -283,8 +287,9 @@ class MotorTrial:
             return word, "", 0.0
         about = self.drive.amount
         far = Question(
-            f"How far did the {self.drive.moves} move, in {self.drive.unit}?",
-            "Measure it, or judge it by eye: within a fifth is good enough to find a wrong gear.",
+            f"How far did the {self.drive.moves} move, in {self.drive.unit_words}?",
+            "Measure it, or judge it by eye: an error of a fifth is small enough to find a wrong "
+            "gear.",
             number(0.001, MOST, self.drive.unit),
             f"{about:.2g}",
         )
@@ -309,6 +314,14 @@ class MotorTrial:
         trouble = self.motor.turn_to(start + counts, counts)
         self.dialog.person.look(moved=True)
         return trouble
+
+    def _while_away(self, ask: Callable[[], T]) -> T:
+        """Ask the person about a motor that is away from its start; say so if the person leaves."""
+        try:
+            return ask()
+        except BaseException:  # it is not turned back, since the person may have seen a danger
+            self.dialog.say(f"The {self.drive.name} motor was not turned back to where it began.")
+            raise
 
     def _brought_back(self, start: int, counts: int, trouble: str) -> bool:
         """Turn back to the start; return whether this or the last motion failed."""

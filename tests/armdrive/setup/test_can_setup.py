@@ -201,6 +201,15 @@ def test_left_in_the_middle_and_taken_up_again_it_goes_on_there():
     assert bench.codes() <= READING
 
 
+@pytest.mark.parametrize("question", ["Was that about", "Which way did it go?", "How far did"])
+def test_leaving_while_a_motor_is_away_says_that_it_was_not_turned_back(question):
+    bench = Bench()
+    bench.person.says[question] = leaves
+    with pytest.raises(Leaves):
+        bench.one()
+    assert bench.person.heard[-1] == "The shoulder motor was not turned back to where it began."
+
+
 def test_what_was_done_before_is_said_at_the_beginning():
     bench = Bench()
     bench.person.says[About.CONNECT] = bench.person.says[About.AGREEMENT] = "no"
