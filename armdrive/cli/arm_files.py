@@ -38,7 +38,7 @@ def path_of(name: str) -> Path:
         return path
     known = [each.stem for each in arm_paths()]
     hint = suggestion(name.removesuffix(ENDING), known)
-    there = f"there are {', '.join(known)}" if known else "there is none yet: armdrive config new"
+    there = f"known: {', '.join(known)}" if known else "there is none yet: armdrive config new"
     raise ArmFileError(f"no arm file is called {name!r} ({there}){hint}")
 
 

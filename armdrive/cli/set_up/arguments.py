@@ -189,7 +189,7 @@ def _node(word: str) -> int:
     except ValueError:
         found = -1
     if found < 0:
-        raise argparse.ArgumentTypeError(f"an id is a number, 3 or 0x1F say, not {word!r}")
+        raise argparse.ArgumentTypeError(f"an id is a number such as 3 or 0x1F, not {word!r}")
     return found
 
 
