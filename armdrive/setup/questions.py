@@ -360,6 +360,11 @@ def _motor_names(draft: Draft) -> tuple[str, ...]:
     return (*draft.motors, GRIPPER_MOTOR) if draft.stepped else draft.motors
 
 
+def _count(draft: Draft) -> int:
+    """Return the number of motors, with the gripper's."""
+    return len(_motor_names(draft))
+
+
 def _homes_itself(draft: Draft, own: bool) -> Entries:
     if not own or "homing" not in draft.device_fields:
         return ()
@@ -404,7 +409,7 @@ def device_row(key: str, why: str, gripper: str = "") -> ArmRow:
 
 
 def _axes(draft: Draft) -> Reader:
-    count = len(draft.motors) + draft.stepped
+    count = _count(draft)
 
     def read(line: str) -> str:
         letters = line.replace(" ", "").upper()
@@ -413,10 +418,6 @@ def _axes(draft: Draft) -> Reader:
         return letters
 
     return read
-
-
-def _count(draft: Draft) -> int:
-    return len(draft.motors) + draft.stepped
 
 
 def _nodes(draft: Draft) -> Reader:
@@ -632,7 +633,7 @@ ROWS = (
         "homing.groups", "Which motors home after which? (own: the controller's own order)",
         "By number: 3; 2; 1 4 5 homes motor 3, then 2, then 1, 4 and 5 together. Lift what could "
         "hit something first.",
-        lambda draft: groups(len(_motor_names(draft))), "own", when=_homes,
+        lambda draft: groups(_count(draft)), "own", when=_homes,
         place="homing.groups",
     ),
     ArmRow(
@@ -680,7 +681,7 @@ ROWS = (
         "device.axes", "Which axis of the board drives each motor, in the arm's order?",
         "One letter for each motor. If a plug is in another socket, change the letters' order.",
         _axes,
-        lambda draft, _one: str(draft.device_fields["axes"])[: len(draft.motors) + draft.stepped],
+        lambda draft, _one: str(draft.device_fields["axes"])[: _count(draft)],
         when=_has("axes"),
         place="{dialect}.axes",
     ),
