@@ -57,6 +57,16 @@ def test_frames_pass_and_are_answered(served, opened):
     assert (opened.health.heard, opened.health.refused) == (9, 0)
 
 
+def test_closing_while_the_interpreter_ends_starts_no_thread(opened, monkeypatch):
+    started = []
+    monkeypatch.setattr(sys, "is_finalizing", lambda: True)
+    monkeypatch.setattr(threading.Thread, "start", started.append)
+    opened.close()
+    monkeypatch.undo()
+    assert not started
+    opened._shut_down()
+
+
 def test_any_user_of_python_can_can_open_it(served):
     channel = served.server.address
     with can.Bus(channel, "slcan", ignore_config=True, bitrate=500000, sleep_after_open=0) as bus:
