@@ -392,8 +392,9 @@ class KeyApp(App[int], inherit_bindings=False):
 
     CSS_PATH = STYLES
     ENABLE_COMMAND_PALETTE = False  # it would add a key of its own; ours stands in the table
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012 - as App declares it
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (32, "-tall")]  # noqa: RUF012
+    # instance variables, as App declares them
+    HORIZONTAL_BREAKPOINTS: list[tuple[int, str]] = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012
+    VERTICAL_BREAKPOINTS: list[tuple[int, str]] = [(0, "-short"), (32, "-tall")]  # noqa: RUF012
     pairs: tuple[JogPair, ...] = ()
     """The jog keys that the help explains."""
     keys_bound: Sequence[DeskKey] = TABLE

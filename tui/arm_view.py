@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import ClassVar
+from types import MappingProxyType
 
 from rich.segment import Segment
 from rich.style import Style
@@ -39,6 +39,28 @@ CLEAR = "clear"
 """Asks for the driven way to be forgotten."""
 
 
+# Spans of text in these styles, instead of component classes of the widget: the framework works
+# out the rules for each such class again whenever any style on the screen may have changed.
+INK_STYLES: Mapping[Ink, str] = MappingProxyType(
+    {
+        Ink.NONE: "",
+        Ink.TABLE: "$foreground 70%",
+        Ink.REACH: "$text-secondary",
+        Ink.GUARD: "$error",
+        Ink.BASE: "$foreground",
+        Ink.PLANNED: "$accent",
+        Ink.DRIVEN: "$success",
+        Ink.GOAL: "bold $accent",
+        Ink.ARM: "bold $foreground",
+        Ink.GRIPPER: "bold $foreground",
+        Ink.JOINT: "bold $primary",
+        Ink.AXIS: "bold $warning",
+        Ink.WORD: "bold $foreground",
+    }
+)
+"""How each kind of line looks, in the colours of the theme."""
+
+
 def move_cameras(at: DOMNode, what: str) -> bool:
     """Have every arm view below a node do this; return whether there is one."""
     views = list(at.query(SpaceView))
@@ -50,22 +72,7 @@ def move_cameras(at: DOMNode, what: str) -> bool:
 class SpaceView(Widget):
     """An arm with its table, guards, reach, way and goal, seen from wherever the watcher stands."""
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {f"space--{ink.name.lower()}" for ink in Ink}
-    DEFAULT_CSS = """
-    SpaceView { width: 1fr; height: 1fr; }
-    SpaceView .space--table { color: $text-muted; }
-    SpaceView .space--reach { color: $text-secondary; }
-    SpaceView .space--guard { color: $error; }
-    SpaceView .space--base { color: $foreground; }
-    SpaceView .space--planned { color: $accent; }
-    SpaceView .space--driven { color: $success; }
-    SpaceView .space--goal { color: $accent; text-style: bold; }
-    SpaceView .space--arm { color: $foreground; text-style: bold; }
-    SpaceView .space--gripper { color: $foreground; text-style: bold; }
-    SpaceView .space--joint { color: $primary; text-style: bold; }
-    SpaceView .space--axis { color: $warning; text-style: bold; }
-    SpaceView .space--word { color: $foreground; text-style: bold; }
-    """
+    DEFAULT_CSS = "SpaceView { width: 1fr; height: 1fr; }"
 
     def __init__(
         self,
@@ -166,7 +173,8 @@ class SpaceView(Widget):
         """Return how an ink looks in the present theme, as the app's filters leave it."""
         found = self._styles.get(ink)
         if found is None:
-            found = self.get_component_rich_style(f"space--{ink.name.lower()}")
+            ink_style = self.app.stylesheet.parse_style(INK_STYLES[ink])
+            found = (self.visual_style + ink_style).rich_style
             sample = [Segment("x", found)]
             for line_filter in self._filters:
                 sample = line_filter.apply(sample, self.background_colors[1])

@@ -110,10 +110,12 @@ class AxisTable(PlainText):
 
     def show_axes(self, rows: Sequence[AxisRow], note: str = "", *, held: bool) -> None:
         """Show these axes; `held` says whether a pressed key cap still moves something."""
+        shown = (self._rows, self._note, self._held)
         if not held:
             self._held = None
         self._rows, self._note = tuple(rows), note
-        self._fill()
+        if (self._rows, self._note, self._held) != shown:
+            self._fill()
 
     def set_titles(self, title: str, more: str) -> None:
         """Name the panel, and say more in its lower border, or after the name if it has none."""

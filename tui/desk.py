@@ -245,6 +245,15 @@ class DeskScreen(Screen[None]):
     def __init__(self) -> None:
         super().__init__()
         send_changed_spans(self)
+        # otherwise the framework styles the screen before and this one again when this one comes
+        self._css_update_count = self.app._css_update_count  # noqa: SLF001
+        # and every widget once more after it has seen the size of the screen
+        width, height = self.app.size
+        self.add_class(
+            *self._get_breakpoint_classes(width, self.desk.HORIZONTAL_BREAKPOINTS),
+            *self._get_breakpoint_classes(height, self.desk.VERTICAL_BREAKPOINTS),
+            update=False,
+        )
 
     @property
     def desk(self) -> Desk:
@@ -327,7 +336,7 @@ class DeskScreen(Screen[None]):
         """Show this status: called at each poll of the desk while it is at this screen."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
-        desk, footer = self.desk, self.query_one(KeyLine)
+        desk, footer = self.desk, self.query_one("#footer", KeyLine)
         state = safety_state(
             status,
             desk.keys,

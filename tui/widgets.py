@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from textual import events
 from textual.content import Content
-from textual.widgets import OptionList, Static, Tab, Tabs
+from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
 from tui.keys.keyboard import KEYS_LAST, OWN_KEPT, PAIRS, Keyboard, label
-from tui.keys.table import SCREENS, DeskKey, KeyEntry
+from tui.keys.table import SCREENS, DeskKey
 
 Span = tuple[str, str]
 """A text and its style."""
@@ -95,28 +95,6 @@ class ChoiceList(OptionList, can_focus=False):
         await self.app.run_action(f"{self._action}({by})", self.screen)
 
 
-class ScreenTabs(Tabs, can_focus=False):
-    """The screens of the desk with their keys; this one's is lit. A click goes to another."""
-
-    def __init__(self, place: str, keys: Keyboard) -> None:
-        tabs = (Tab(_tab_text(entry, keys), id=entry.id) for entry in SCREENS)
-        super().__init__(*tabs, active=place, id="tabs")
-        self._place = place
-
-    def on_tabs_tab_activated(self, event: Tabs.TabActivated) -> None:
-        """Go to the screen of a tab that was clicked; on this screen its own tab stays lit."""
-        event.stop()
-        chosen = event.tab.id
-        if chosen is not None and chosen != self._place:
-            self.active = self._place
-            self.app.call_later(self.app.run_action, f"screens.show('{chosen}')")
-
-
-def _tab_text(entry: KeyEntry, keys: Keyboard) -> Content:
-    key = keys.label(f"screen-{entry.id}").upper()
-    return Content.assemble(key, f" {entry.title.capitalize()}")
-
-
 @dataclass(frozen=True, slots=True)
 class KeyGroup:
     """One thing that the line of keys offers: a row, or two rows that do the opposite."""
@@ -146,34 +124,71 @@ def grouped(rows: Sequence[DeskKey]) -> list[KeyGroup]:
 
 
 class KeyLine(PlainText):
-    """The keys that make sense next. Clicking one does what its key does."""
+    """Words in one line, each of which does what a key does when it is clicked."""
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
-        self._ends: tuple[tuple[int, DeskKey], ...] = ()
+        self._ends: tuple[tuple[int, str], ...] = ()
+        self._offered: tuple[tuple[DeskKey, ...], int] = ((), 0)
 
-    def show_keys(self, rows: Sequence[DeskKey], width: int) -> None:
-        """Show these rows, without the less important ones where there is too little room."""
-        groups = grouped(rows)
-        while _width(groups) > width and len(groups) > 1:
-            groups.remove(_least(groups))
+    def show_words(self, words: Iterable[tuple[str, Sequence[Span]]]) -> None:
+        """Show words, each with the id of the row of the table of keys that a click acts as."""
         spans: list[Span] = []
-        ends: list[tuple[int, DeskKey]] = []
+        ends: list[tuple[int, str]] = []
         end = 0
-        for group in groups:
-            for row, text in zip(group.rows, group.texts, strict=True):
-                key, gap, name = text.partition(" ")
-                spans += [(key, "bold $text-primary"), (f"{gap}{name}", "")]
-                end += len(text)
-                ends.append((end, row))
+        for row, word in words:
+            spans += word
+            end += sum(len(text) for text, _ in word)
+            ends.append((end, row))
         self._ends = tuple(ends)
         self.show(*spans)
 
+    def show_keys(self, rows: Sequence[DeskKey], width: int) -> None:
+        """Show these keys, without the less important ones where there is too little room."""
+        offered = (tuple(rows), width)
+        if offered == self._offered:
+            return
+        self._offered = offered
+        groups = grouped(rows)
+        while _width(groups) > width and len(groups) > 1:
+            groups.remove(_least(groups))
+        self.show_words(
+            (row.id, [(key, "bold $text-primary"), (f"{gap}{name}", "")])
+            for group in groups
+            for row, text in zip(group.rows, group.texts, strict=True)
+            for key, gap, name in [text.partition(" ")]
+        )
+
     async def on_click(self, event: events.Click) -> None:
-        """Do what the row under the mouse does."""
+        """Do what the word under the mouse does."""
         found = next((row for end, row in self._ends if event.x < end), None)
         if found is not None:
-            await self.app.run_action(f"app.do_row('{found.id}')")
+            await self.app.run_action(f"app.do_row('{found}')")
+
+
+class ScreenTabs(KeyLine):
+    """The screens of the desk with their keys; the current one is lit."""
+
+    def __init__(self, place: str, keys: Keyboard) -> None:
+        super().__init__(id="tabs")
+        self.place = place
+        """The id of the screen that is lit."""
+        self._keys = keys
+
+    def on_resize(self) -> None:
+        """Show all tabs; where they have too little room, the others keep only their keys."""
+        titles = {entry.id: f" {entry.title.capitalize()}" for entry in SCREENS}
+        rows = {place: f"screen-{place}" for place in titles}
+        room = self.content_size.width
+        if sum(len(self._keys.label(rows[place]) + titles[place]) + 2 for place in titles) > room:
+            titles = {place: titles[place] if place == self.place else "" for place in titles}
+        # on a terminal without colours the lit tab is in reverse
+        lit = "bold reverse" if self.app.no_color else "bold $text on $primary"
+        self.show_words(
+            (row, [(f" {self._keys.label(row).upper()}{titles[place]} ", style)])
+            for place, row in rows.items()
+            for style in [lit if place == self.place else ""]
+        )
 
 
 def _least(groups: Sequence[KeyGroup]) -> KeyGroup:

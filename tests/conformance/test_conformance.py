@@ -141,6 +141,7 @@ class UnhurriedPtyBench(PtyBench):
     """Over a pty on a computer that may be busy."""
 
     punctual = False
+    look_s = 0.02  # each look is answered by a process of its own, and no bound depends on it
 
     def watch(self, done, longest_s):
         """Look until `done()`; a limit ends a hang, and is no bound."""

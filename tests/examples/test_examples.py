@@ -1,16 +1,24 @@
-"""Every file of examples/ runs as it stands, unattended; so does the design's own example."""
+"""Every example runs as it stands, and by the command at its top; so does the design's own."""
 
 from __future__ import annotations
 
+import json
 import os
+import re
+import shlex
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from waiting import LONG_S
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+from armdrive.cli import main
+from armdrive.cli.chosen_arm import world_file
+from armdrive.sim.world.table import TableBlock
+
+from .on_arms import FOLDER, PUT
+
+EXAMPLES = sorted(FOLDER.glob("*.py"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -52,3 +60,49 @@ def test_the_example_of_the_documentation_word_for_word(capsys):
     assert width_mm == pytest.approx(0.0, abs=0.1)
     assert (tip.x_mm, tip.y_mm, tip.z_mm) == pytest.approx((250, 80, 120), abs=0.5)
     assert "SIMULATED" in capsys.readouterr().out
+
+
+# The commands that stand at the top of the examples.
+
+PROGRAMS = sorted(path.name for path in FOLDER.glob("*.arm"))
+ARM = "sim:teachmover"
+FIRST_COMMAND = re.compile(r"^#? *(armdrive run \S.*?)(?:  +.*)?$", re.MULTILINE)
+
+
+def command_of(file):
+    """Return the words of the first command that an example tells of."""
+    found = FIRST_COMMAND.search((FOLDER / file).read_text(encoding="utf-8"))
+    assert found is not None
+    return shlex.split(found[1])[1:]
+
+
+def blocks():
+    saved = json.loads(world_file(ARM).read_text(encoding="utf-8"))["world"]["blocks"]
+    return {each["name"]: TableBlock(**each) for each in saved}
+
+
+@pytest.mark.parametrize("file", PROGRAMS)
+def test_the_first_command_of_a_program_rehearses_it_with_its_blocks(file, capsys, monkeypatch):
+    monkeypatch.chdir(FOLDER)
+    words = command_of(file)
+    assert words[:2] == ["run", file]
+    assert main([*words, "--check"]) == 0, capsys.readouterr().err
+    assert set(blocks()) == {words.split(",")[0] for words in PUT.findall(" ".join(words))}
+
+
+def test_the_first_command_of_the_tower_builds_it(capsys, monkeypatch):
+    monkeypatch.chdir(FOLDER)
+    words = command_of("stacking.arm")
+    assert main(words) == 0, capsys.readouterr().err
+    assert sorted(block.z_mm for block in blocks().values()) == [0.0, 25.0, 50.0, 75.0]
+
+
+@pytest.mark.parametrize("file", ["circle.py", "lettering.py"])
+def test_the_first_command_of_a_drawing_rehearses_it(file, capsys, monkeypatch):
+    monkeypatch.chdir(FOLDER)
+    words = command_of(file)
+    named = words.index("--arm")
+    del words[named : named + 2]
+    assert "--check" in words
+    assert main(words) == 0, capsys.readouterr().err
+    assert "move_" in capsys.readouterr().out

@@ -190,7 +190,7 @@ MUTANTS = (
         old="            return bool(self._acted)\n",
         new="            return False\n",
         tests=tests_of(
-            "tests/tui/test_urgent_keys.py",
+            "tests/tui/keys/test_presses.py",
             "test_a_stop_that_never_came_is_forgotten_with_the_next",
         ),
     ),

@@ -7,7 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 from desk_planner import at_rest
+from textual._compositor import Compositor
 from textual.css.stylesheet import Stylesheet
+from textual.pilot import Pilot
 
 from armdrive.storage import files as places
 from tui import app as app_module
@@ -35,6 +37,12 @@ async def quiet(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
 def _wait_for_the_desk_alone(monkeypatch):
     monkeypatch.setattr("textual.app.wait_for_idle", quiet)
     monkeypatch.setattr("textual.pilot.wait_for_idle", quiet)
+
+    async def widgets_are_done(pilot: Pilot[object], timeout: float = 30.0) -> bool:
+        await quiet()  # the framework sends each widget a message and waits for all, at each key
+        return True
+
+    monkeypatch.setattr(Pilot, "_wait_for_screen", widgets_are_done)
 
 
 @pytest.fixture(autouse=True)
@@ -67,6 +75,23 @@ def snap_compare(snap_compare):
         return snap_compare(app, terminal_size=terminal_size, run_before=shown)
 
     return compare
+
+
+@pytest.fixture(autouse=True)
+def _paint_only_whole_pictures(monkeypatch):
+    """Leave out what would only be sent to a terminal: nobody looks at a headless one.
+
+    A snapshot paints the whole picture, and so does a session whenever it is looked at.
+    """
+    render_update = Compositor.render_update
+
+    def paint(self, full=False, **more):
+        if full:
+            return render_update(self, full, **more)
+        self._dirty_regions.clear()
+        return None
+
+    monkeypatch.setattr(Compositor, "render_update", paint)
 
 
 @pytest.fixture(scope="session")

@@ -114,9 +114,6 @@ async def at_rest(pilot):
         await laid_out(pilot)
 
 
-settled = at_rest
-
-
 async def laid_out(pilot):
     """Wait until nothing waits for the timer by which the framework lays out and paints.
 

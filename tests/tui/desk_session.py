@@ -9,6 +9,7 @@ from waiting import until_seen
 from tui.desk import Desk
 from tui.safety import SafetyPanel
 from tui.startup import SCREENS
+from tui.widgets import PlainText
 
 NAMES = {"/": "slash", "-": "minus", ".": "full_stop", ",": "comma", ":": "colon"}
 """The framework's names of characters that are typed."""
@@ -33,6 +34,10 @@ class Session:
         return self
 
     async def __aexit__(self, *error):
+        if self.desk.is_running and self.desk.screen_stack:
+            for text in self.desk.screen.query(PlainText):
+                for _, style in text._spans:  # fails for a style that could not be painted
+                    self.desk.stylesheet.parse_style(style)
         await self._running.__aexit__(*error)
 
     async def press(self, *keys, after_s=0.0):
@@ -133,6 +138,15 @@ class Session:
     def title(self, name):
         """Return the title of a panel, without what a small terminal shows beside it."""
         return str(self.desk.screens.current.query_one(f"#{name}").border_title).partition("  ")[0]
+
+    @property
+    def lit_tab(self):
+        """The words on the tabs that are painted in bold: those of the current screen."""
+        return "".join(
+            segment.text
+            for segment in self.desk.screen._compositor.render_strips()[0]
+            if segment.style is not None and segment.style.bold
+        )
 
     def tick(self):
         """Let the time of what is held pass, as the desk's own alarm does."""

@@ -4,6 +4,7 @@ import io
 import re
 from dataclasses import replace
 
+import pytest
 from desk_fake import MODEL, Clock
 from hypothesis import given
 from hypothesis import strategies as st
@@ -36,6 +37,11 @@ GOAL = Joints.of(-30.0, 40.0, -60.0, -60.0, 15.0)
 
 def posture(base_deg=20.0, wrist_deg=-60.0):
     return Joints.of(base_deg, 60.0, -80.0, wrist_deg, 15.0)
+
+
+@pytest.fixture(autouse=True)
+def _paint_only_whole_pictures():
+    """Paint what is sent to the terminal too: tests here look at it."""
 
 
 class Viewer(App):

@@ -2,7 +2,7 @@
 
 import pytest
 from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
-from desk_planner import settled
+from desk_planner import at_rest
 from desk_session import Session
 from waiting import until_seen
 
@@ -43,7 +43,7 @@ def test_the_first_run(snap_compare, tmp_path):
     desk = Desk(
         FakeArm(), screens=SCREENS, braille=True, clock=Clock(), memory=tmp_path / "none.json"
     )
-    assert snap_compare(desk, terminal_size=(80, 24), run_before=settled)
+    assert snap_compare(desk, terminal_size=(80, 24), run_before=at_rest)
 
 
 DIALOGS = {"help": ("question_mark",), "question": ("H",), "palette": ("ctrl+p", "r", "e", "f")}
@@ -54,10 +54,10 @@ def test_the_dialogs(snap_compare, name, size):
     desk = Desk(FakeArm(simulated=False), screens=SCREENS, braille=True, clock=Clock())
 
     async def opened(pilot):
-        await settled(pilot)
+        await at_rest(pilot)
         for key in DIALOGS[name]:
             await pilot.press(key)
-            await settled(pilot)
+            await at_rest(pilot)
 
     assert snap_compare(desk, terminal_size=size, run_before=opened)
 
@@ -70,14 +70,14 @@ def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
     assert bar(value, 0.0, 10.0, 5) == shown
 
 
-@pytest.mark.parametrize("keys", [(), ("m",)])
 @pytest.mark.parametrize("more", [{}, unknown_position()], ids=["known", "unknown"])
-async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(keys, more):
+async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(more):
     async with Session(FakeArm(**more)) as session:
-        await session.press(*keys)
-        for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
-            table = session.desk.screens.current.query_one(f"#{name}", AxisTable)
-            lines = table.shown.splitlines()[:axes]
-            assert len(lines) == axes
-            assert max(len(line.rstrip()) for line in lines) <= table.content_size.width
-            assert table.region.bottom <= 22, "the panel is cut off"
+        for mode in ("joints", "Cartesian"):
+            for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
+                table = session.desk.screens.current.query_one(f"#{name}", AxisTable)
+                lines = table.shown.splitlines()[:axes]
+                assert len(lines) == axes, mode
+                assert max(len(line.rstrip()) for line in lines) <= table.content_size.width, mode
+                assert table.region.bottom <= 22, f"the panel is cut off: {mode}"
+            await session.press("m")

@@ -70,6 +70,8 @@ class Keyboard:
 
     def presented(self, sentence: str) -> str:
         """Return a sentence in the words of the desk: its actions by their keys."""
+        if "`" not in sentence:  # it names no action: at each poll that spares the table of words
+            return sentence
         return presented(sentence, desk_words(self.label))
 
     def jog(self, key: str) -> str:

@@ -86,6 +86,15 @@ class TheoryPanel(Horizontal):
         for place in range(MOST_COLUMNS):
             yield PlainText(id=f"theory-page-{place}").add_class("theory-page")
 
+    @property
+    def _left_size(self) -> Size:
+        return self.query_one("#theory-left").size
+
+    @property
+    def room(self) -> tuple[Size, Size]:
+        """The sizes that decide what is shown: of the panel, and of its left part."""
+        return self.size, self._left_size
+
     # -- what is shown ------------------------------------------------------------------------
 
     def show(self, of: Study | None) -> None:
@@ -100,7 +109,7 @@ class TheoryPanel(Horizontal):
         view.show(Moment(joints))
         view.show_drawing(None if self._walk is None else self._walk.drawing)
         walks = self._walk is not None  # it shows the zero posture, not the present one
-        left = self.query_one("#theory-left").size.width
+        left = self._left_size.width
         numbers, short = self._text("theory-numbers"), self._text("theory-summary")
         numbers.display = short.display = not walks
         numbers.show("" if of is None else self._numbers(of, left))
@@ -383,7 +392,7 @@ class TheoryScreen(DeskScreen):
         self.subject: Subject | None = subject_of_arm(
             self.desk.link.status.title, self.desk.arm.model.arm
         )
-        self._key: tuple[tuple[float, ...] | None, Size] = (None, Size())
+        self._key: tuple[tuple[float, ...] | None, tuple[Size, Size]] = (None, (Size(), Size()))
         self._shown_s = -math.inf
 
     @property
@@ -405,7 +414,7 @@ class TheoryScreen(DeskScreen):
             return
         panel = self.query_one(TheoryPanel)
         values = None if status.joints is None else status.joints.angles_rad
-        key, now_s = (values, panel.size), self.desk.clock()
+        key, now_s = (values, panel.room), self.desk.clock()
         soon = key[1] == self._key[1] and now_s - self._shown_s < LOOK_S
         if key == self._key or soon:
             return

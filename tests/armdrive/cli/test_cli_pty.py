@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import pytest
 from waiting import LONG_S, suspended, until
@@ -20,9 +21,10 @@ SUSPENDED_S = 1.5
 """Longer than what a driver takes for a busy computer."""
 
 
-@pytest.fixture
-def sim(tmp_path):
-    with WatchedSim(tmp_path / "arm") as sim:
+@pytest.fixture(scope="module")
+def sim(tmp_path_factory):
+    """Return one arm for all tests, each of which begins by bringing it to its reference."""
+    with WatchedSim(tmp_path_factory.mktemp("pty") / "arm") as sim:
         yield sim
 
 
@@ -52,13 +54,19 @@ class Moving:
         return self.process.returncode, err
 
 
-@pytest.fixture
-def moving(call, sim):
+@contextmanager
+def under_way(call, sim):
     call("home", "--yes", *arm_on(sim), code=0)
     moving = Moving(sim)
     yield moving
     moving.process.kill()
     moving.process.communicate()
+
+
+@pytest.fixture
+def moving(call, sim):
+    with under_way(call, sim) as moving:
+        yield moving
 
 
 def stop_time_s(call, sim) -> float:
@@ -114,9 +122,10 @@ def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, 
     assert status_of(call, sim)["trust"] == ("suspect" if number is signal.SIGKILL else "restored")
 
 
-def test_an_arm_that_vanishes_in_mid_move_is_reported(call, sim, moving):
-    sim.process.kill()
-    code, err = moving.end()
+def test_an_arm_that_vanishes_in_mid_move_is_reported(call, tmp_path):
+    with WatchedSim(tmp_path / "arm") as sim, under_way(call, sim) as moving:
+        sim.process.kill()
+        code, err = moving.end()
     assert code == 4
     assert err.startswith("armdrive: ")
     assert err.count("\n") == 1

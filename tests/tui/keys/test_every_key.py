@@ -124,31 +124,26 @@ def test_every_row_of_the_table_counts_at_one_of_these_places():
     assert counted == {row.id for row in TABLE}
 
 
-@pytest.mark.parametrize(
-    ("make", "keys"),
-    [
-        (PlannerArm, ("f3", "2", "5")),
-        (PlannerArm, ("f3", "2", "5", "enter")),
-        (PlannerArm, ("f4", "t", "a")),
-        (PlannerArm, ("ctrl+p",)),
-        (PlannerArm, ("ctrl+p", "r", "e", "s")),
-        (PlannerArm, ("ctrl+p", "f", "down", "down")),
-        (PlannerArm, ("f6", "question_mark")),
-        (busy_arm, ("f7", "slash", "a")),
-        (busy_arm, ("f7", "e", "a")),
-        (busy_arm, ("f7", "enter")),
-    ],
-)
-async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(make, keys):
+TYPED_INTO = [
+    (PlannerArm, ["f3 2 5", "f3 2 5 enter", "f4 t a", "ctrl+p", "ctrl+p r e s",
+                  "ctrl+p f down down", "f6 question_mark"]),
+    (busy_arm, ["f7 slash a", "f7 e a", "f7 enter"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "lines"), TYPED_INTO)
+async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(make, lines):
     async with Session(make()) as session:
         session.arm.set(state=State.MOVING)
-        await session.press(*keys)
-        await session.settle()
-        where = session.desk.screens.current.place
-        session.arm.calls.clear()
-        await session.press("space")
-        await session.settle()
-        assert [call for call in session.arm.calls if call != ("release",)] == [("stop",)]
-        assert len(session.desk.screen_stack) == 1
-        assert session.desk.screens.current.place == where
-        assert "STOP was asked for" in session.text("messages")
+        for line in lines:
+            await session.press("f2", *line.split())
+            await session.settle()
+            where = session.desk.screens.current.place
+            session.arm.calls.clear()
+            await session.press("space")
+            await session.settle()
+            asked = [call for call in session.arm.calls if call != ("release",)]
+            assert asked == [("stop",)], line
+            assert len(session.desk.screen_stack) == 1, line
+            assert session.desk.screens.current.place == where, line
+            assert "STOP was asked for" in session.text("messages"), line

@@ -1,7 +1,7 @@
 """The move screen: what is typed is foreseen, what is seen is confirmed, and then it moves."""
 
 import pytest
-from desk_planner import PlannerArm, settled
+from desk_planner import PlannerArm, at_rest
 from desk_session import Session
 from textual import events
 
@@ -262,7 +262,7 @@ def test_the_move_screen(snap_compare):
     session = Session(PlannerArm())
     keys = ["f3", "2", "6", "0", "down", "4", "0"]
 
-    assert snap_compare(session.desk, press=keys, terminal_size=(80, 24), run_before=settled)
+    assert snap_compare(session.desk, press=keys, terminal_size=(80, 24), run_before=at_rest)
 
 
 # -- the form alone ---------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """The points screen: places are named, gone to after two presses, and sequences stepped through."""
 
 import pytest
-from desk_planner import PlannerArm, settled
+from desk_planner import PlannerArm, at_rest
 from desk_session import Session
 
 from armdrive.storage.points import Point, Step, StepList, Taught
@@ -429,7 +429,7 @@ def test_the_points_screen(snap_compare):
     session = Session(taught_arm())
 
     assert snap_compare(
-        session.desk, press=["f4", "up", "s"], terminal_size=(80, 24), run_before=settled
+        session.desk, press=["f4", "up", "s"], terminal_size=(80, 24), run_before=at_rest
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from desk_fake import Clock
-from desk_planner import settled
+from desk_planner import at_rest
 from desk_session import Session
 from textual import events
 from waiting import until_seen
@@ -49,7 +49,8 @@ draw 0, 20, 0
 @pytest.fixture
 def arm(own_home):
     with Arm.connect("sim:teachmover") as found:
-        found.home()
+        world = found.twin.world
+        found.declare_posture(world.joints, opening_mm=world.opening_mm)
         found.move_j(shoulder_deg=50, elbow_deg=-90)
         yield found
 
@@ -95,7 +96,7 @@ class ProgramSession(Session):
 
     async def keys(self, line):
         await self.press(*line.split())
-        await settled(self.pilot)
+        await at_rest(self.pilot)
 
     async def begin(self):
         """Rehearse the program, and press twice."""
@@ -120,7 +121,7 @@ class ProgramSession(Session):
 
     async def ended(self):
         await self.until(lambda: not self.screen.run.busy)
-        await settled(self.pilot)
+        await at_rest(self.pilot)
 
 
 async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown(arm, tmp_path):
@@ -133,7 +134,7 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
         assert "line 2, column 1: there is no word 'mov'" in session.text("run")
         assert ">   2  mov nowhere" in session.text("program")
         await session.press("up")
-        await settled(session.pilot)
+        await at_rest(session.pilot)
         assert "> wave.arm" in session.text("programs")
         assert "    2  draw 0, 20, 0" in session.text("program")
         assert "checked: no mistakes" in session.text("run")
@@ -142,7 +143,7 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
 async def test_a_click_chooses_a_program(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE, waits=WAITS) as session:
         await session.pilot.click("#programs", offset=(4, 2))
-        await settled(session.pilot)
+        await at_rest(session.pilot)
         session.shows("a click", programs="> wave.arm")
 
 
@@ -157,7 +158,7 @@ async def test_a_file_or_an_arm_that_changes_has_to_be_rehearsed_again(arm, tmp_
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
         await session.follow([("r", {"run": "rehearsed:"})])
         (session.folder / "wave.arm").write_text(WAVE + 'type "more"\n')
-        await settled(session.pilot)
+        await at_rest(session.pilot)
         session.shows("another text", program='type "more"', run="checked: no mistakes")
         await session.keys("r")
         await session.press("enter", "enter", "enter", after_s=0.03)
@@ -176,7 +177,7 @@ async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_p
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
         before = arm.joints
         await session.press("enter")
-        await settled(session.pilot)
+        await at_rest(session.pilot)
         assert "it is rehearsed first" in session.text("messages")
         assert "rehearsed:" in session.text("run")
         assert "enter twice runs it: THE ARM MOVES" in session.text("run")
@@ -203,7 +204,7 @@ async def test_something_that_changes_between_the_presses_and_the_run_prevents_i
         await session.press("enter", after_s=0.2)
         arm.move_j(base_deg=20)
         session.clock.now_s += 0.5
-        await settled(session.pilot)
+        await at_rest(session.pilot)
         assert not session.screen.run.busy
         assert "something has changed meanwhile" in session.text("messages")
 
@@ -415,7 +416,7 @@ def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_
         async def run(pilot):
             for key in ("f8", "r"):
                 await pilot.press(key)
-                await settled(pilot)
+                await at_rest(pilot)
             for _ in range(2):
                 clock.now_s += 0.2
                 await pilot.press("enter")

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from desk_planner import settled
+from desk_planner import at_rest
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
 from armdrive.dialog.conversation import ok
@@ -216,7 +216,7 @@ def test_the_setup_screen(snap_compare, what, size, monkeypatch):
     async def ready(pilot):
         for key in ("f5", *SHOWN[what]):
             await pilot.press(key)
-            await settled(pilot)
+            await at_rest(pilot)
 
     assert snap_compare(session.desk, terminal_size=size, run_before=ready)
     session.simulated.arm.close()

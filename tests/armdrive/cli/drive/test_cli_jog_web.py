@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import pytest
 from cli_calls import write_arm_file
 from served import Served
-from waiting import LONG_S, tried, until
+from waiting import LONG_S, tried, until, until_seen
 from watched_sim import Watch
 
 from armdrive.cli.drive import web_desk
@@ -247,6 +247,7 @@ def test_a_browser_opens_jogs_and_closes_a_desk(tmp_path):
         said = server.stdout.readline()
         address = said.partition(" at ")[2].strip()
         assert address.startswith(f"http://{HOST}:{port}/?key=")
+        until(lambda: _answers(port))
         asyncio.run(_browse(aiohttp, address, port))
     finally:
         server.send_signal(signal.SIGINT)
@@ -260,7 +261,6 @@ async def _browse(aiohttp, address, port):
     socket = f"http://{HOST}:{port}/ws?width=100&height=30"
     jar = aiohttp.CookieJar(unsafe=True)
     async with aiohttp.ClientSession(cookie_jar=jar) as browser:
-        await _reached(aiohttp, browser, address.partition("?")[0])
         async with browser.get(address.partition("?")[0]) as answer:
             assert answer.status == 403
         async with browser.get(address, headers={"Host": f"localhost:{port}"}) as answer:
@@ -285,22 +285,25 @@ async def _browse(aiohttp, address, port):
 
 async def _let_in(aiohttp, browser, socket, own):
     """Open the page again once the desk of the previous page has ended."""
-    while True:
+    pages = []
+
+    async def knock():
         try:
-            return await browser.ws_connect(socket, headers=own)
+            pages.append(await browser.ws_connect(socket, headers=own))
         except aiohttp.WSServerHandshakeError as error:
             if error.status != 409:
                 raise
-            await asyncio.sleep(0)
+
+    await until_seen(lambda: pages, knock)
+    return pages[0]
 
 
-async def _reached(aiohttp, browser, address):
-    while True:
-        try:
-            async with browser.get(address):
-                return
-        except aiohttp.ClientConnectorError:
-            await asyncio.sleep(0)
+def _answers(port):
+    try:
+        web_desk.socket.create_connection((HOST, port)).close()
+    except ConnectionRefusedError:
+        return False
+    return True
 
 
 async def _painted(page, words):

@@ -14,6 +14,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SHELL, SPELLINGS
 from armdrive.programs.shell import OWN_WORDS
+from armdrive.sim.world.table import PARTS
 from armdrive.status import State
 
 FETCH = """\
@@ -195,3 +196,8 @@ def test_input_that_is_no_text_is_refused(call, monkeypatch):
     stream = io.TextIOWrapper(io.BytesIO(b"ready\n\xff\xfe\n"), encoding="utf-8")
     monkeypatch.setattr(sys, "stdin", stream)
     assert "no text in UTF-8" in call("shell", code=2).err
+
+
+def test_the_table_of_words_lists_the_shells_own():
+    assert [word.name for word in SHELL] == list(OWN_WORDS)
+    assert f"put {PARTS}" in [word.pattern for word in SHELL]
