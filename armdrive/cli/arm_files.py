@@ -11,7 +11,7 @@ from typing import Any
 from armdrive.config.arm import read_arm_table
 from armdrive.connect.target import DEFAULT_TARGET, SIM, Target, find
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry.arm_files import arm_path, arm_paths
+from armdrive.registry.arm_files import ENDING, arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_text
@@ -34,11 +34,11 @@ class ArmText:
 def path_of(name: str) -> Path:
     """Return the file of an arm's name, or of a path. Raises `ArmFileError` if there is none."""
     path = arm_path(name)
-    if is_there(path) and path.is_file():
+    if is_there(path) or path.is_symlink():  # anything but a plain file is refused as it is read
         return path
     known = [each.stem for each in arm_paths()]
-    hint = suggestion(name, known)
-    there = f"there are {', '.join(known)}" if known else "there is none yet: armdrive config new"
+    hint = suggestion(name.removesuffix(ENDING), known)
+    there = f"known: {', '.join(known)}" if known else "there is none yet: armdrive config new"
     raise ArmFileError(f"no arm file is called {name!r} ({there}){hint}")
 
 

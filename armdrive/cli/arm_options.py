@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.options import add_json_option, count, positive
+from armdrive.cli.options import add_json_option, count, name, positive
 from armdrive.registry import DIALECTS
 
 
@@ -14,11 +14,11 @@ def add_arm_options(parser: argparse.ArgumentParser) -> None:
         "which arm", "Without one of these options, the default arm or the simulated TeachMover."
     )
     dialects = ", ".join(DIALECTS)
-    group.add_argument("--arm", metavar="NAME", help="an arm file, by name or path")
+    group.add_argument("--arm", metavar="NAME", type=name, help="an arm file, by name or path")
     group.add_argument(
         "--sim", metavar="DIALECT", choices=list(DIALECTS), help=f"a simulated arm: {dialects}"
     )
-    group.add_argument("--port", metavar="PORT", help="a serial port or a pyserial URL")
+    group.add_argument("--port", metavar="PORT", type=name, help="a serial port or a pyserial URL")
     group.add_argument(
         "--dialect",
         metavar="DIALECT",

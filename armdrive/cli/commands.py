@@ -117,6 +117,7 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
         "play": "armdrive run PROGRAM",
         "ready": "armdrive move --park",
         "reference": "armdrive home",
+        "setup": "armdrive config new",
         "simulate": "armdrive sim DIALECT",
         "teach record": "armdrive teach follow SEQUENCE",
         "zero": "armdrive home",

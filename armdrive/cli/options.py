@@ -150,6 +150,13 @@ def number(text: str) -> float:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
+def name(text: str) -> str:
+    """Return a name that is not empty: with an unset variable, `--arm "$ARM"` names no arm."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name is empty")
+    return text
+
+
 def positive(text: str) -> float:
     """Return a number above 0."""
     value = number(text)

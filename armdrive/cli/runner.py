@@ -13,7 +13,6 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
-from typing import NoReturn
 
 from armdrive.cli.commands import COMMANDS, INSTEAD
 from armdrive.cli.loading import load
@@ -134,10 +133,17 @@ def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
 
 @contextlib.contextmanager
 def _signals() -> Iterator[None]:
-    """Turn SIGTERM and SIGHUP into an exception, so that every `with` on the way stops its arm."""
+    """Turn SIGTERM and SIGHUP into an exception, so that every `with` on the way stops its arm.
 
-    def end(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
-        raise CommandEnded(number)
+    Only the first signal raises: a closed terminal sends several, and another exception would cut
+    short what stops the arm and closes its port.
+    """
+    ended: list[int] = []
+
+    def end(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
+        ended.append(number)
+        if len(ended) == 1:
+            raise CommandEnded(number)
 
     before = {}
     for name in ("SIGTERM", "SIGHUP"):

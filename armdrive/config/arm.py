@@ -44,7 +44,7 @@ from kinematics.errors import KinematicsError
 from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
-from kinematics.presets import ArmModel, ArmPreset, preset
+from kinematics.presets import ArmModel, preset
 from kinematics.spaces import Pose
 
 M = TypeVar("M", bound=ArmModel)
@@ -159,17 +159,19 @@ def read_arm_table(path: Path) -> dict[str, Any]:
 def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) -> ArmConfig | None:
     """Read the whole file and note every problem; return None if they leave no arm.
 
-    If the format, the model's name or the dialect is wrong, nothing else can be judged.
+    Of a file in another format nothing can be judged. Where the model or the dialect is unknown,
+    what depends on it is left out.
     """
     problems = table.problems
-    known = problems.attempt(lambda: _basics(table, find), None)
-    if known is None:
+    if not problems.attempt(lambda: _has_our_format(table), False):
         return None
-    preset_model, dialect = known
-    linked = preset_model is None
-    keys = LINKED_KEYS if linked else PRESET_KEYS
-    urdf = ("urdf",) if is_urdf(str(table.entries["model"])) else ()
-    table.allow([*keys, *urdf, dialect.name])
+    word = problems.attempt(lambda: _model_word(table), None)
+    linked = word is not None and is_model_file(word)
+    preset_model = None if word is None or linked else problems.attempt(lambda: preset(word), None)
+    known = problems.attempt(lambda: _dialect(table, find), None)
+    dialect = known or find(None)
+    if linked or preset_model:
+        table.allow(_keys(table, str(word), known))
     title = table.value("title", text, "")
     port = {"dialect": dialect.name, "baud": dialect.baud, "raise_dtr": dialect.raise_dtr}
     connection = table.table("connection").section(Connection, port) or Connection(dialect.name)
@@ -178,10 +180,10 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
     tool = table.table("tool").section(Tool)
     frames = read_frames(table.table("frames"))
     device = table.table(dialect.name).section(dialect.settings())
-    model: ArmModel | None
-    if preset_model is None:
+    model: ArmModel | None = None
+    if linked:
         model = problems.attempt(lambda: _described(table, folder, gripper), None)
-    else:
+    elif preset_model is not None:
         model = problems.attempt(lambda: corrected(preset_model, table), None)
     if model is None:
         read_posture(table, "park", has_yaw=True)
@@ -215,24 +217,38 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
     )
 
 
-def _basics(table: TomlTable, find: FindDialect) -> tuple[ArmPreset | None, DialectSection]:
-    """Return the preset (None for an arm with a model file) and the dialect.
-
-    Raises `ArmFileError`, and `KinematicsError` for an unknown preset.
-    """
+def _has_our_format(table: TomlTable) -> bool:
     require_format(table.entries)
+    return True
+
+
+def _model_word(table: TomlTable) -> str:
     word = table.entries.get("model")
     if not isinstance(word, str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
+    return word
+
+
+def _dialect(table: TomlTable, find: FindDialect) -> DialectSection:
     wiring = require_table(table.entries.get("connection", {}), "connection")
     spoken = wiring.get("dialect")
     if not isinstance(spoken, str | None):
         raise ArmFileError(f"connection.dialect must be text, not {spoken!r}")
     try:
-        dialect = find(spoken)
+        return find(spoken)
     except BadRequest as error:
         raise ArmFileError(f"connection.dialect: {error}") from None
-    return None if is_model_file(word) else preset(word), dialect
+
+
+def _keys(table: TomlTable, model: str, dialect: DialectSection | None) -> Iterator[str]:
+    """Yield the keys that a file with this model may have at its top."""
+    yield from LINKED_KEYS if is_model_file(model) else PRESET_KEYS
+    if is_urdf(model):
+        yield "urdf"
+    if dialect is not None:
+        yield dialect.name
+    else:  # any section may be the one of the dialect that was meant
+        yield from (key for key, value in table.entries.items() if isinstance(value, Mapping))
 
 
 def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:

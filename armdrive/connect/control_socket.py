@@ -7,6 +7,9 @@ only a stop acts before the next burst. storage/arm_lock.py decides which caller
 
 from __future__ import annotations
 
+import _thread
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -82,6 +85,31 @@ def serve(lock: ArmLock, arm: ControlledArm) -> None:
         arm.close()
         lock.release()
         raise
+
+
+def serve_stop(lock: ArmLock, doing: str) -> None:
+    """Let other programs stop this one, over the socket of its lock, as Ctrl-C does.
+
+    For a program that turns motors without a connected arm; `doing` says what it does. Raises
+    `StateFileError`.
+    """
+
+    def answers(words: Json) -> Iterator[Json]:
+        if words.get("request") != "stop":
+            yield {"error": f"the program that holds the arm {doing}: it can only be stopped"}
+            return
+        _interrupt_main_thread()
+        yield {"done": "stop"}
+
+    lock.serve(lambda words: (Answering.AT_ONCE, answers(words)))
+
+
+def _interrupt_main_thread() -> None:
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, signal.SIGINT)  # also ends its wait for a line or for the wire
+    else:
+        _thread.interrupt_main()
 
 
 def _watched(

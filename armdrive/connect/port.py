@@ -35,8 +35,8 @@ class PortOpening:
         self._ids: tuple[int, ...] = getattr(config.device, "frame_ids", own)
         if not (self._port or self._serial_number):
             raise PortUnavailable(
-                f'the arm file of {config.name} names no port: write port = "/dev/ttyUSB0", say, '
-                "or usb_serial, under [connection]"
+                f'the arm file of {config.name} names no port: write port (such as "/dev/ttyUSB0") '
+                "or usb_serial under [connection]"
             )
 
     def find(self) -> str:

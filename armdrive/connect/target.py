@@ -83,6 +83,8 @@ def _real_unless_forced(config: ArmConfig) -> Target:
 
 def simulated_config(name: str) -> ArmConfig:
     """Return the simulated arm of a dialect."""
+    if not name:
+        raise BadRequest(f"{SIM} names no arm: write {SIM}DIALECT, one of {', '.join(DIALECTS)}")
     row = dialect(name)
     wire = Connection(dialect=row.name, port="", baud=row.baud)
     config = preset_arm(row.preset, name=f"{SIM}{row.name}", connection=wire)

@@ -10,7 +10,7 @@ from typing import Any
 from armdrive.config.arm import ArmConfig, ConfigSource, read_arm, read_arm_table, unusable
 from armdrive.config.sections import Connection
 from armdrive.dialects.dialect import Dialect
-from armdrive.errors import ArmFileError
+from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DEFAULT, dialect
 from armdrive.storage import files as places
 from armdrive.text.toml import Problems, TomlTable, require_format
@@ -37,6 +37,18 @@ def _is_model(path: Path) -> bool:
 def arm_path(name: str) -> Path:
     """Return where an arm's file is, or would be written; a path is returned unchanged."""
     return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
+
+
+def require_name(name: str) -> None:
+    """Raise `BadRequest` unless a new arm file may have this name.
+
+    The name is also typed after options, and some file systems ignore case.
+    """
+    if places.file_name(name) != name or name.startswith("-"):
+        raise BadRequest(
+            f"{name!r} cannot name a file: use small letters, digits, - and _, and begin with a "
+            "letter or a digit"
+        )
 
 
 def _find(name: str | None) -> Dialect:

@@ -151,11 +151,16 @@ class SawSwitch(Enum):
 def switches_of(config: ArmConfig) -> tuple[WiredSwitch, ...]:
     """Return the switches of an arm. Raises `Refused` where its file counts on none."""
     device = config.device
-    if not (isinstance(device, HasLimits) and device.hard_limits):
+    if not isinstance(device, HasLimits):
+        raise Refused(
+            f"the controller of {config.name} ({config.connection.dialect}) has no limit switches "
+            "that armdrive can check"
+        )
+    if not device.hard_limits:
         raise Refused(
             f"the arm file of {config.name} does not say that its controller stops at limit "
-            "switches: write hard_limits = true into the section of its controller, and let "
-            "`armdrive doctor --mend` write the setting"
+            f"switches: write hard_limits = true under [{config.connection.dialect}], then run "
+            f"`armdrive doctor --arm {config.name} --mend`, which writes the board's setting"
         )
     transmission = config.model.transmission
     motors = () if transmission is None else transmission.motors

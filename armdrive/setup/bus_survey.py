@@ -127,7 +127,7 @@ def only_bus() -> str:
         return there[0]
     listed = f"there are {', '.join(there)}" if there else "the system knows no adapter"
     raise PortUnavailable(
-        f"which bus? {listed}: write it, --can slcan:/dev/ttyACM0?bitrate=500000 say; "
+        f"which bus? {listed}: name it, as in --can slcan:/dev/ttyACM0?bitrate=500000; "
         "`armdrive ports` lists adapters and what each needs"
     )
 

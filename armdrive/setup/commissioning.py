@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 from armdrive.dialects.bus.tools import (
     DriveAtHand,
@@ -17,6 +18,7 @@ from armdrive.dialects.bus.tools import (
 )
 from armdrive.dialects.controller import Controller
 from armdrive.dialog.conversation import About, Question, choice, number
+from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.setup.directions import AGAIN, NOTHING, OTHER, ArmMotion, ask_way
 from armdrive.setup.draft import ratio
 from armdrive.setup.plan import CommissioningPlan, Notes, Planned
@@ -33,6 +35,8 @@ from armdrive.tasks import (
     Timeout,
 )
 from kinematics.spaces import Motors
+
+T = TypeVar("T")
 
 # One motor is tried out in the arm: a small motion shows its direction and its gear.
 #
@@ -148,6 +152,8 @@ _UNCLEAR = {
 
 # The watchdog is tried: does a drive stop by itself if its bus falls silent while it moves?
 
+_SILENT = "stopped answering: check its supply and cable"
+
 TRIAL_S = 0.1
 """The watchdog's time while it is tried."""
 STILL_SHARE = 0.01
@@ -224,12 +230,13 @@ class MotorTrial:
             about = self.drive.amount / NUDGE
             if not self.dialog.agreed(
                 f"The motor turns the {self.drive.moves} by about {self.drive.shown(about)} and "
-                "back. A hand at the supply's switch. Now?",
-                "In pieces of a quarter of a second; Ctrl-C stops it. no leaves this motor out.",
+                "back. Keep a hand at the supply's switch. Now?",
+                "It turns in pieces of a quarter of a second, and Ctrl-C stops it. no leaves this "
+                "motor out.",
             ):
                 return 0.0
             trouble = self._turned(start, counts)
-            seen = "" if trouble else self._compared(about)
+            seen = "" if trouble else self._while_away(partial(self._compared, about))
             if self._brought_back(start, counts, trouble):
                 return 0.0
             if seen != MORE:
@@ -262,7 +269,7 @@ class MotorTrial:
         trouble = self._turned(start, counts)
         word, roll, measured = "", "", 0.0
         if not trouble:
-            word, roll, measured = self._asked()
+            word, roll, measured = self._while_away(self._asked)
             self.dialog.say("It goes back.")
         if self._brought_back(start, counts, trouble):
             return ""
@@ -280,8 +287,9 @@ class MotorTrial:
             return word, "", 0.0
         about = self.drive.amount
         far = Question(
-            f"How far did the {self.drive.moves} move, in {self.drive.unit}?",
-            "Measure it, or judge it by eye: within a fifth is good enough to find a wrong gear.",
+            f"How far did the {self.drive.moves} move, in {self.drive.unit_words}?",
+            "Measure it, or judge it by eye: an error of a fifth is small enough to find a wrong "
+            "gear.",
             number(0.001, MOST, self.drive.unit),
             f"{about:.2g}",
         )
@@ -306,6 +314,14 @@ class MotorTrial:
         trouble = self.motor.turn_to(start + counts, counts)
         self.dialog.person.look(moved=True)
         return trouble
+
+    def _while_away(self, ask: Callable[[], T]) -> T:
+        """Ask the person about a motor that is away from its start; say so if the person leaves."""
+        try:
+            return ask()
+        except BaseException:  # it is not turned back, since the person may have seen a danger
+            self.dialog.say(f"The {self.drive.name} motor was not turned back to where it began.")
+            raise
 
     def _brought_back(self, start: int, counts: int, trouble: str) -> bool:
         """Turn back to the start; return whether this or the last motion failed."""
@@ -332,16 +348,21 @@ class MotorTrial:
         if not self.motor.switch_on():
             return None
         start = self.motor.where()
-        if start is None or not at_hand.set_watchdog(TRIAL_S):
-            self.dialog.say("The drive refuses the watchdog's time.")
+        if start is None:
+            self.dialog.say(f"Drive {self.drive.node} {_SILENT}.")
             return False
-        way, at = self.motor.run_and_fall_silent(counts)
-        kept = at_hand.set_watchdog(at_hand.watchdog_s)
+        restored = False
+        try:
+            if not at_hand.set_watchdog(TRIAL_S):
+                self.dialog.say("The drive refuses the watchdog's time.")
+                return False
+            way, at = self.motor.run_and_fall_silent(counts)
+        finally:
+            restored = self._restore_watchdog(at_hand)
         self.motor.turn_to(start, counts)
-        if at is None or not kept:
-            self.dialog.say(
-                f"Drive {self.drive.node} stopped answering: check its supply and cable."
-            )
+        if at is None:
+            self.dialog.say(f"Drive {self.drive.node} {_SILENT}.")
+        if at is None or not restored:
             return False
         share = abs(at - start) / way
         if share < STILL_SHARE:
@@ -355,6 +376,25 @@ class MotorTrial:
             "last target, which armdrive keeps at most 0.3 s ahead."
         )
         return works
+
+    def _restore_watchdog(self, at_hand: DriveAtHand) -> bool:
+        """Set the drive's watchdog as it was before the trial; return whether it is.
+
+        Ctrl-C waits until this is done. If it cannot be done, the user is told.
+        """
+        restored = False
+        try:
+            with SignalsBetweenSteps():
+                restored = at_hand.set_watchdog(at_hand.watchdog_s)
+        finally:
+            if not restored:
+                self.dialog.say(
+                    f"The watchdog of drive {self.drive.node} may still be at "
+                    f"{TRIAL_S * 1000:.0f} ms, which stops the drive in the middle of motions. "
+                    "Check its supply and cable, then run "
+                    f"`armdrive can setup {self.arm}` again, which sets it back."
+                )
+        return restored
 
 
 @dataclass(frozen=True, slots=True)
@@ -440,12 +480,14 @@ def one(
     if noted.done and not again and at_hand.keeps_settings:
         dialog.say("It has its id and its settings: nothing to do.")
         return True
+    tried = bool(noted.way or noted.done) and not again
+    # if the user leaves in the middle, the next run has to look at this drive again
+    noted.done = False
     noted.current_ma = at_hand.settle()
     dialog.keep(notes)
     noted.calibrated = at_hand.calibrate()
     at_hand.offer_zero()
     motor = TriedMotor(dialog, plan.controller(at_hand.by_itself), plan.tools.counts_per_turn)
-    tried = bool(noted.way or noted.done) and not again
     trial = MotorTrial(dialog, plan.name, drive, motor, noted)
     tried = tried or trial.try_out()
     dialog.keep(notes)

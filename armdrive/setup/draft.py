@@ -47,7 +47,10 @@ def ratio(line: str) -> Ratio:
     turns = 1.0
     for part in line.replace("x", "*").replace(":", "/").split("*"):
         over, divided, under = part.partition("/")
-        top, bottom = plain_number(over), plain_number(under) if divided else 1.0
+        try:
+            top, bottom = plain_number(over), plain_number(under) if divided else 1.0
+        except WrongAnswer:
+            top = bottom = 0.0
         if top <= 0.0 or bottom <= 0.0:
             raise WrongAnswer(f"write a ratio like 20:1 or 60/16, not {line!r}")
         turns *= top / bottom

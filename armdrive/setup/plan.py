@@ -49,6 +49,11 @@ class Planned:
         """What one unit of the gear is."""
         return "a mm of the fingers" if self.unit == MM else "one turn of what its gear drives"
 
+    @property
+    def unit_words(self) -> str:
+        """The unit as a question names it."""
+        return "mm" if self.unit == MM else "degrees"
+
     def shown(self, amount: float) -> str:
         """Return an amount with its unit."""
         return f"{amount:.2g}{'' if self.unit == DEGREES else ' '}{self.unit}"

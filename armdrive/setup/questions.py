@@ -33,9 +33,9 @@ from armdrive.dialog.conversation import (
 )
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
+from armdrive.registry.arm_files import ENDING, require_name
 from armdrive.setup.draft import GRIPPER_MOTOR, Draft, as_typed, ratio, read_links
 from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
-from armdrive.storage.files import file_name
 from armdrive.text.toml import Rule, TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
 
@@ -244,12 +244,12 @@ _MOTORS = (
 
 
 def _name(line: str) -> str:
-    if not line or file_name(line) != line:
-        raise WrongAnswer(
-            f"{line!r} cannot name a file: use letters, digits, dots, dashes and underscores"
-        )
-    if line.endswith(".toml"):
-        raise WrongAnswer(f"the name without its ending: {line.removesuffix('.toml')}")
+    if line.endswith(ENDING):
+        raise WrongAnswer(f"the name without its ending: {line.removesuffix(ENDING)}")
+    try:
+        require_name(line)
+    except BadRequest as error:
+        raise WrongAnswer(str(error)) from None
     return line
 
 
@@ -360,6 +360,11 @@ def _motor_names(draft: Draft) -> tuple[str, ...]:
     return (*draft.motors, GRIPPER_MOTOR) if draft.stepped else draft.motors
 
 
+def _count(draft: Draft) -> int:
+    """Return the number of motors, with the gripper's."""
+    return len(_motor_names(draft))
+
+
 def _homes_itself(draft: Draft, own: bool) -> Entries:
     if not own or "homing" not in draft.device_fields:
         return ()
@@ -404,7 +409,7 @@ def device_row(key: str, why: str, gripper: str = "") -> ArmRow:
 
 
 def _axes(draft: Draft) -> Reader:
-    count = len(draft.motors) + draft.stepped
+    count = _count(draft)
 
     def read(line: str) -> str:
         letters = line.replace(" ", "").upper()
@@ -413,10 +418,6 @@ def _axes(draft: Draft) -> Reader:
         return letters
 
     return read
-
-
-def _count(draft: Draft) -> int:
-    return len(draft.motors) + draft.stepped
 
 
 def _nodes(draft: Draft) -> Reader:
@@ -632,7 +633,7 @@ ROWS = (
         "homing.groups", "Which motors home after which? (own: the controller's own order)",
         "By number: 3; 2; 1 4 5 homes motor 3, then 2, then 1, 4 and 5 together. Lift what could "
         "hit something first.",
-        lambda draft: groups(len(_motor_names(draft))), "own", when=_homes,
+        lambda draft: groups(_count(draft)), "own", when=_homes,
         place="homing.groups",
     ),
     ArmRow(
@@ -680,7 +681,7 @@ ROWS = (
         "device.axes", "Which axis of the board drives each motor, in the arm's order?",
         "One letter for each motor. If a plug is in another socket, change the letters' order.",
         _axes,
-        lambda draft, _one: str(draft.device_fields["axes"])[: len(draft.motors) + draft.stepped],
+        lambda draft, _one: str(draft.device_fields["axes"])[: _count(draft)],
         when=_has("axes"),
         place="{dialect}.axes",
     ),

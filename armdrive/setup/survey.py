@@ -74,7 +74,7 @@ def _differing(identity: Identity, expected: str) -> list[Finding]:
     return [
         problem(
             f"{expected} was expected, and {identity.dialect} answers",
-            f'say dialect = "{identity.dialect}" in the arm file (--dialect {identity.dialect}), '
+            f'write dialect = "{identity.dialect}" in the arm file (--dialect {identity.dialect}), '
             "or connect the other arm",
         )
     ]

@@ -332,6 +332,9 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
                     f"with `armdrive stop`"
                 ) from None
             self._locks.append(lock)
+            with contextlib.suppress(OSError):
+                # a program that was killed left it, and would be taken for the holder
+                notice_path(name, "holder").unlink(missing_ok=True)
 
     def serve(self, answerer: Answerer) -> None:
         """Answer other programs of the same user about this arm.

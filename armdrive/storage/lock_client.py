@@ -15,9 +15,10 @@ import struct
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, ArmInUse
 from armdrive.storage import files as places
-from armdrive.storage.files import DISK, is_ours
+from armdrive.storage.files import DISK, create_lock, is_ours
+from armdrive.text.reading import PRIVATE, is_there
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
@@ -149,7 +150,7 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
     """Connect to an arm's holder and hang up at the end; every failure becomes an `ArmError`."""
     notice = notice_of(name)
     if notice is None:
-        raise ArmError(f"no program holds {name}: nothing moves it from this computer")
+        raise _unserved(name)
     try:
         with called(str(notice["address"])) as connection:
             if not is_ours(connection.fileno()):
@@ -164,6 +165,35 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
         ) from None
     except (OSError, EOFError, ValueError) as error:
         raise ArmError(f"{holder_words(name)} cannot be asked: {error}") from None
+
+
+def _unserved(name: str) -> ArmError:
+    """Return the error for an arm whose holder, if it has one, has no socket."""
+    if _is_locked(name):
+        return ArmInUse(
+            f"{name} is held by a program that takes no requests: it is just connecting, or it "
+            "examines the arm. Stop that program with Ctrl-C, or the arm at its own switch"
+        )
+    return ArmError(f"no program holds {name}: nothing moves it from this computer")
+
+
+def _is_locked(name: str) -> bool:
+    """Return whether a program has an arm's lock; takes the lock for a moment to find out."""
+    from filelock import FileLock, Timeout
+
+    path = notice_path(name, "lock")
+    if not is_there(path):
+        return False
+    try:
+        create_lock(path)
+        lock = FileLock(path, mode=PRIVATE)
+        lock.acquire(timeout=0)
+        lock.release()
+    except Timeout:
+        return True
+    except OSError:  # no lock that this program could take either
+        return False
+    return False
 
 
 def _heard(name: str, connection: Connection[Any, Any], longer_s: float = 0.0) -> dict[str, Any]:

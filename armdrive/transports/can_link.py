@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import sys
 import threading
 import time
 from collections.abc import Iterable
@@ -95,6 +96,8 @@ class CanLink(Link):
         self._watch.ended.set()
         self._writer.join(CLOSING_S)
         self._reader.join(CLOSING_S)
+        if sys.is_finalizing():
+            return  # a thread that is started now never runs, and would be waited for without end
         closing = threading.Thread(target=self._shut_down, name="armdrive-can-end", daemon=True)
         closing.start()
         closing.join(CLOSING_S)
@@ -141,8 +144,8 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
         raise down
     if interface == "slcan" and found.channel and not _RATES & settings.keys():
         raise PortUnavailable(
-            f"{address} names no bit rate, and an slcan adapter has none of its own: write "
-            f"{found}?bitrate=500000"
+            f"{_name(found, {})} names no bit rate, and an slcan adapter has none of its own: "
+            f"write {_name(found, {})}?bitrate=500000"
         )
     if (
         interface == "socketcan" and address.ids

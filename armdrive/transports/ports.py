@@ -185,7 +185,7 @@ def device_of(serial_number: str, before: str = "") -> str:
         )
     numbers = [f"{info.serial_number} ({info.device})" for info in found if info.serial_number]
     raise NoSuchPort(
-        f"no port has the USB serial number {serial_number} (there are "
+        f"no port has the USB serial number {serial_number} (present: "
         f"{', '.join(numbers) or 'none with a number'}): plug the adapter in, or correct "
         "usb_serial; `armdrive ports` lists them"
     )
@@ -308,7 +308,7 @@ def owning_group(port: str) -> str | None:
 
 def _absent(port: str) -> str:
     found = ", ".join(device_names())
-    there = f"there are {found}" if found else "there is no serial port at all"
+    there = f"present: {found}" if found else "there is no serial port at all"
     return f"there is no port {port} ({there}): check the cable and the name"
 
 

@@ -17,6 +17,39 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a locked arm without a socket is said to be free",
+        promise="nothing is said to stand still that another program may move",
+        path="armdrive/storage/lock_client.py",
+        old="    except Timeout:\n        return True\n",
+        new="    except Timeout:\n        return False\n",
+        tests=tests_of(
+            "tests/armdrive/storage/test_holder.py",
+            "test_an_arm_that_is_locked_without_a_socket_is_not_said_to_be_free",
+        ),
+    ),
+    Mutant(
+        name="another program cannot stop the setting up of drives",
+        promise="stop goes first, from any process",
+        path="armdrive/connect/control_socket.py",
+        old="        _interrupt_main_thread()\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/storage/test_holder.py",
+            "test_a_program_without_a_connected_arm_is_stopped_as_by_ctrl_c",
+        ),
+    ),
+    Mutant(
+        name="a watchdog's trial that is cut short leaves its short time",
+        promise="a trial leaves a drive as it found it, or the user is told",
+        path="armdrive/setup/commissioning.py",
+        old="                restored = at_hand.set_watchdog(at_hand.watchdog_s)\n",
+        new="                restored = True\n",
+        tests=tests_of(
+            "tests/armdrive/setup/test_can_setup.py",
+            "test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user",
+        ),
+    ),
+    Mutant(
         name="another program's stop is ignored",
         promise="a stop comes in over the control socket",
         path="armdrive/connect/control_socket.py",

@@ -13,6 +13,7 @@ from armdrive.cli.options import (
     add_json_option,
     add_switches,
     count,
+    name,
     number,
 )
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
@@ -75,7 +76,7 @@ def _of_arm_file(switches: Mapping[str, str]) -> Declare:
     """Return what declares an action on one arm file."""
 
     def declare(parser: argparse.ArgumentParser) -> None:
-        parser.add_argument("name", metavar="NAME", help="an arm file, by name or path")
+        parser.add_argument("name", metavar="NAME", type=name, help="an arm file, by name or path")
         add_switches(parser, switches)
         add_json_option(parser)
 
@@ -163,8 +164,12 @@ def _can_monitor(parser: argparse.ArgumentParser) -> None:
       armdrive can monitor can:socketcan:can0 --protocol canopen
       armdrive can monitor --arm bench --seconds 10 --json
     """
-    parser.add_argument("port", nargs="?", metavar="PORT", help="can:INTERFACE:CHANNEL?...")
-    parser.add_argument("--arm", metavar="NAME", help="instead: the adapter of an arm file")
+    parser.add_argument(
+        "port", nargs="?", metavar="PORT", type=name, help="can:INTERFACE:CHANNEL?..."
+    )
+    parser.add_argument(
+        "--arm", metavar="NAME", type=name, help="instead: the adapter of an arm file"
+    )
     parser.add_argument(
         "--id", action="append", type=_node, default=[], metavar="ID", help="these ids alone"
     )
@@ -184,7 +189,7 @@ def _node(word: str) -> int:
     except ValueError:
         found = -1
     if found < 0:
-        raise argparse.ArgumentTypeError(f"an id is a number, 3 or 0x1F say, not {word!r}")
+        raise argparse.ArgumentTypeError(f"an id is a number such as 3 or 0x1F, not {word!r}")
     return found
 
 
@@ -210,7 +215,9 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
     """
     parser.epilog = f"{parser.epilog}\n{ADAPTERS}\n"
     parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
-    parser.add_argument("--port", help="the adapter, can:slcan:/dev/ttyACM0?bitrate=500000 say")
+    parser.add_argument(
+        "--port", type=name, help="the adapter, such as can:slcan:/dev/ttyACM0?bitrate=500000"
+    )
     add_switches(
         parser,
         {
@@ -276,8 +283,10 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
     Exit codes: 0 all is well, 1 there is a problem, 3 you did not agree to open the port, 4 the
     port cannot be opened, 6 no arm was recognised.
     """
-    parser.add_argument("port", nargs="?", metavar="PORT", help="a serial port or a pyserial URL")
-    parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
+    parser.add_argument(
+        "port", nargs="?", metavar="PORT", type=name, help="a serial port or a pyserial URL"
+    )
+    parser.add_argument("--arm", metavar="NAME", type=name, help="instead: the port of an arm file")
     parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
     parser.add_argument("--baud", type=count, help="try this baud rate alone")
     parser.add_argument(

@@ -14,11 +14,19 @@ from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
+from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import simulation_forced
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.registry.arm_files import arm_path, load_arm, parse_arm, preset_arm
+from armdrive.registry.arm_files import (
+    ENDING,
+    arm_path,
+    load_arm,
+    parse_arm,
+    preset_arm,
+    require_name,
+)
 from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
@@ -27,7 +35,6 @@ from armdrive.setup.dialog_runner import DialogClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
-from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.transports import opening, ports
 from armdrive.transports.address import is_can
@@ -65,9 +72,7 @@ def _config(name: str) -> ArmConfig:
     path = arm_path(name)
     if path.is_file():
         return load_arm(path)
-    word = path.stem if name.endswith(".toml") else name
-    if places.file_name(word) != word:
-        raise BadRequest(f"{name!r} cannot name a file: use small letters, digits, - and _")
+    require_name(name.removesuffix(ENDING))
     row = commissionable()[0]
     wire = Connection(dialect=row.name, port="", baud=row.baud)
     return preset_arm(row.preset, name=path.stem, connection=wire)
@@ -88,11 +93,12 @@ def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Na
 
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
-    """Open the adapter and lock the arm, so that no other armdrive uses its drives."""
+    """Open the adapter and lock the arm: other armdrive programs can only stop this one."""
     with (
-        hold(config.name, port),
+        hold(config.name, port) as lock,
         contextlib.closing(opening.open_link(port, config.connection.baud)) as link,
     ):
+        serve_stop(lock, "sets its drives up")
         yield link
 
 

@@ -11,9 +11,8 @@ from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import remarks_on
 from armdrive.config.write import complete
-from armdrive.connect.target import SIM
+from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry import dialect
 from armdrive.registry.arm_files import arm_paths, arm_problems, load_arm, parse_arm
 from armdrive.setup.arm_checks import limit_remarks
 from armdrive.setup.arm_view import arm_lines, arm_view
@@ -124,7 +123,7 @@ def set_default(options: argparse.Namespace) -> Result:
 def _require_usable(name: str) -> None:
     """Raise an error for an arm that cannot be used."""
     if name.startswith(SIM):
-        dialect(name.removeprefix(SIM))
+        simulated_config(name.removeprefix(SIM))
         return
     if name.endswith(".toml"):
         raise BadRequest(f"the name of an arm file, not its path: {name!r}")

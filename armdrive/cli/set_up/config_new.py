@@ -23,7 +23,7 @@ from armdrive.cli.terminal_person import posture_pictures
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import simulation_forced
-from armdrive.dialog.conversation import Dialog, DialogPerson, WrongAnswer
+from armdrive.dialog.conversation import Dialog, DialogPerson, Question, WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.registry.arm_files import arm_path, load_arm
 from armdrive.setup.arm_checks import (
@@ -43,7 +43,7 @@ from armdrive.setup.filing import FileProposal, after_writing, checked, propose,
 from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
-from armdrive.text.reading import read_toml
+from armdrive.text.reading import is_there, read_toml
 from kinematics.errors import did_you_mean
 
 GIVEN = ("name", "template", "port")
@@ -56,8 +56,8 @@ def new(options: argparse.Namespace) -> Result:
     silent = options.yes or options.answers is not None
     if as_json(options) and not silent:
         raise BadRequest("--json asks no questions: add --answers FILE or --yes")
-    if silent and not options.force and "name" in given:
-        _refuse_overwriting(given["name"])
+    if "name" in given and not options.force:
+        _note_existing(given["name"], silent=silent)
     draft = _interviewed(given, silent)
     if draft.get("signs") == "find":
         draft = _with_signs(draft, simulated=options.sim, alone=silent)
@@ -81,20 +81,26 @@ def _given(options: argparse.Namespace) -> dict[str, str]:
     return given | {key: value for key, value in typed.items() if value is not None}
 
 
-def _refuse_overwriting(name: str) -> None:
+def _note_existing(name: str, *, silent: bool) -> None:
+    """Say at once that an arm file would be overwritten; refuse that if the user is not asked."""
     path = arm_path(name)
-    if path.exists():
+    if not is_there(path):
+        return
+    if silent:
         raise BadRequest(f"{path} exists: --force overwrites it")
+    say(f"  {path} exists; it stays as it is unless you agree at the end to overwrite it")
 
 
 def _interviewed(given: dict[str, str], silent: bool) -> Draft:
     interview = Interview(surroundings(given))
     while (question := interview.question) is not None:
         if silent:
-            _take_default(interview, question.key)
+            _take_default(interview, question)
             continue
         try:
             ask(question, interview.answer)
+            if question.key == "name":
+                _note_existing(interview.draft.name, silent=silent)
         except Back:
             if interview.back() is None:
                 say("  this is the first question")
@@ -106,11 +112,16 @@ def _interviewed(given: dict[str, str], silent: bool) -> Draft:
     return interview.draft
 
 
-def _take_default(interview: Interview, key: str) -> None:
+def _take_default(interview: Interview, question: Question) -> None:
+    if question.default is None:
+        raise BadRequest(
+            f"{question.words!r} has no default: put the answer {question.key!r} into the file of "
+            "--answers" + (f", or add --{question.key}" if question.key == "template" else "")
+        )
     try:
         interview.answer("")
     except WrongAnswer as wrong:
-        raise BadRequest(f"the answer {key}: {wrong}") from None
+        raise BadRequest(f"the answer {question.key}: {wrong}") from None
 
 
 def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:

@@ -93,3 +93,32 @@ def test_forced_simulation_remembers_the_twin_apart_from_the_real_arm(call, monk
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     call("home", "--arm", "bench", code=0)
     assert arm_of(call("status", "--arm", "bench", "--json", code=0)) == "sim:bench"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("status", "--arm", ""),
+        ("status", "--port", "", "--dialect", "robko01"),
+        ("stop", "--arm", " "),
+        ("doctor", ""),
+        ("doctor", "--arm", ""),
+        ("config", "show", ""),
+        ("config", "signs", "", "--sim", "--yes"),
+        ("can", "monitor", ""),
+    ],
+)
+def test_an_unset_variable_names_no_arm_and_not_the_default_one(call, words):
+    assert "the name is empty" in call.refused(*words, code=2)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("watch", "--port", "sim:", "--dialect", "robko01"),
+        ("status", "--arm", "sim:"),
+        ("config", "set-default", "sim:"),
+    ],
+)
+def test_half_the_name_of_a_simulated_arm_is_refused_with_the_whole_one(call, words):
+    assert "write sim:DIALECT, one of teachmover, robko01" in call.refused(*words, code=2)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 
 import pytest
 
+from armdrive.cli import runner
 from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
 from armdrive.cli.drive import arguments as drive_arguments
 from armdrive.cli.loading import load
@@ -296,3 +298,12 @@ def test_a_closed_stream_is_no_traceback(call, tmp_path, closed):
     ended = subprocess.run(words, shell=True, capture_output=True, text=True, check=False)
     assert (ended.returncode, "Traceback" in ended.stderr) == (0, False), ended
     assert call("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(120, abs=0.5)
+
+
+def test_only_the_first_of_several_ending_signals_raises():
+    with runner._signals():
+        with pytest.raises(runner.CommandEnded):
+            signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)  # the terminal is closed while the arm is being stopped
+    with runner._signals(), pytest.raises(runner.CommandEnded):
+        signal.raise_signal(signal.SIGTERM)

@@ -56,6 +56,36 @@ def test_one_reading_names_the_problems_of_every_section(tmp_path):
     assert len(found) == len(wanted)
 
 
+@pytest.mark.parametrize(
+    ("model", "dialect", "unknown"),
+    [
+        ("minmover5", "grbl", ["minmover5"]),
+        ("minimover5", "grlb", ["no dialect is named 'grlb'"]),
+        ("minmover5", "grlb", ["minmover5", "no dialect is named 'grlb'"]),
+    ],
+)
+def test_an_unknown_model_or_dialect_hides_no_other_problem(tmp_path, model, dialect, unknown):
+    text = f"""
+        model = "{model}"
+        title = 3
+        tittle = "x"
+        [connection]
+        dialect = "{dialect}"
+        baud = 10
+        [motion]
+        jog_burst_s = 9
+        [grbl]
+        unit = "steps"
+        """
+    found = problems_of(text, tmp_path)
+    wanted = [*unknown, "title must be text", "connection.baud", "motion.jog_burst_s"]
+    if model == "minimover5":  # the keys at the top depend on the model
+        wanted.append("unknown key 'tittle'")
+    for place in wanted:
+        assert any(place in sentence for sentence in found), place
+    assert len(found) == len(wanted)
+
+
 LINKED = """\
 model = "six.toml"
 [connection]

@@ -45,7 +45,7 @@ class TestFinding:
     def test_an_adapter_that_is_not_there_is_named_with_those_that_are(self, plugged):
         plugged["/dev/ttyUSB7"] = "OTHER"
         plugged["/dev/ttyS0"] = None
-        with pytest.raises(NoSuchPort, match=rf"{NUMBER} \(there are OTHER \(/dev/ttyUSB7\)\)"):
+        with pytest.raises(NoSuchPort, match=rf"{NUMBER} \(present: OTHER \(/dev/ttyUSB7\)\)"):
             ports.device_of(NUMBER)
         plugged.clear()
         with pytest.raises(NoSuchPort, match="none with a number"):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import tomllib
+from dataclasses import replace
+from functools import partial
 
 import pytest
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
@@ -13,6 +16,7 @@ from armdrive.dialog.conversation import About
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import parse_arm
 from armdrive.setup.commissioning import TriedMotor, together
+from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.directions import NOTHING, OTHER
 from armdrive.setup.filing import commissioned, new_text, signs_of
 from armdrive.setup.plan import Notes, plan_of
@@ -195,6 +199,15 @@ def test_left_in_the_middle_and_taken_up_again_it_goes_on_there():
     assert bench.one()
     assert "its settings: nothing to do" in bench.person.text
     assert bench.codes() <= READING
+
+
+@pytest.mark.parametrize("question", ["Was that about", "Which way did it go?", "How far did"])
+def test_leaving_while_a_motor_is_away_says_that_it_was_not_turned_back(question):
+    bench = Bench()
+    bench.person.says[question] = leaves
+    with pytest.raises(Leaves):
+        bench.one()
+    assert bench.person.heard[-1] == "The shoulder motor was not turned back to where it began."
 
 
 def test_what_was_done_before_is_said_at_the_beginning():
@@ -495,3 +508,58 @@ def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
     bench.one()
     assert "The watchdog did not stop it." in bench.person.text
     assert bench.kept["shoulder"].watchdog is False
+
+
+class AlarmClock(DialogClock):
+    """Does `alarm` at the wait that `left` counts down to."""
+
+    left = -1
+
+    def sleep(self, link, until_s):
+        self.left -= 1
+        if self.left == 0:
+            self.alarm()
+        super().sleep(link, until_s)
+
+    def begin(self, waits):
+        self.left = waits
+        return "yes"
+
+
+def interrupt(_bench):
+    raise KeyboardInterrupt
+
+
+def unplug(bench):
+    bench.board.drives.plug(1, False)
+
+
+@pytest.fixture(scope="module")
+def untried():
+    """Return the notes about a shoulder of which only the watchdog was not tried."""
+    bench = Bench()
+    bench.person.says["Try the watchdog?"] = "no"
+    bench.one()
+    return replace(bench.kept["shoulder"], done=False)
+
+
+@pytest.mark.parametrize("trouble", [interrupt, unplug])
+def test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user(untried, trouble):
+    shortened, told = 0, 0
+    for waits in range(1, 70, 3):
+        bench = Bench(factory=False)
+        bench.board.drives.plug(1, True)
+        bench.kept["shoulder"] = replace(untried)
+        clock = bench.clock = AlarmClock()
+        clock.alarm = partial(trouble, bench)
+        bench.person.says["Try the watchdog?"] = partial(clock.begin, waits)
+        with contextlib.suppress(KeyboardInterrupt):
+            bench.one()
+        if (2, SilenceWatchdog(100)) in bench.said:
+            shortened += not bench.kept["shoulder"].watchdog
+            is_told = "The watchdog of drive 2 may still be at 100 ms" in bench.person.text
+            is_set = bench.board.nodes[1].flash.of(SilenceWatchdog) == SilenceWatchdog(500)
+            assert is_set or is_told
+            told += is_told
+    assert shortened > 5
+    assert bool(told) is (trouble is unplug)

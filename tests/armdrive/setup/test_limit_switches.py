@@ -12,6 +12,7 @@ from grbl_arm import config, found, ready
 from armdrive import Arm
 from armdrive.cli.set_up import config_new
 from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.dialog.conversation import Dialog
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
@@ -107,8 +108,10 @@ def test_all_have_to_work_but_those_that_are_not_there():
 
 
 def test_an_arm_that_counts_on_no_switches_is_refused():
-    with pytest.raises(Refused, match="hard_limits = true"):
+    with pytest.raises(Refused, match=r"hard_limits = true under \[grbl\], .* --arm \S+ --mend"):
         switches_of(config())
+    with pytest.raises(Refused, match=r"\(teachmover\) has no limit switches"):
+        switches_of(simulated_config("teachmover"))
 
 
 def test_a_board_without_the_setting_is_to_be_mended_first():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import pytest
 from waiting import LONG_S, looks, returns, soon
 
 from armdrive import Arm
-from armdrive.connect.control_socket import REQUESTS, serve
+from armdrive.connect.control_socket import REQUESTS, serve, serve_stop
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
@@ -48,6 +49,45 @@ def test_a_held_arm_is_refused_to_others_by_each_of_its_names(holding):
     for name in ("bench", "/dev/ttyUSB0"):
         with pytest.raises(ArmInUse, match=f"{name} is held by the program .*{os.getpid()}"):
             hold(name)
+
+
+def test_an_arm_that_is_locked_without_a_socket_is_not_said_to_be_free():
+    with hold("bench", "/dev/ttyUSB0"):
+        for name in ("bench", "/dev/ttyUSB0"):
+            with pytest.raises(ArmInUse, match=f"{name} is held by a program that takes no req"):
+                ask_holder(name, "stop")
+    with pytest.raises(ArmError, match="no program holds bench: nothing moves it"):
+        ask_holder("bench", "stop")
+    assert not holder.notice_path("never", "lock").exists()
+    with pytest.raises(ArmError, match="no program holds never"):
+        ask_holder("never", "stop")
+    assert not holder.notice_path("never", "lock").exists()
+
+
+def test_the_next_holder_is_not_taken_for_one_that_was_killed():
+    notice = {"arm": "bench", "pid": 1, "program": "dead", "address": "/nowhere"}
+    path = holder.notice_path("bench", "holder")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(notice))
+    with hold("bench"), pytest.raises(ArmInUse, match="takes no requests"):
+        ask_holder("bench", "stop")
+
+
+def test_a_program_without_a_connected_arm_is_stopped_as_by_ctrl_c():
+    interrupted = threading.Event()
+    before = signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    try:
+        with hold("bench") as lock:
+            serve_stop(lock, "sets its drives up")
+            for request in ("status", "pause", "no such thing"):
+                said = ask_holder("bench", request)
+                assert said == {"error": said["error"]}
+                assert "sets its drives up: it can only be stopped" in said["error"]
+            assert not interrupted.is_set()
+            assert ask_holder("bench", "stop") == {"done": "stop"}
+            assert interrupted.is_set()  # the signal was sent before the answer
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_refused_holder_leaves_none_of_the_names_locked(holding):

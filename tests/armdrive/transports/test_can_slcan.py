@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import subprocess
 import sys
 import threading
@@ -54,6 +55,16 @@ def test_frames_pass_and_are_answered(served, opened):
     opened.write(b"".join(map(pack, sent)), 0.0)
     assert frames_of(opened, 9) == [Frame(each.can_id + 1, each.data) for each in sent]
     assert (opened.health.heard, opened.health.refused) == (9, 0)
+
+
+def test_closing_while_the_interpreter_ends_starts_no_thread(opened, monkeypatch):
+    started = []
+    monkeypatch.setattr(sys, "is_finalizing", lambda: True)
+    monkeypatch.setattr(threading.Thread, "start", started.append)
+    opened.close()
+    monkeypatch.undo()
+    assert not started
+    opened._shut_down()
 
 
 def test_any_user_of_python_can_can_open_it(served):
@@ -126,8 +137,11 @@ class TestOpening:
             open_link("can:slcan:/dev/no-such-adapter?bitrate=500000", 0)
         with pytest.raises(PortUnavailable, match="choose one of"):
             open_link(f"can:slcan:{served.server.address}?bitrate=123", 0)
-        with pytest.raises(PortUnavailable, match="names no bit rate"):
-            open_link(f"can:slcan:{served.server.address}", 0)
+        plain = f"can:slcan:{served.server.address}"
+        for options in ("", "?listen_only=true", "?ids=1,2"):
+            wanted = re.escape(f"{plain} names no bit rate") + f".*{re.escape(plain)}[?]bitrate"
+            with pytest.raises(PortUnavailable, match=wanted):
+                open_link(f"{plain}{options}", 0)
         with pytest.raises(PortUnavailable, match="names no channel"):
             open_link("can:slcan:?bitrate=500000", 0)
 

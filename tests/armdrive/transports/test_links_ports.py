@@ -96,7 +96,7 @@ def test_a_missing_port_is_met_with_those_that_are_there(adapter):
     missing = "/dev/ttyUSB77"
     with pytest.raises(NoSuchPort, match="check the cable and the name") as error:
         SerialLink(missing, 9600)
-    assert f"there are {adapter[1]}, {adapter[0]}" in str(error.value)
+    assert f"present: {adapter[1]}, {adapter[0]}" in str(error.value)
 
 
 def test_a_computer_without_ports_says_so(monkeypatch):

@@ -19,6 +19,7 @@ from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.plan import plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
+from armdrive.storage.lock_client import ask_holder
 
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
 
@@ -48,9 +49,11 @@ def drives(monkeypatch):
     person = SimulatedPerson(twin, print)
     person.unplug_all(len(plan_of(config).drives))
     answer = person.answer
-    seen = SimpleNamespace(link=link, mounted={1, 2})
+    seen = SimpleNamespace(link=link, mounted={1, 2}, on_mounted=None)
 
     def told(asked):
+        if asked.about is About.MOUNTED and seen.on_mounted is not None:
+            return seen.on_mounted(asked)
         if asked.about is About.MOUNTED and asked.motor not in seen.mounted:
             return asked.question.read("no")  # as if the rest of the arm were not there yet
         return answer(asked)
@@ -184,3 +187,19 @@ def test_an_interview_about_drives_that_count_by_their_encoder_asks_for_no_micro
     pulses = tomllib.loads((places.arm_files() / "seven.toml").read_text())
     for drive, motor in zip(table["motors"], pulses["motors"], strict=False):
         assert drive["steps_per_turn"] == pytest.approx(motor["steps_per_turn"] * 16384 / 3200)
+
+
+def test_another_program_can_stop_a_setup(call, drives, monkeypatch):
+    type_in(monkeypatch)
+    said = []
+
+    def stop(asked):
+        said.append(ask_holder("bench", "status")["error"])
+        ask_holder("bench", "stop")
+        return asked.question.read("yes")
+
+    drives.on_mounted = stop
+    called = call("can", "setup", "bench", "--port", PORT, code=130)
+    assert "sets its drives up" in said[0]
+    assert "interrupted" in called.err
+    assert not (places.arm_files() / "bench.toml").exists()

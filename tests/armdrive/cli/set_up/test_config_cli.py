@@ -9,6 +9,7 @@ from chain_files import NAMES, shown_files, six_arm, six_links
 from cli_calls import write_arm_file
 
 from armdrive.registry.arm_files import load_arm, parse_arm
+from armdrive.storage import files as places
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 
@@ -124,6 +125,17 @@ def test_all_problems_are_reported_at_once(call):
         assert sum(key in problem for problem in said["problems"]) == 1, key
     assert len(said["problems"]) == 6
     assert "6 problems" in call("config", "check", code=2).out
+
+
+def test_what_is_no_file_is_said_as_in_the_list(call):
+    write_arm_file("bench", PLAIN)
+    folder = places.arm_files()
+    (folder / "folder.toml").mkdir()
+    (folder / "dangling.toml").symlink_to("nowhere")
+    said = call("config", "check", code=2).out
+    assert f"{folder / 'folder.toml'} cannot be read: it is no plain file" in said
+    assert f"{folder / 'dangling.toml'} cannot be read: No such file" in said
+    assert "did you mean 'bench'" in call.refused("config", "show", "benhc.toml", code=2)
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,30 @@ def test_a_wrong_answer_is_named_and_asked_again(call, typing):
     assert "connection.baud must be from 50 to 4000000, not 7" in said.out
 
 
+@pytest.mark.parametrize("name", ["Lab", "a.b", "-x", "../x"])
+def test_a_name_that_commands_or_file_systems_could_misread_is_refused(call, name):
+    words = ("config", "new", "--template", "teachmover", "--yes", "--", name)
+    assert "begin with a letter or a digit" in call.refused(*words, code=2)
+    assert not written()
+
+
+def test_an_arm_file_of_that_name_is_mentioned_before_the_questions(call, typing):
+    path = write_arm_file("bench", PLAIN)
+    for lines, words in ((("bench", "teachmover"), ()), (("teachmover",), ("bench",))):
+        typing(*lines)
+        called = call("config", "new", *words, code=2)
+        assert called.out.index(f"{path} exists") < called.out.index("Which template")
+    assert path.read_text() == PLAIN
+
+
+def test_a_question_without_a_default_is_named_with_its_key(call):
+    said = call.refused("config", "new", "bench", "--yes", code=2)
+    assert "'Which template does it begin from?' has no default" in said
+    assert "--template" in said
+    said = call.refused("config", "new", "bench", "--yes", "--template", "own", code=2)
+    assert "put the answer 'links.file' into the file of --answers" in said
+
+
 def test_answers_that_end_too_early_leave_nothing_behind(call, typing):
     typing("bench", "teachmover")
     assert "A title?" in call("config", "new", code=2).err
