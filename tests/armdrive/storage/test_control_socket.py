@@ -152,19 +152,20 @@ def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(arm, m
 @posix
 def test_a_caller_that_drips_bytes_is_disconnected_after_its_time(arm, monkeypatch):
     """The timeout starts with the call and does not restart with each byte."""
-    now, asked = [1000.0], threading.Event()
+    now, admitted, caller_of = [1000.0], threading.Event(), arm_lock._Caller
 
-    def monotonic():
-        asked.set()
-        return now[0]
+    def admit(*args):
+        admitted.set()
+        return caller_of(*args)
 
-    monkeypatch.setattr(arm_lock, "monotonic", monotonic)
+    monkeypatch.setattr(arm_lock, "monotonic", lambda: now[0])
+    monkeypatch.setattr(arm_lock, "_Caller", admit)
     holding = hold("bench")
     serve(holding, arm)
     data = struct.pack("!i", 20) + b'{"request": "pause"}'
     try:
         with called(notice_of("bench")["address"]) as connection:
-            assert asked.wait(SOON_S)
+            assert admitted.wait(SOON_S)
             with contextlib.suppress(OSError):  # hung up on before it is through
                 for byte in data[:-1]:
                     now[0] += 0.2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import threading
 import time
@@ -37,7 +38,8 @@ class Served:
                 self.server.write(self._line.receive(now_s))
                 pause_s = max(self._line.next_s() - time.monotonic(), 0.0)
                 files = self.server.filenos()
-            self._bell.wait(min(pause_s, 0.02), *files)
+            with contextlib.suppress(OSError):  # it was unplugged meanwhile
+                self._bell.wait(min(pause_s, 0.02), *files)
 
     def unplug(self) -> None:
         with self._lock:

@@ -133,7 +133,7 @@ def test_what_is_no_file_is_said_as_in_the_list(call):
     (folder / "folder.toml").mkdir()
     (folder / "dangling.toml").symlink_to("nowhere")
     said = call("config", "check", code=2).out
-    assert f"{folder / 'folder.toml'} cannot be read: it is no plain file" in said
+    assert f"{folder / 'folder.toml'} cannot be read: it is not a regular file" in said
     assert f"{folder / 'dangling.toml'} cannot be read: No such file" in said
     assert "did you mean 'bench'" in call.refused("config", "show", "benhc.toml", code=2)
 
