@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from desk_planner import at_rest
 from pages import PAGES
 
 ROOT = Path(__file__).parents[2]
@@ -43,6 +44,11 @@ def words(svg):
         rows.setdefault(float(text.get("y")), []).append((float(text.get("x")), text.text or ""))
     lines = (" ".join(each for _, each in sorted(row)) for _, row in sorted(rows.items()))
     return re.sub(r"\s+", " ", "\n".join(lines).replace("\xa0", " "))
+
+
+@pytest.fixture(autouse=True)
+def _wait_as_in_other_tests(monkeypatch):
+    monkeypatch.setattr(screenshots, "settle", at_rest)
 
 
 @cache
