@@ -346,4 +346,4 @@ def _turns(now: SdoResult, before: SdoResult) -> bool:
     """Return whether a drive holds its motor and turns; a sagging arm is found later."""
     state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
     way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
-    return state is not None and state.holds and abs(way) > now.drive.tremble
+    return state is not None and state.holds and abs(way) > now.drive.shaft.bounds.tremble

@@ -68,13 +68,9 @@ FAULTS = (canopen.DriveState.FAULT, canopen.DriveState.FAULT_REACTION)
 
 @dataclass(slots=True, eq=False)
 class Cia402Drive:
-    """One drive: its last report, and its shaft as the observer judges it. Seconds.
-
-    At rest its position may vary by `tremble` increments, like that of any position loop.
-    """
+    """One drive: its last report, and its shaft as the observer judges it. Seconds."""
 
     shaft: ObservedDrive
-    tremble: int
     word: canopen.Statusword | None = None
     state: canopen.DriveState | None = None
     """Its last state; None if that is unknown."""
@@ -133,7 +129,8 @@ class Cia402Drive:
         self.mode, self.missed = report.mode, 0
         self.shaft.read(report.position, now_s)
         self.network = canopen.NodeState.OPERATIONAL  # no other state sends PDOs
-        if abs(report.position - self.still_at) > self.tremble or math.isinf(self.still_s):
+        turned = abs(report.position - self.still_at) > self.shaft.bounds.tremble
+        if turned or math.isinf(self.still_s):
             self.still_at, self.still_s = report.position, now_s
 
     def stands(self, since_s: float, for_s: float) -> bool:
@@ -203,9 +200,9 @@ class DriveGroup:
     ) -> None:
         self._io = io
         self._settings = settings
-        tremble, bounds = settings.rest_window // 4 + 1, settings.bounds
+        bounds = settings.bounds
         self.drives = tuple(
-            Cia402Drive(ObservedDrive(node, name, bounds), tremble)
+            Cia402Drive(ObservedDrive(node, name, bounds))
             for node, name in zip(settings.ids, names, strict=True)
         )
         self.by_node = {drive.node: drive for drive in self.drives}
