@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from armdrive.errors.printable import printable_lines, shortened
+from armdrive.errors.printable import printable_lines, reason_of, shortened
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 
@@ -43,7 +43,7 @@ def _written(error: BaseException) -> str:
     try:
         replace_file(path, _details(error))
     except (OSError, ValueError) as refusal:
-        reason = getattr(refusal, "strerror", None) or refusal
+        reason = reason_of(refusal)
         return (
             f"The details could not be written to {path} ({reason}): "
             "ARMDRIVE_TRACEBACK=1 shows them"

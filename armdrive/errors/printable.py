@@ -49,6 +49,11 @@ def shortened(line: str, most: int = LONGEST_LINE) -> str:
     return f"{line[: most - end - len(ELLIPSIS)]}{ELLIPSIS}{line[-end:]}"
 
 
+def reason_of(error: object) -> str:
+    """Return why something failed, in the system's words where it has some, without its number."""
+    return str(getattr(error, "strerror", None) or error)
+
+
 def encodable(text: str, encoding: str | None) -> str:
     """Return text that a stream of this encoding can write, with escapes for the rest."""
     known = encoding or "utf-8"

@@ -17,6 +17,7 @@ from typing import Any, cast
 
 from armdrive.arm import Arm
 from armdrive.errors import ArmError, Refused, StateFileError
+from armdrive.errors.printable import reason_of
 from armdrive.motion.preview import postures_along
 from armdrive.motion.resolve import prepare
 from armdrive.moves import GraspMove, MoveSequence, SingleMove
@@ -131,7 +132,7 @@ class Journal:
             raise StateFileError(
                 f"the program could not be resumed after an interruption, so nothing moves: "
                 f"{self.path} cannot be written "
-                f"({error.strerror or error})"
+                f"({reason_of(error)})"
             ) from None
 
 
@@ -162,9 +163,7 @@ def interrupted(arm: str) -> JournalEntry:
     except FileNotFoundError:
         raise Refused(f"no program of {arm} was interrupted: there is nothing to resume") from None
     except OSError as error:
-        raise StateFileError(
-            f"the journal {path} cannot be read: {error.strerror or error}"
-        ) from None
+        raise StateFileError(f"the journal {path} cannot be read: {reason_of(error)}") from None
     except (ValueError, KeyError, RecursionError) as error:
         raise StateFileError(
             f"the journal {path} is damaged ({error}): delete it, and start the program again"
@@ -232,7 +231,7 @@ def _removed(path: Path) -> None:
         remove_durably(DISK, path)
     except OSError as error:
         raise StateFileError(
-            f"the program has ended, but {path} cannot be removed ({error.strerror or error}): "
+            f"the program has ended, but {path} cannot be removed ({reason_of(error)}): "
             "remove it, or the program could be resumed once more"
         ) from None
 

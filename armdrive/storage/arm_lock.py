@@ -30,8 +30,9 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import ArmInUse, StateFileError
+from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
-from armdrive.storage.files import create_lock, is_ours, is_private, replace_file
+from armdrive.storage.files import is_ours, is_private, replace_file
 from armdrive.storage.lock_client import (
     AGAIN,
     PATIENCE_S,
@@ -39,6 +40,7 @@ from armdrive.storage.lock_client import (
     holder_words,
     knock,
     notice_path,
+    try_lock,
 )
 from armdrive.text.reading import PRIVATE
 
@@ -312,25 +314,19 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
             self.release()
             raise StateFileError(
                 f"no arm can be locked, because {places.states()} is not writable "
-                f"({error.strerror or error}): make it writable, or set ARMDRIVE_HOME to a "
+                f"({reason_of(error)}): make it writable, or set ARMDRIVE_HOME to a "
                 "writable folder"
             ) from None
 
     def _take_all(self) -> None:
-        from filelock import FileLock, Timeout
-
         for name in self._names:
-            path = notice_path(name, "lock")
-            create_lock(path)  # filelock opens whatever is there; older versions follow a link
-            lock = FileLock(path, mode=PRIVATE)
-            try:
-                lock.acquire(timeout=0)
-            except Timeout:
+            lock = try_lock(name)
+            if lock is None:
                 self.release()
                 raise ArmInUse(
                     f"{name} is held by {holder_words(name)}: end that program, or stop the arm "
                     f"with `armdrive stop`"
-                ) from None
+                )
             self._locks.append(lock)
             with contextlib.suppress(OSError):
                 # a program that was killed left it, and would be taken for the holder
@@ -348,7 +344,7 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
             raise StateFileError(
                 f"other programs could not find the holder of {self._names[0]}: "
                 f"{notice_path(self._names[0], 'holder')} cannot be written "
-                f"({error.strerror or error}); free disk space, or make the folder writable"
+                f"({reason_of(error)}); free disk space, or make the folder writable"
             ) from None
 
     def _listen(self, answerer: Answerer) -> None:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
     from multiprocessing.connection import Connection
 
+    from filelock import FileLock
+
 
 # Where the holder of an arm keeps its lock, its socket and its notice.
 
@@ -37,6 +39,20 @@ def notice_path(name: str, ending: str) -> Path:
     """Return the path of an arm's file; all links to one port share a file."""
     name = os.path.realpath(name) if name.startswith("/") else name
     return places.states() / f"{places.file_name(name)}.{ending}"
+
+
+def try_lock(name: str) -> FileLock | None:
+    """Take an arm's lock; None if another program has it. Raises `OSError`."""
+    from filelock import FileLock, Timeout
+
+    path = notice_path(name, "lock")
+    create_lock(path)  # filelock opens whatever is there; older versions follow a link
+    lock = FileLock(path, mode=PRIVATE)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        return None
+    return lock
 
 
 def address_of(name: str) -> str:
@@ -179,20 +195,15 @@ def _unserved(name: str) -> ArmError:
 
 def _is_locked(name: str) -> bool:
     """Return whether a program has an arm's lock; takes the lock for a moment to find out."""
-    from filelock import FileLock, Timeout
-
-    path = notice_path(name, "lock")
-    if not is_there(path):
+    if not is_there(notice_path(name, "lock")):
         return False
     try:
-        create_lock(path)
-        lock = FileLock(path, mode=PRIVATE)
-        lock.acquire(timeout=0)
-        lock.release()
-    except Timeout:
-        return True
+        lock = try_lock(name)
     except OSError:  # no lock that this program could take either
         return False
+    if lock is None:
+        return True
+    lock.release()
     return False
 
 

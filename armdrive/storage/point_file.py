@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
 from armdrive.errors.arguments import BASIC, Rule, checked_calls, made_of
+from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
 from armdrive.storage.points import (
@@ -263,7 +264,7 @@ class Points(MutableMapping[str, Point]):
         except FileNotFoundError:
             return b""
         except OSError as error:
-            why = error.strerror or error
+            why = reason_of(error)
             raise PointsFileError(f"{self.path} cannot be read: {why}") from None
         if len(data) > LARGEST_BYTES:  # writing back a truncated file would lose points
             raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
@@ -285,7 +286,7 @@ class Points(MutableMapping[str, Point]):
             except NotWanted:
                 continue
             except OSError as error:
-                why = error.strerror or error
+                why = reason_of(error)
                 raise PointsFileError(f"{self.path} cannot be written: {why}") from None
             return
         raise PointsChanged(f"{self.path} is being written by another program: try again")

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from armdrive.errors import StateFileError
+from armdrive.errors.printable import reason_of
 from armdrive.status import Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import (
@@ -203,7 +204,7 @@ class FileRecorder:
             return None
         except OSError as error:
             raise StateFileError(
-                f"the state file {self.path} cannot be read: {error.strerror or error}"
+                f"the state file {self.path} cannot be read: {reason_of(error)}"
             ) from None
         try:
             record = from_text(text)
@@ -353,7 +354,7 @@ class RecordWriter:
 
     def _failed(self, record: Record, error: Exception) -> str:
         """Remove the old record from the disk if the next program would wrongly restore it."""
-        words = getattr(error, "strerror", None) or str(error)
+        words = reason_of(error)
         if self._refused or any(_misleads(one, record) for one in self._left):
             try:
                 self._recorder.remove()

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from armdrive.errors import ArmError
+from armdrive.errors.printable import reason_of
 
 # Opening a file that may be anything, or may have been put there by another user.
 
@@ -152,7 +153,7 @@ def read_bytes(
     try:
         data = read(path, most_bytes + 1)
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL or a lone surrogate
-        reason = getattr(error, "strerror", None) or error
+        reason = reason_of(error)
         raise failure(f"{what} {path} cannot be read: {reason}") from None
     if len(data) > most_bytes:
         raise failure(f"{what} {path} is larger than the limit of {most_bytes} bytes")

@@ -24,6 +24,7 @@ from armdrive.errors import (
     PortInUse,
     PortUnavailable,
 )
+from armdrive.errors.printable import reason_of
 from armdrive.transports.address import CanAddress, is_can
 from kinematics.errors import suggestion
 
@@ -539,7 +540,7 @@ def number_of(error: BaseException) -> int | None:
 def gone_words(error: BaseException) -> str:
     """Describe an adapter that has gone or an interface that went down; empty for other errors."""
     cause = error.__cause__ or error
-    why = str(getattr(cause, "strerror", None) or cause)
+    why = reason_of(cause)
     if number_of(error) not in _GONE and "disconnected" not in why:
         return ""
     return f"its adapter has gone, or its interface is down ({why})"

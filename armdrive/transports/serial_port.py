@@ -13,6 +13,7 @@ import warnings
 from typing import TYPE_CHECKING
 
 from armdrive.errors import LinkLost, PortUnavailable
+from armdrive.errors.printable import reason_of
 from armdrive.transports.address import TCP_SCHEMES, host_and_port, scheme
 from armdrive.transports.link import Bell, Link
 from armdrive.transports.ports import no_connection, refusal
@@ -145,7 +146,7 @@ class SerialLink(Link):
 
     def _lost(self, error: object) -> LinkLost:
         todo = "check the network" if self._scheme in TCP_SCHEMES else "plug the cable in"
-        why = getattr(error, "strerror", None) or error
+        why = reason_of(error)
         return LinkLost(
             f"the connection on {self._name} was lost ({why}). The arm stands once its last "
             f"burst has ended; {todo} and connect again"
@@ -187,7 +188,7 @@ def _made(port: str, baud: int, kind: str) -> serial.Serial:
         if kind in _NATIVE and os.name == "posix":
             made.exclusive = True
     except OSError as error:
-        why = error.strerror or str(error)
+        why = reason_of(error)
         raise PortUnavailable(
             f"{port} cannot be used ({why}): check the address and its options"
         ) from None

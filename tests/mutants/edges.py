@@ -8,9 +8,9 @@ MUTANTS = (
     Mutant(
         name="two programs may hold one arm",
         promise="one program holds an arm at a time",
-        path="armdrive/storage/arm_lock.py",
-        old="                lock.acquire(timeout=0)\n",
-        new="                pass\n",
+        path="armdrive/storage/lock_client.py",
+        old="        lock.acquire(timeout=0)\n",
+        new="        pass\n",
         tests=tests_of(
             "tests/armdrive/storage/test_holder.py",
             "test_a_refused_holder_leaves_none_of_the_names_locked",
@@ -20,8 +20,8 @@ MUTANTS = (
         name="a locked arm without a socket is said to be free",
         promise="nothing is said to stand still that another program may move",
         path="armdrive/storage/lock_client.py",
-        old="    except Timeout:\n        return True\n",
-        new="    except Timeout:\n        return False\n",
+        old="    if lock is None:\n        return True\n",
+        new="    if lock is None:\n        return False\n",
         tests=tests_of(
             "tests/armdrive/storage/test_holder.py",
             "test_an_arm_that_is_locked_without_a_socket_is_not_said_to_be_free",

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.printable import reason_of
 from armdrive.programs.problems import ProgramError, lines_of
 from armdrive.programs.program import ENDING, ArmProgram, Program, read_program
 from armdrive.storage.files import stamp_of
@@ -76,7 +77,7 @@ class ProgramFiles:
         try:
             found = sorted(each for each in self.folder.iterdir() if each.suffix == ENDING)
         except OSError as error:
-            self._desk.message = f"{self.folder} cannot be read: {error.strerror or error}"
+            self._desk.message = f"{self.folder} cannot be read: {reason_of(error)}"
             found = []
         named = [] if self._named is None or self._named in found else [self._named]
         self.paths = (*named, *found)

@@ -25,6 +25,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import say
 from armdrive.errors import BadRequest
+from armdrive.errors.printable import reason_of
 
 HOST = "127.0.0.1"
 """The only address that the server listens on."""
@@ -150,7 +151,7 @@ def _listen(port: int) -> socket.socket:
     try:
         return socket.create_server((HOST, port))
     except OSError as error:
-        why = error.strerror or error
+        why = reason_of(error)
         raise BadRequest(
             f"cannot listen on port {port} ({why}): give another one with --web-port"
         ) from None

@@ -27,6 +27,7 @@ from armdrive.cli.program.run_output import Display
 from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.connect.target import Target
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.printable import reason_of
 from armdrive.errors.table import tagged
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
@@ -251,7 +252,7 @@ def require_recordable(path: Path) -> None:
             pass
         reason = "it is a folder" if path.is_dir() else ""
     except OSError as error:
-        reason = error.strerror or str(error)
+        reason = reason_of(error)
     if reason:
         raise BadRequest(f"the recording {path} could not be written: {reason}; nothing moved")
 
