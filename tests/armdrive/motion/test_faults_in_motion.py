@@ -62,6 +62,18 @@ def test_a_stop_does_not_hide_a_power_failure(dialect, motion):
     assert arm.status.state is State.ERROR_STOP or arm.status.trust_reason in str(told.value)
 
 
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_stop_raises_the_fault_of_the_jog_that_it_ends(dialect):
+    """Nobody waits for the end of a held jog, so only the stop can tell."""
+    arm = driven(arm_config(dialect))
+    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
+    arm.sleep(0.4)
+    alert(arm)
+    with pytest.raises(DeviceFault, match=WORDS):
+        arm.stop()
+    arm.stop()  # it has been told
+
+
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_an_emergency_stop_is_named_by_the_motion_that_it_ends(motion):
     arm = driven(arm_config("teachmover"))
