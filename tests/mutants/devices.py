@@ -326,6 +326,25 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a slow MKS drive that is blocked is steered for ever",
+        promise="a blocked drive is noticed by its encoder, also in a pause",
+        path="armdrive/dialects/bus/observer.py",
+        old="        if self._stands_despite_orders(off):\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_following.py",
+            "test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause",
+        ),
+    ),
+    Mutant(
+        name="a slow MKS drive whose orders were lost is called blocked",
+        promise="a lost order is no fault of a drive",
+        path="armdrive/dialects/bus/observer.py",
+        old="confirmed = self.rejections.started_s > first.read_s ",
+        new="confirmed = True ",
+        tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
+    ),
+    Mutant(
         name="an MKS drive that takes no orders is not noticed",
         promise="a drive that denies its orders ends the motion",
         path="armdrive/dialects/mks/motion.py",

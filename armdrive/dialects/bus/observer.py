@@ -11,7 +11,8 @@ reading lies in that interval, or for how long none came.
                                                                                 otherwise ignored
     behind      within reach but off its path; comes nearer, or turns at        observed
                 least half as far as ordered
-    blocked     like behind, but does neither                                   ends the motion
+    blocked     like behind, but does neither; or stands for 0.15 s in which    ends the motion
+                it confirmed orders that all lead away
     restarted   out of reach twice, or owes replies from an absence; and its    ends the motion
                 count can have run up from zero
     elsewhere   out of reach twice, otherwise                                   ends the motion
@@ -63,6 +64,9 @@ PROMPT_REPLY_S = 0.03
 SPEED_SPAN_S = 0.03
 """Two readings no farther apart than this tell a drive's speed. It changes little in that time;
 and if one reply was so late that its moment is uncertain, they seem farther apart."""
+STANDING_S = 0.15
+"""A drive that has not turned for this long, though it confirmed an order to turn, is blocked. At
+the end of a motion it gets about as long: three times three looks, 0.02 s apart."""
 APART_S = 0.01
 """Two readings at least this far apart show that a drive stands, if it has not turned."""
 READINGS = 16
@@ -190,6 +194,8 @@ class ObservedDrive:
         self._fit: tuple[float, float] | None = None
         self._outside = 0
         self._doubt: _Look | None = None
+        self._standing: Reading | None = None
+        """The first of the latest readings that all found it in one place, off its course."""
         self._met: _Look | None = None
         self._shares: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
         self._share_s = -math.inf
@@ -244,7 +250,7 @@ class ObservedDrive:
         self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
-        self._doubt, self.lag = None, 0.0
+        self._doubt, self._standing, self.lag = None, None, 0.0
         self._shares.clear()
         self._met = _Look(self.course.place, self.course.place, now_s)
 
@@ -264,15 +270,15 @@ class ObservedDrive:
             self.lag = course.place - count
         else:
             self._outside += 1
-        finding = self._judge(off <= self.bounds.corridor, now_s)
+        finding = self._judge(off, now_s)
         self.verdict = Verdict(self.node, finding, count, course.place)
         if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
 
-    def _judge(self, follows: bool, now_s: float) -> DriveFinding:
+    def _judge(self, off: float, now_s: float) -> DriveFinding:
         """Return what the last reading shows.
 
-        `follows` means that the shaft is where its orders had it within the allowed delay.
+        The shaft is `off` where its orders had it within the allowed delay.
         """
         count = self.count or 0
         if self._outside >= CONFIRMING_LOOKS:
@@ -285,7 +291,9 @@ class ObservedDrive:
             self.ledger.acquit()  # its count proves that it kept its power
         if self._outside:
             return DriveFinding.DOUBTED
-        if follows:
+        if self._stands_despite_orders(off):
+            return DriveFinding.BLOCKED
+        if off <= self.bounds.corridor:
             self._doubt = None
             return DriveFinding.FITS
         before = self._doubt
@@ -295,6 +303,23 @@ class ObservedDrive:
             return DriveFinding.BLOCKED
         self._doubt = _Look(count, self.course.place, now_s)
         return DriveFinding.BEHIND
+
+    def _stands_despite_orders(self, off: float) -> bool:
+        """Return whether it confirmed orders that all led away from where it stands.
+
+        The corridor does not tell that of a slow drive: it is steered from where it was read, so
+        the targets of one that is blocked stay near it for ever, and it would spring there as soon
+        as it comes free.
+        """
+        last, first = self._readings[-1], self._standing
+        if off <= self.bounds.rest:
+            self._standing = None
+            return False
+        if first is None or abs(last.count - first.count) > self.bounds.tremble:
+            self._standing = last
+            return False
+        confirmed = self.rejections.started_s > first.read_s  # else its orders may have been lost
+        return confirmed and last.asked_s >= first.read_s + STANDING_S
 
     def _progresses(self, before: _Look) -> bool:
         """Return whether it turned nearer to its course, or at least half as far as ordered."""
