@@ -21,6 +21,7 @@ reading lies in that interval, or for how long none came.
                 turned, at five looks, and is half a corridor off its path
     mute        missed four polls while another drive replied                   ends the motion
     silent      all drives missed ten polls                                     ends the motion
+    late        five outages, and no reading within 0.1 s since the first       ends the motion
 
 The intervals, for a reading that arrived at r and was asked for at q or later:
 
@@ -48,7 +49,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.dialects.bus.ledger import LOOK_S, REPLY_TIMEOUT_S, Ledger, Rejections
+from armdrive.dialects.bus.ledger import EPSILON_S, LOOK_S, REPLY_TIMEOUT_S, Ledger, Rejections
 from armdrive.dialects.bus.paths import Course, Interval, PlannedPath
 from kinematics.spaces import Motors
 
@@ -88,6 +89,9 @@ than `answer_s` (0.05 by default), and the adapter adds little."""
 MUTE_POLLS = 4
 """A drive that misses this many polls while another one replies is mute. On a bus that loses one
 frame in ten, that happens once in 750 polls."""
+LATE_OUTAGES = 5
+"""After this many outages without one prompt reading between them, all replies of this bus are
+late. After any other outage the next question is answered promptly."""
 SILENT_POLLS = 10
 """If all drives are silent, they get this many polls: then the computer is usually late."""
 
@@ -127,6 +131,7 @@ class DriveFinding(Enum):
     WEAK = "weak"
     MUTE = "mute"
     SILENT = "silent"
+    LATE = "late"
 
     @property
     def ends(self) -> bool:
@@ -179,6 +184,8 @@ class ObservedDrive:
         self.read_s = -math.inf
         self.asked_s = -math.inf
         """The earliest moment at which the last reading can have been sampled."""
+        self.prompt_s = -math.inf
+        """When the last reading came that was surely sampled within the allowed delay."""
         self.frame_s = -math.inf
         """When the last frame from it arrived, requested or not."""
         self.moving = False
@@ -260,8 +267,10 @@ class ObservedDrive:
         """Record its count and conclude what that means."""
         course = self.course
         course.advance(now_s)
-        self.asked_s = max(self.ledger.located(), now_s - REPLY_TIMEOUT_S)
+        self.asked_s = self.ledger.located(now_s)
         self.count, self.read_s = count, now_s
+        if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
+            self.prompt_s = now_s
         self._readings.append(Reading(count, self.asked_s, now_s))
         self.ledger.conclude(now_s)
         off = abs(course.off(count, self._ordered_from_s))
@@ -496,10 +505,14 @@ class Observer:
         self.drives = tuple(drives)
         self.returned_s = math.inf
         """When a drive replied again after an outage; infinity if none did."""
+        self.outage_s = 0.0
+        """How long that outage was."""
         self.replied_s = -math.inf
         """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
         self._looks_off_path = 0
+        self._outages = 0  # since the last prompt reading
+        self._last_outage_s = -math.inf
 
     def __getitem__(self, node: int) -> ObservedDrive:
         return self._by_node[node]
@@ -509,7 +522,7 @@ class Observer:
 
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
-        self._looks_off_path, self.returned_s = 0, math.inf
+        self._looks_off_path, self._outages, self.returned_s = 0, 0, math.inf
         for drive in self.drives:
             drive.watch()
 
@@ -526,9 +539,13 @@ class Observer:
         """
         braking = any(drive.ledger.braking for drive in self.drives)
         if asked and self.silent_s(now_s) > OUTAGE_S and not braking:
-            self.returned_s = now_s
+            prompt = any(drive.prompt_s >= self._last_outage_s for drive in self.drives)
+            self._outages = 1 if prompt else self._outages + 1
+            self.outage_s, self.returned_s = self.silent_s(now_s), now_s
+            self._last_outage_s = now_s
             for drive in self.drives:
-                drive.ledger.suspect(now_s + REPLY_TIMEOUT_S)
+                drive.ledger.timeout_s = max(drive.ledger.timeout_s, self.outage_s + OUTAGE_S)
+                drive.ledger.suspect(now_s + drive.ledger.timeout_s)
                 drive.ledger.unanswered_polls = 0  # no drive replied, so none is to blame
         if asked:
             self.replied_s = now_s
@@ -587,12 +604,15 @@ class Observer:
         return self.silence()
 
     def silence(self) -> Verdict | None:
-        """Return the verdict on drives that leave repeated polls unanswered, or None."""
+        """Return the verdict on drives that leave polls unanswered, or reply late; or None."""
         drive = max(self.drives, key=lambda each: each.ledger.unanswered_polls)
         others = self.replied_s > drive.ledger.open_s
-        if drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
+        if self._outages >= LATE_OUTAGES:
+            finding = DriveFinding.LATE
+        elif drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
             return None
-        finding = DriveFinding.MUTE if others else DriveFinding.SILENT
+        else:
+            finding = DriveFinding.MUTE if others else DriveFinding.SILENT
         return Verdict(drive.node, finding, drive.count or 0, drive.course.place)
 
     def compare(
