@@ -77,6 +77,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="an unreferenced arm jogs by any amount",
+        promise="a jog that no limit ends is never longer than the whole range",
+        path="armdrive/motion/jog/session.py",
+        old="        if abs(amount) <= high - low + LIMIT_TOLERANCE_RAD:",
+        new="        if True:",
+        tests=tests_of(
+            "tests/armdrive/motion/jog/test_jogging_bounds.py",
+            "test_no_jog_without_limits_is_longer_than_the_whole_range",
+        ),
+    ),
+    Mutant(
         name="an unknown posture is jogged along a line",
         promise="Cartesian jogging needs a known position",
         path="armdrive/motion/jog/session.py",
