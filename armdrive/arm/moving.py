@@ -200,7 +200,7 @@ class Jogging:
             check_jog(core, asked.jog)
         alive = joins and self._session is not None and not self._session.done
         if not alive and core.state is not State.HOMING:
-            after(core.state, Event.MOVE)
+            after(core.state, Event.MOVE, "jogging")
 
     def _begin(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> Task[Jogged]:
         """Hand a jog to a session. Raises if the jog may not start."""
@@ -310,7 +310,7 @@ class Moving:
         fraction = speed_fraction(speed)
         with self._parts.pace.lock:
             if core.state is not State.HOMING:
-                after(core.state, Event.MOVE)
+                after(core.state, Event.MOVE, "turning motors")
             if stops is not None and runner.stops != stops:
                 raise Stopped("a stop was requested before the motors started")
             takes_s = self._bench_duration_s(motors, fraction)

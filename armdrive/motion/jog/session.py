@@ -272,7 +272,6 @@ class Jogged:
 def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
     """Serve increments and the held jog until neither is left, or until a stop."""
     core = wire.core
-    core.diagnostics.notice = ""
     try:
         with in_motion(wire, or_homing=True):
             yield from wire.look_before_motion()

@@ -151,3 +151,15 @@ def test_a_nudge_longer_than_the_whole_range_moves_nothing_and_says_so():
     assert "whole range is 180°" in arm.status.notice
     assert not arm.twin.link.named(b"@STEP")
     assert arm.jog_j(base_deg=180.0, speed=1.0).joints.deg["base"] == pytest.approx(180.0, abs=0.1)
+
+
+def test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins():
+    arm = ready_arm()
+    arm.jog_l(z_mm=-400.0)
+    assert "table" in arm.status.notice
+    arm.move_j(base_deg=5.0)
+    assert arm.status.notice == ""
+    arm.hold(Jog.cartesian(frame="bench", x=1.0), speed=0.5, for_s=0.5)
+    assert "bench" in arm.status.notice
+    arm.gripper.open(30.0)
+    assert arm.status.notice == ""
