@@ -193,9 +193,10 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
 def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
     """A context in the state MOVING; raises `Stopped` if a stop was requested beforehand.
 
-    No motion ends well in error-stop, or if it was stopped and has lost the trust in its position:
-    the reason is raised at the end, also of a jog. With `or_homing`, an arm in the state HOMING
-    stays in it.
+    It begins with an empty notice: what the previous motion was answered is no longer true. It does
+    not end well in error-stop, or if it was stopped and its position is no longer trusted: the
+    reason is raised at the end, also of a jog. With `or_homing`, an arm in the state HOMING stays
+    in it.
     """
     core = wire.core
     homing = or_homing and core.state is State.HOMING
@@ -205,6 +206,7 @@ def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]
         core.happen(Event.MOVE)
         wire.straying_mm = wire.slow_s = wire.total_s = 0.0
     believed = core.belief
+    core.diagnostics.notice = ""
     try:
         yield
         wire.require_no_fault()

@@ -30,6 +30,8 @@ EPSILON_S = 1e-6
 """Tolerance for rounded times."""
 POLL_SPACING_S = 0.1
 """Unanswered questions that are closer together than this count as one."""
+MOST_QUESTIONS = 256
+"""Questions kept for a drive that never replies: older ones are overdue in any case."""
 
 
 class Ledger:
@@ -61,7 +63,7 @@ class Ledger:
         """Whether the drive brakes. Then the others may not be asked, and cannot reply."""
         self.asked_s = -math.inf
         """When its position was asked for last."""
-        self._questions: deque[float] = deque()
+        self._questions: deque[float] = deque(maxlen=MOST_QUESTIONS)
         self._polled_s = -math.inf
         self._owed = self._owed_before = self._missed = 0
         self._retried_s = -math.inf
