@@ -22,6 +22,7 @@ from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.dialog.operator import Operator, PostureRequest
+from armdrive.errors import NoAnswer
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import standing
@@ -564,9 +565,13 @@ class Arm:
     async def stop(self) -> None:
         """Stop, and wait until the arm stands. Allowed in every state and from any thread.
 
-        A motion that the device cannot abort runs to its end, within `status.stop_time_s`.
+        A motion that the device cannot abort runs to its end, within `status.stop_time_s`. Raises
+        `NoAnswer` if the device does not answer, so that nobody knows whether the arm stands.
         """
+        stopped = self.engine.under_way
         await self.runner.stop()
+        if stopped is not None and isinstance(stopped.error, NoAnswer):
+            raise stopped.error
 
     def estop(self) -> None:
         """Stop, latch error-stop, and return at once. Only `reset` leaves error-stop.

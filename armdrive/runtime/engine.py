@@ -209,6 +209,12 @@ class Engine:
         return self._task is not None or self._next is not None
 
     @property
+    def under_way(self) -> Task[Any] | None:
+        """The running task; None if none is running, or only routine work."""
+        task = self._task
+        return None if task is None or task.routine else task
+
+    @property
     def suspend_count(self) -> int:
         """Number of times this program was suspended, including a suspension in progress.
 

@@ -13,7 +13,7 @@ from faults import arm_config, driven
 from armdrive import Arm, Jog
 from armdrive.arm.connected import Handle
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import ArmError, DeviceFault, Stopped
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Stopped
 from armdrive.moves import JogMove
 from armdrive.registry import DIALECTS
 from armdrive.status import Evidence, State, Trust
@@ -60,6 +60,18 @@ def test_a_stop_does_not_hide_a_power_failure(dialect, motion):
         handle.wait()
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.state is State.ERROR_STOP or arm.status.trust_reason in str(told.value)
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "armdroid", "grbl", "cia402"])
+def test_a_stop_says_that_the_arm_did_not_answer_it(dialect):
+    """Nobody waits for the end of a held jog, so only the stop can tell."""
+    arm = driven(arm_config(dialect))
+    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
+    arm.sleep(0.4)
+    arm.twin.faults.add("brown-out")
+    with pytest.raises(NoAnswer):
+        arm.stop()
+    arm.stop()  # it has been told
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
