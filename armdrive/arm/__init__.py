@@ -566,7 +566,7 @@ class Arm:
         """Stop, and wait until the arm stands. Allowed in every state and from any thread.
 
         A motion that the device cannot abort runs to its end, within `status.stop_time_s`. Raises
-        `NoAnswer` if the device does not answer, so that nobody knows whether the arm stands.
+        `NoAnswer` if the device does not answer: then it is unknown whether the arm stands.
         """
         stopped = self.engine.under_way
         await self.runner.stop()
