@@ -13,7 +13,7 @@ from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
 
 from .actions import ACTIONS, connect
-from .laws import Broken, call, honest
+from .laws import Broken, call, check_trust
 from .physical import Command
 from .soak_memory import Census, census, process_kb
 from .stage import Stage
@@ -109,7 +109,7 @@ class Soak:
             raise Broken(f"{name}: {type(error).__name__}: {error}")
         if stage.arm.status.trust is not Trust.REFERENCED:
             self._ready()
-        honest(stage)
+        check_trust(stage)
 
     def _begin(self) -> None:
         """Have a program begin; one that lasts has a flight recorder, as the desk's has."""
