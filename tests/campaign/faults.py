@@ -73,7 +73,7 @@ def _noise(stage: Stage) -> str:
     if side == HOST and share >= DAMAGES_FRAMES and isinstance(stage.twin.board, DrivesOnBus):
         stage.commands_lost_until_s = stage.now_s + for_s
         if stage.watch.must_stop:
-            stage.add_silence_bound("the line spoilt a stop")
+            stage.add_silence_bound("the line damaged a stop")
         stage.watch.missed_orders = orders_lost(stage, for_s)
     words = f"{kind} {share} {side} --for {for_s}"
     return inject(stage, words, misdirects=side == HOST and _no_check_bytes(stage))
@@ -133,13 +133,13 @@ def _pendant(stage: Stage) -> str:
     try:
         done = stage.turn_by_hand(Motors(steps))
     except ArmError as error:
-        return f"nobody could turn it: {error}"
+        return f"no motor could be turned: {error}"
     stage.watch.turned_by_hand = TurnedByHand.of(
         stage.config, before, stage.world.motors, stage.now_s
     )
     if done and stage.now_s <= stage.referenced_s + PROMPT_S:
         stage.watch.excuse_hand_turn(Motors(steps))
-    return f"turned by hand: {steps}" if done else "nobody could turn it"
+    return f"turned by hand: {steps}" if done else "no motor could be turned"
 
 
 def _kill(stage: Stage) -> str:
@@ -205,7 +205,7 @@ def _damage(stage: Stage) -> str:
 FAULTS: tuple[CampaignFault, ...] = (
     CampaignFault("bytes lost", _drop),
     CampaignFault("bytes changed", _corrupt),
-    CampaignFault("bytes twice", _duplicate),
+    CampaignFault("bytes doubled", _duplicate),
     CampaignFault("messages late", _delay),
     CampaignFault("a noisy line", _noise),
     CampaignFault("garbage", _garbage),
@@ -216,7 +216,7 @@ FAULTS: tuple[CampaignFault, ...] = (
     CampaignFault("lost steps", _lose_steps),
     CampaignFault("a stalled motor", _stall),
     CampaignFault("a stuck switch", _switch, HasSwitches),
-    CampaignFault("somebody at the pendant", _pendant),
+    CampaignFault("pendant used", _pendant),
     CampaignFault("program killed", _kill, needs_program=True),
     CampaignFault("killed in mid-message", _kill_at_write, needs_program=True),
     CampaignFault("killed while recording", _kill_at_disk, needs_program=True),

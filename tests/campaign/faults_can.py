@@ -46,7 +46,7 @@ def _alone(stage: Stage) -> str:
     for_s = stage.draw.choice((0.2, 1.0, 5.0))
     stage.commands_lost_until_s = stage.now_s + for_s
     if stage.watch.must_stop:
-        stage.add_silence_bound("nobody acknowledged a stop")
+        stage.add_silence_bound("a stop got no acknowledgement")
     return inject(stage, f"alone --for {for_s}")
 
 
@@ -96,14 +96,14 @@ def _no_done(stage: Stage) -> str:
 
 ON_A_BUS: tuple[CampaignFault, ...] = (
     CampaignFault("frames lost", _lose_frames, DrivesOnBus),
-    CampaignFault("frames twice", _double_frames, DrivesOnBus),
+    CampaignFault("frames doubled", _double_frames, DrivesOnBus),
     CampaignFault("frames overtaken", _overtake, DrivesOnBus),
     CampaignFault("the adapter bus-off", _bus_off, DrivesOnBus),
-    CampaignFault("nobody acknowledges", _alone, DrivesOnBus),
+    CampaignFault("no acknowledgement", _alone, DrivesOnBus),
     CampaignFault("a mute drive", _mute_drive, DrivesOnBus),
     CampaignFault("a drive without power", _dead_drive, DrivesOnBus),
     CampaignFault("a drive reset", _reset_drive, DrivesOnBus),
     CampaignFault("a drive in another mode", _other_mode, DrivesOnBus),
     CampaignFault("a drive with another id", _other_id, DrivesOnBus),
-    CampaignFault('no word of "done"', _no_done, DrivesOnBus),
+    CampaignFault("no done report", _no_done, DrivesOnBus),
 )
