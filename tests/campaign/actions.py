@@ -17,7 +17,7 @@ from armdrive.moves import Jog
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Status
 from kinematics import LinePart
-from tests.conformance.going import beside
+from tests.conformance.motions import shifted
 
 from .arrival import GraspAim, JointsAim, PostureAim
 from .goals import (
@@ -102,7 +102,7 @@ def jog_increment(stage: Stage) -> TypedError | None:
     aim: Aim
     if stage.draw.random() < 0.3:
         by = {"z_mm": stage.draw.uniform(-8.0, 8.0)}
-        goal = beside(arm.model.arm.fk(here.joints), z_mm=by["z_mm"])
+        goal = shifted(arm.model.arm.fk(here.joints), z_mm=by["z_mm"])
         aim, jog = pose_aim(stage, goal, clipped=True), arm.jog_l
     else:
         goal_deg = {word: here.joints.deg[name] + turn for word, turn in by.items()}

@@ -11,7 +11,7 @@ from armdrive.arm import Arm
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Motors, Pose
 from kinematics.guards.guards import GuardedArm
-from tests.conformance.going import beside
+from tests.conformance.motions import shifted
 
 from .arrival import JointsAim, PoseAim
 from .physical import Aim, Command
@@ -137,7 +137,7 @@ def nearby_pose(stage: Stage) -> Pose:
     draw, arm = stage.draw, arm_of(stage)
     here = arm.model.arm.fk(expected_coordinates(stage).joints)
     reach = 12.0 if draw.random() < 0.9 else 2000.0
-    return beside(here, *(draw.uniform(-reach, reach) for _ in range(3)))
+    return shifted(here, *(draw.uniform(-reach, reach) for _ in range(3)))
 
 
 def pose_aim(stage: Stage, goal: Pose, *, clipped: bool = False) -> PoseAim:

@@ -26,7 +26,7 @@ from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Joints, Motors
 from kinematics.guards.guards import GuardedArm
-from tests.conformance.seen import ON_THE_STEP, Point
+from tests.conformance.observation import ON_THE_STEP, Point
 
 from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand
 from .speeds import SpeedWatch

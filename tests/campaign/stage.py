@@ -36,7 +36,7 @@ from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
-from tests.conformance.seen import ON_THE_STEP, rests_within
+from tests.conformance.observation import ON_THE_STEP, rests_within
 
 from .clock import CampaignPace, Schedule
 from .disk import Disk

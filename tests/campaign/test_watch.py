@@ -175,9 +175,7 @@ def test_a_drive_that_trembles_has_come_to_rest():
 
 
 @pytest.mark.parametrize(("is_pause", "bound_s"), [(False, 0.5), (True, 2.5)])
-def test_on_a_damaged_line_a_pause_may_finish_late_and_a_stop_may_not(
-    is_pause, bound_s
-):
+def test_on_a_damaged_line_a_pause_may_finish_late_and_a_stop_may_not(is_pause, bound_s):
     stage = a_stage("mks")
     connect(stage)
     stage.commands_lost_until_s = stage.now_s + 2.0

@@ -15,8 +15,8 @@ from armdrive.sim.faults.request import parse_words
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Motors
+from tests.conformance.observation import Observation
 from tests.conformance.real_time_bench import RealTimeBench, port_lock
-from tests.conformance.seen import Seen
 
 from .avrdev import AvrProcess, check_image, compile_avrdev
 from .boards import Board
@@ -67,20 +67,22 @@ class ControlledBench(RealTimeBench):
         self._pace, self._begun = pace, control.look()
         self._lock = port_lock(port)
         self._lock.acquire()
-        self.take_port(port)
+        self.set_port(port)
 
     @property
     def board(self) -> type:
         """The class of the simulated board, which has the same abilities as the real one."""
         return simulated_kind(self.row.name).board
 
-    def look(self) -> Seen:
+    def look(self) -> Observation:
         """Ask the control port for the physical state."""
         told = self.control.look()
         motors = self._motors(told)
         opening_mm = self.posture(motors)[1]
         held = told.energised or not self.sees_current
-        return Seen(time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered)
+        return Observation(
+            time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered
+        )
 
     def _motors(self, told: PhysicalState) -> Motors:
         # a board may have fewer axes than the arm has motors, or one for fingers on a servo
@@ -94,7 +96,7 @@ class ControlledBench(RealTimeBench):
         """Have a fault of the simulator's table, now or later. Raises `BadRequest`."""
         request = parse_words(words.split())
         if request.after_s:
-            self.later(request.after_s, lambda: self.control.fault(request, self.letters))
+            self.call_later(request.after_s, lambda: self.control.fault(request, self.letters))
         else:
             self.control.fault(request, self.letters)
 
@@ -180,10 +182,10 @@ class AvrBench(ControlledBench):
         found = World(ArmBody.of_preset(self.config.model)).motors
         control.place(letters, Motors(found[: len(letters)]))
 
-    def fit(self, lines: str) -> None:
+    def use_arm_file(self, lines: str) -> None:
         """Use an arm file with more lines, and configure the board for it."""
-        self.leave()
-        self.take_arm_file(lines, self.device_port)
+        self.disconnect()
+        self.set_arm_file(lines, self.device_port)
         if self.row.name != "grbl":
             return
         values = settings_for(self.config, self.letters)
@@ -196,7 +198,7 @@ class AvrBench(ControlledBench):
             for axis, (letter, end) in enumerate(zip(self.letters, ends, strict=True)):
                 self.control.switch_at(letter, end + pull_off_steps(values, axis))
 
-    def refer(self, arm: Arm) -> None:
+    def reference(self, arm: Arm) -> None:
         """Make the arm ready for planned motion, once its motors stand where the board has them.
 
         A board that drives coils counts its steps from the first coil pattern after a restart, and
@@ -206,7 +208,7 @@ class AvrBench(ControlledBench):
             self.switch_on(arm)
             for way in (1, -1):
                 arm.move_motors(*(way,) * arm.abilities.motors)
-        super().refer(arm)
+        super().reference(arm)
 
     @property
     def sees_current(self) -> bool:

@@ -36,7 +36,7 @@ class TwinBench(MemoryBench):
         super().__init__(dialect)
         # as for a real arm, whose bursts are shorter than those of `sim:`
         self._config = find(NOWHERE, dialect_name=dialect).config
-        self.begin_anew()
+        self.start_afresh()
 
     def make_twin(self) -> SimulatedArm:
         """Return a new simulated board."""
@@ -111,7 +111,7 @@ def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
 def served(board: Board) -> PtyBench:
     """Return the simulated board behind a pseudo-terminal, in real time."""
     bench = PtyBench(board.dialect)
-    bench.fit("", *(f"{name}={value}" for name, value in board.twin.items()))
+    bench.use_arm_file("", *(f"{name}={value}" for name, value in board.twin.items()))
     return bench
 
 

@@ -149,7 +149,7 @@ def test_a_computer_that_is_too_slow_is_told():
 
 def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
     """A driver for which every position stays referenced does not pass."""
-    monkeypatch.setattr(Mission, "_act", lambda self, arm, *_: self._honest(arm))
+    monkeypatch.setattr(Mission, "_act", lambda self, arm, *_: self._check_trust(arm))
     rig = simulated("grbl")
     with rig.make() as bench:
         bench.ready()

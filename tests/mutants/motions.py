@@ -415,7 +415,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/conformance/test_conformance.py",
-            "test_on_simulated_time[the switches are sought in the arm file's order-mks]",
+            "test_on_simulated_time[homing seeks the switches in the arm file's order-mks]",
         ),
     ),
     Mutant(

@@ -342,7 +342,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a motion goes on from where a pause left it whatever happened there",
-        promise="a paused motion does not go on where something changed",
+        promise="a paused motion does not resume if something has changed",
         path="armdrive/motion/execute.py",
         old="    if core.position.acknowledged != stood or core.belief is not believed:",
         new="    if False:",
@@ -353,7 +353,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a paused arm is not looked at before it goes on",
-        promise="a paused motion does not go on where something changed",
+        promise="a paused motion does not resume if something has changed",
         path="armdrive/motion/execute.py",
         old="    yield from wire.look()  # however fresh",
         new="    yield from ()  # however fresh",
@@ -364,7 +364,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a lost wire moves the arm when it is back",
-        promise="a wire that is back moves nothing",
+        promise="a wire that comes back moves nothing",
         path="armdrive/motion/standing.py",
         old="    _weigh(core, registers, wire.now_s)\n",
         new=(

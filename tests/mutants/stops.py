@@ -388,7 +388,7 @@ MUTANTS = (
         new="            if False:",
         tests=tests_of(
             "tests/conformance/test_conformance.py",
-            "test_on_simulated_time[a drive falls mute, standing-cia402]",
+            "test_on_simulated_time[a drive goes mute, standing-cia402]",
         ),
     ),
     Mutant(
