@@ -41,7 +41,7 @@ def expects_error(behaviour: Behaviour, dialect: str) -> bool:
 def runs_today(behaviour: Behaviour, dialect: str) -> bool:
     """Return whether the everyday tests run a row on a dialect.
 
-    They run all rows that expect an error. Of the two rows of any other fault they run one by turns.
+    They run all rows that expect an error. Of the two rows of any other fault they run one.
     """
     if THOROUGH or not isinstance(behaviour.run, partial):
         return True

@@ -24,7 +24,7 @@ from .control import ControlPort, PhysicalState
 from .grbl_setup import pull_off_steps, set_up, settings_for
 from .steps import Step, StepLog
 
-TELLS_S = 1.0
+MIN_RUN_S = 1.0
 """The ratio of simulated to real time is meaningless over a shorter time."""
 
 
@@ -41,7 +41,7 @@ class Pace:
 
     def taken(self) -> float | None:
         """Return simulated seconds per second since the last call; None if that is too short."""
-        if self._run_s < TELLS_S:
+        if self._run_s < MIN_RUN_S:
             return None
         ratio = self._sim_s / self._run_s
         self._sim_s = self._run_s = 0.0
@@ -76,20 +76,20 @@ class ControlledBench(RealTimeBench):
 
     def look(self) -> Observation:
         """Ask the control port for the physical state."""
-        told = self.control.look()
-        motors = self._motors(told)
+        state = self.control.look()
+        motors = self._motors(state)
         opening_mm = self.posture(motors)[1]
-        held = told.energised or not self.sees_current
+        held = state.energised or not self.sees_current
         return Observation(
-            time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered
+            time.monotonic(), motors, self.tip(motors), opening_mm, held, state.powered
         )
 
-    def _motors(self, told: PhysicalState) -> Motors:
+    def _motors(self, state: PhysicalState) -> Motors:
         # a board may have fewer axes than the arm has motors, or one for fingers on a servo
         transmission = self.config.model.transmission
         assert transmission is not None
         count = len(transmission.motors)
-        turned = [told.positions[letter] for letter in self.letters[:count]]
+        turned = [state.positions[letter] for letter in self.letters[:count]]
         return Motors([*turned, *[0] * (count - len(turned))])
 
     def fault(self, words: str) -> None:
@@ -199,7 +199,7 @@ class AvrBench(ControlledBench):
                 self.control.switch_at(letter, end + pull_off_steps(values, axis))
 
     def reference(self, arm: Arm) -> None:
-        """Make the arm ready for planned motion, once its motors stand where the board has them.
+        """Reference the arm, after its motors stand where the board counts them.
 
         A board that drives coils counts its steps from the first coil pattern after a restart, and
         pulls each motor there with its first step: by two steps at most.
