@@ -199,9 +199,9 @@ class Row:
 
     The cause comes at each time of `after_s`, in a motion of its own: after the start of the
     motion, or after the message of burst number `burst`, for devices that get bursts. From then on
-    the wire is `late_s` late, and loses the messages that `loses` picks. Before the cause, the wire loses
-    all messages for `cut[0]` s, and then none for `cut[1]` s. `time` and `way` name the reasons in
-    `REASONS` if less than half of the bound is reached.
+    the wire is `late_s` late, and loses the messages that `loses` picks. Before the cause, the wire
+    loses all messages for `cut[0]` s, and then none for `cut[1]` s. `time` and `way` name the
+    reasons in `REASONS` if less than half of the bound is reached.
     """
 
     dialect: str
