@@ -18,7 +18,7 @@ from firmware_protocol.frames import Frame
 from kinematics import Motors
 
 
-class Cia402Bench(BusBench):
+class Rig(BusBench):
     """A controller and its drives in simulated time."""
 
     def __init__(self, settings: dict | None = None, **options) -> None:
@@ -78,9 +78,9 @@ def steps(*counts: int) -> Motors:
     return Motors((*counts, *[0] * (6 - len(counts))))
 
 
-def moving(way: Motors, after_s: float = 0.5, settings: dict | None = None, **options) -> Cia402Bench:
+def moving(way: Motors, after_s: float = 0.5, settings: dict | None = None, **options) -> Rig:
     """Return a bench whose drives have been moving for a while, at 20,000 increments per second."""
-    rig = Cia402Bench(settings, **options).ready()
+    rig = Rig(settings, **options).ready()
     burst = bool(settings) and settings.get("strategy") == "profile"
     move = MoveBy(way, 20_000.0)
     rig.begin(move if burst else MoveAlong(iter([move]), 10.0))

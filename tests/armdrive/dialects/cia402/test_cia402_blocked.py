@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from cia402_rig import Cia402Bench, steps
+from cia402_rig import Rig, steps
 
 from armdrive.tasks import ClearFault, Done, Halted, MoveAlong, MoveBy, RequestRejected, SwitchOn
 
@@ -13,9 +13,9 @@ BLOCKED_S = 0.05
 """Its set-point is ahead of it by then, and not yet by what drives fail for."""
 
 
-def blocked(strategy: str, *, mute: bool) -> Cia402Bench:
+def blocked(strategy: str, *, mute: bool) -> Rig:
     """Stop a motion in which the first shaft is blocked, and its drive not heard perhaps."""
-    rig = Cia402Bench({"strategy": strategy}).ready()
+    rig = Rig({"strategy": strategy}).ready()
     cyclic = strategy == "cyclic"
     rig.begin(MoveAlong(iter(LINE), 0.3) if cyclic else MoveBy(steps(8000, -4000), 20_000.0))
     rig.run(0.3)
@@ -29,7 +29,7 @@ def blocked(strategy: str, *, mute: bool) -> Cia402Bench:
     return rig
 
 
-def comes_free(rig: Cia402Bench) -> None:
+def comes_free(rig: Rig) -> None:
     """See that nothing turns when the shaft can."""
     stood = rig.positions
     rig.twin.world.stalled.clear()
@@ -58,7 +58,7 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
     blocked_s, rate_hz
 ):
     """Its error is smaller than the one at which drives fault, so only its standing shows it."""
-    rig, released = Cia402Bench().ready(), []
+    rig, released = Rig().ready(), []
     jog = (MoveBy(steps(1000, -500), rate_hz) for _ in range(40))
     rig.begin(MoveAlong(jog, 0.3, let_go=lambda: bool(released)))
     rig.run(0.3)
@@ -72,7 +72,7 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
 
 
 def test_so_is_a_shaft_that_blocks_the_last_burst_of_a_jog():
-    rig, released = Cia402Bench({"strategy": "profile"}).ready(), []
+    rig, released = Rig({"strategy": "profile"}).ready(), []
     rig.begin(MoveBy(steps(6000, -3000), 20_000.0, lambda: bool(released)))
     rig.run(0.2)
     rig.twin.world.stalled.add(0)
@@ -86,7 +86,7 @@ def test_so_is_a_shaft_that_blocks_the_last_burst_of_a_jog():
 
 def test_nothing_is_told_that_would_turn_a_drive_that_is_not_heard_back():
     """What it was heard at last is behind a shaft that has gone on."""
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE), 0.3))
     rig.run(0.3)
     rig.device.board.drives.mute(0, True)

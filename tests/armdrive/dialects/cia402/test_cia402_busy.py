@@ -11,7 +11,7 @@ import random
 
 import pytest
 from amounts import in_pairs
-from cia402_rig import Cia402Bench, steps
+from cia402_rig import Rig, steps
 
 from armdrive.dialects.exchange import ListenedTime
 from armdrive.tasks import AlertKind, ClearFault, Done, Halted, MoveAlong, MoveBy
@@ -25,7 +25,7 @@ TREMBLE = (-1, 0, 1, 2)
 MISSED_BEAT = "has stopped by itself, and holds: a heartbeat or life guard is missing"
 
 
-class BusyRig(Cia402Bench):
+class BusyRig(Rig):
     """A controller that is called late, and hears late what its drives say, while it is busy."""
 
     def __init__(self, seed: int, *, program: bool, wire: bool, settings=None) -> None:

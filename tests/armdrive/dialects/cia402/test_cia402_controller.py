@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 from amounts import amount, in_pairs
-from cia402_rig import Cia402Bench, moving, steps
+from cia402_rig import Rig, moving, steps
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
@@ -39,7 +39,7 @@ MOVE = MoveBy(steps(8000, -4000), 20_000.0)
 
 
 def test_the_first_request_sets_every_drive_up_and_moves_nothing():
-    rig = Cia402Bench()
+    rig = Rig()
     before = rig.positions
     reply = rig.do(ReadPosition())
     assert isinstance(reply, Registers)
@@ -52,7 +52,7 @@ def test_the_first_request_sets_every_drive_up_and_moves_nothing():
 
 
 def test_a_drive_that_comes_later_is_found_by_the_same_controller():
-    rig = Cia402Bench()
+    rig = Rig()
     rig.device.board.drives.power(2, on=False)
     assert isinstance(rig.do(ReadPosition()), RequestRejected)
     rig.device.board.drives.power(2, on=True)
@@ -61,7 +61,7 @@ def test_a_drive_that_comes_later_is_found_by_the_same_controller():
 
 
 def test_a_drive_without_the_quick_stop_that_holds_refuses_contact_in_words():
-    reply = Cia402Bench(missing="605A").do(ReadPosition())
+    reply = Rig(missing="605A").do(ReadPosition())
     assert isinstance(reply, RequestRejected)
     assert not reply.moved
     quick_stop = "object 605A:00 Quick stop option code (6, by the quick-stop ramp, then it holds)"
@@ -69,7 +69,7 @@ def test_a_drive_without_the_quick_stop_that_holds_refuses_contact_in_words():
 
 
 def test_another_master_on_the_bus_refuses_contact():
-    rig = Cia402Bench()
+    rig = Rig()
     beat = pack(canopen.Heartbeat(rig.config.device.master_id, canopen.NodeState.OPERATIONAL).frame)
     rig.at_s = {0.0005: lambda: rig.controller.receive(beat, rig.now_s)}
     reply = rig.do(ReadPosition())
@@ -80,7 +80,7 @@ def test_another_master_on_the_bus_refuses_contact():
 @pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(4, 2))])
 @pytest.mark.parametrize("for_s", [1.5, 30.0])
 def test_a_program_that_is_suspended_while_it_looks_for_the_drives_finds_them(when_s, for_s):
-    rig = Cia402Bench()
+    rig = Rig()
     rig.begin(ReadPosition())
     rig.run(when_s)
     rig.now_s += for_s
@@ -91,7 +91,7 @@ def test_a_program_that_is_suspended_while_it_looks_for_the_drives_finds_them(wh
 
 
 def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
-    rig = Cia402Bench()
+    rig = Rig()
     before = rig.positions
     rig.ready()
     assert rig.states() == {canopen.DriveState.ENABLED}
@@ -102,7 +102,7 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
 
 @pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009])
 def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(delay_s):
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.suspend(0.5)
     rig.begin(SwitchOn())
     rig.run(delay_s)
@@ -116,7 +116,7 @@ def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(del
 
 
 def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     assert rig.do(DropCurrent()) == Done()
     rig.run(2.0)
     assert rig.states() == {canopen.DriveState.DISABLED}
@@ -125,10 +125,10 @@ def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
 
 
 def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.along(MOVE)
     there = rig.positions
-    again = Cia402Bench()
+    again = Rig()
     again.twin, again.device, again.link = rig.twin, rig.device, rig.link
     again.now_s = rig.now_s + 0.05
     assert isinstance(again.do(ReadPosition()), Registers)
@@ -144,7 +144,7 @@ def test_drives_that_an_earlier_program_left_running_are_waited_for_and_then_sto
     for node in rig.device.board.nodes:  # it had them mind no heartbeat
         node.objects.keep(canopen.CONSUMER_HEARTBEAT, 0)
         node.watch()
-    again = Cia402Bench()
+    again = Rig()
     again.twin, again.device, again.link = rig.twin, rig.device, rig.link
     again.now_s = rig.now_s
     there = rig.positions[0]
@@ -154,7 +154,7 @@ def test_drives_that_an_earlier_program_left_running_are_waited_for_and_then_sto
 
 
 def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.along(MOVE)
     rig.link.write(rig.controller.farewell(), rig.now_s)
     rig.dead = True
@@ -172,7 +172,7 @@ def test_an_end_in_mid_motion_leaves_the_drives_to_their_watch():
 
 
 def test_the_heartbeat_goes_on_at_rest_while_motors_are_on():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     began_s = rig.now_s
     rig.run(5.0)
     beats = [at_s for at_s, _ in rig.frames(canopen.Service.HEARTBEAT, began_s)]
@@ -183,7 +183,7 @@ def test_the_heartbeat_goes_on_at_rest_while_motors_are_on():
 
 
 def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_it_wakes():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.dead = True
     rig.run(1.0)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
@@ -236,7 +236,7 @@ def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strateg
 def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_motion_go_on(
     monkeypatch,
 ):
-    rig, late = Cia402Bench().ready(), []
+    rig, late = Rig().ready(), []
     rig.begin(MoveAlong(iter([MoveBy(steps(60_000, -30_000), 20_000.0)]), 10.0))
     rig.run(0.5)
     with monkeypatch.context() as held_up:
@@ -303,7 +303,7 @@ def test_targets_that_were_worked_out_and_not_said_are_dropped_by_a_stop():
 
 
 def test_heartbeats_that_just_suffice_hold_nothing_up():
-    rig = Cia402Bench({"heartbeat_ms": 100, "beat_ms": 50}).ready()
+    rig = Rig({"heartbeat_ms": 100, "beat_ms": 50}).ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(20_000), 20_000.0)]), 10.0))
     began_s = rig.now_s
     assert rig.finish() == Done()
@@ -312,7 +312,7 @@ def test_heartbeats_that_just_suffice_hold_nothing_up():
 
 
 def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.device.board.drives.mute(2, True)
     rig.device.board.drives.power(2, on=False)
     rig.run(0.6)
@@ -327,7 +327,7 @@ def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed
 
 
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
-    rig = Cia402Bench({"heartbeat_ms": 2000}).ready()
+    rig = Rig({"heartbeat_ms": 2000}).ready()
     rig.suspend(1.5)
     rig.run(1.0)
     assert not rig.alerts()
@@ -335,7 +335,7 @@ def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
 
 
 def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.device.board.drives.power(4, on=False)
     rig.run(0.1)
     rig.device.board.drives.power(4, on=True)
@@ -355,7 +355,7 @@ def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
 
 
 def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.device.board.errors().ail(1, 0x4310)
     rig.run(0.5)
     (alert,) = rig.alerts()
@@ -398,13 +398,13 @@ def test_drives_that_are_found_switched_off_are_told_as_off():
 
 
 def test_drives_that_hold_are_told_as_held_whoever_switched_them_on():
-    rig = Cia402Bench()
+    rig = Rig()
     assert rig.do(ReadPosition()).held is False
     assert rig.ready().do(ReadPosition()).held is True
 
 
 def test_drives_that_hold_but_have_to_be_enabled_first_are_not_told_as_held():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.controller.group.on = False  # as behind a wire that was lost
     assert rig.do(ReadPosition()).held is None
 

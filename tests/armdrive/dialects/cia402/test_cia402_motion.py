@@ -6,7 +6,7 @@ import itertools
 import math
 
 import pytest
-from cia402_rig import Cia402Bench, steps
+from cia402_rig import Rig, steps
 
 from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.errors import Refused
@@ -65,7 +65,7 @@ def test_smoothing_makes_ramps_of_jumps_in_speed():
 
 
 def test_targets_come_with_every_sync_and_never_leap():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     began_s, before = rig.now_s, rig.positions
     assert rig.along(*LINE) == Done()
     assert rig.positions == before + steps(12_000, -6000)
@@ -77,7 +77,7 @@ def test_targets_come_with_every_sync_and_never_leap():
 
 
 def test_the_motors_keep_in_proportion_all_the_way():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     before = rig.positions
     rig.begin(MoveAlong(iter(LINE), 0.3))
     while rig.reply() is None:
@@ -88,7 +88,7 @@ def test_the_motors_keep_in_proportion_all_the_way():
 
 
 def test_a_drive_that_stands_while_others_turn_is_told_its_target_too_or_it_might_run_on():
-    rig = Cia402Bench({}, hold_after_loss="extrapolate").ready()
+    rig = Rig({}, hold_after_loss="extrapolate").ready()
     before = rig.positions
     apart = (MoveBy(steps(0, -3000), 20_000.0), MoveBy(steps(6000, 0), 20_000.0))
     assert rig.along(*LINE, *apart, *LINE) == Done()
@@ -96,7 +96,7 @@ def test_a_drive_that_stands_while_others_turn_is_told_its_target_too_or_it_migh
 
 
 def test_a_host_that_is_late_slows_down_and_does_not_leap():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     began_s = rig.now_s
     rig.begin(MoveAlong(iter(LINE), 0.3))
     rig.run(0.2)
@@ -109,7 +109,7 @@ def test_a_host_that_is_late_slows_down_and_does_not_leap():
 
 
 def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     before = rig.positions
     rig.begin(MoveAlong(iter(LINE), 0.3))
     rig.run(0.2)
@@ -134,7 +134,7 @@ def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
 def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few(
     lost, turns, lasts_s
 ):
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     before = rig.positions
     rig.begin(MoveAlong(iter(LINE * 4), 0.3))
     rig.run(0.2)
@@ -155,7 +155,7 @@ def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few
 @pytest.mark.parametrize("lasts_s", [0.04, 0.08, 0.12, 0.15, 0.18, 0.25])
 def test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far(fault, lasts_s):
     """At most over what they were told, and did not hear, until that was noticed."""
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.233)
     there, ways = rig.positions, []
@@ -172,7 +172,7 @@ def test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far(fault, lasts
 
 
 def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.5)
     rig.stop()
@@ -191,7 +191,7 @@ def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
 
 @pytest.mark.parametrize("hard", [False, True])
 def test_no_stop_takes_the_current_away(hard):
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.5)
     rig.stop(hard=hard)
@@ -201,7 +201,7 @@ def test_no_stop_takes_the_current_away(hard):
 
 
 def test_who_lets_go_has_the_arm_slow_down_on_its_way():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     before, let_go = rig.positions, [False]
     rig.begin(MoveAlong(iter(LINE * 4), 1.0, let_go=lambda: let_go[0]))
     rig.run(0.5)
@@ -215,7 +215,7 @@ def test_who_lets_go_has_the_arm_slow_down_on_its_way():
 
 
 def test_what_is_held_back_is_driven_to_its_end_and_no_more_is_drawn():
-    rig, held, drawn = Cia402Bench().ready(), [False], []
+    rig, held, drawn = Rig().ready(), [False], []
 
     def segments():
         for each in LINE * 4:
@@ -232,7 +232,7 @@ def test_what_is_held_back_is_driven_to_its_end_and_no_more_is_drawn():
 
 
 def test_a_stop_during_frames_that_are_lost_still_stops():
-    rig = Cia402Bench().ready()
+    rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
     rig.run(0.5)
     there = rig.positions[0]
@@ -250,7 +250,7 @@ def test_a_stop_during_frames_that_are_lost_still_stops():
 @pytest.mark.parametrize("options", [{"csp": False}, {}])
 def test_bursts_by_profile_position_begin_and_arrive_together(options):
     settings = {} if options else {"strategy": "profile"}
-    rig = Cia402Bench(settings, **options).ready()
+    rig = Rig(settings, **options).ready()
     assert rig.controller.abilities.queued_segments == 0
     before = rig.positions
     rig.begin(MoveBy(steps(6000, -3000), 20_000.0))
@@ -263,7 +263,7 @@ def test_bursts_by_profile_position_begin_and_arrive_together(options):
 
 
 def test_a_burst_lasts_as_long_as_is_said():
-    rig = Cia402Bench({"strategy": "profile"}).ready()
+    rig = Rig({"strategy": "profile"}).ready()
     rig.do(ReadPosition())
     began_s = rig.now_s
     assert rig.do(MoveBy(steps(6000), 20_000.0)) == Done()
@@ -271,7 +271,7 @@ def test_a_burst_lasts_as_long_as_is_said():
 
 
 def test_a_burst_is_stopped_by_a_quick_stop_and_does_not_go_on():
-    rig = Cia402Bench({"strategy": "profile"}).ready()
+    rig = Rig({"strategy": "profile"}).ready()
     rig.begin(MoveBy(steps(20_000), 20_000.0))
     rig.run(0.4)
     rig.stop()
@@ -288,7 +288,7 @@ def test_a_burst_is_stopped_by_a_quick_stop_and_does_not_go_on():
 
 
 def test_homing_by_a_method_of_the_arm_file_counts_from_the_home():
-    rig = Cia402Bench({"homing_methods": (37,) * 6}).ready()
+    rig = Rig({"homing_methods": (37,) * 6}).ready()
     rig.along(*LINE)
     there = rig.device.world.motors
     assert rig.do(HomeDevice(((0, 1), (2,)))) == Done()
@@ -300,20 +300,20 @@ def test_homing_by_a_method_of_the_arm_file_counts_from_the_home():
 
 
 def test_a_homing_that_fails_is_told():
-    rig = Cia402Bench({"homing_methods": (1,) * 6}).ready()
+    rig = Rig({"homing_methods": (1,) * 6}).ready()
     reply = rig.do(HomeDevice(((0,),)))
     assert isinstance(reply, RequestRejected)
     assert "drive 1 (base)" in reply.reason
 
 
 def test_settings_that_differ_are_told_with_the_line_that_mends_them():
-    rig = Cia402Bench({"encoder_increments": 4096})
+    rig = Rig({"encoder_increments": 4096})
     told = rig.do(ReadSettings())
     assert isinstance(told, DeviceSettings)
     first = next(each for each in told.differences if "608F:01" in each.setting)
     assert (first.found, first.expected, first.must) == ("10000", "4096", True)
     assert first.mend == "1: 608F:01 u32 4096"
-    told = Cia402Bench({"encoder_increments": 10_000}).do(ReadSettings())
+    told = Rig({"encoder_increments": 10_000}).do(ReadSettings())
     assert told.differences == ()
 
 
@@ -321,14 +321,14 @@ def test_settings_that_differ_are_told_with_the_line_that_mends_them():
     "line", ["nonsense", "1: 6040:00 u16 15", "1: 1016:01 u32 0", "9: 607E:00 u8 0"]
 )
 def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
-    rig = Cia402Bench()
+    rig = Rig()
     rig.do(ReadPosition())
     with pytest.raises(Refused):
         rig.do(MendSetting(line))
 
 
 def test_who_falls_silent_stops_within_what_is_said():
-    rig = Cia402Bench({}, hold_after_loss="extrapolate").ready()
+    rig = Rig({}, hold_after_loss="extrapolate").ready()
     rig.begin(MoveAlong(iter(LINE * 8), 5.0))
     rig.run(0.5)
     rig.dead = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from cia402_rig import Cia402Bench, steps
+from cia402_rig import Rig, steps
 from faults import arm_config, driven
 
 from armdrive.status import State, Trust
@@ -20,7 +20,7 @@ class Pause:
 
     def __init__(self, pause_s: float) -> None:
         """Have it paused so long after that drive was heard last."""
-        self.rig = Cia402Bench().ready()
+        self.rig = Rig().ready()
         self.paused, self.before = False, self.rig.positions
         self.rig.begin(MoveAlong(iter(LINE), 0.3, held_back=lambda: self.paused))
         self.rig.run(0.3)
