@@ -129,7 +129,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="what was said while connecting is not held against the record",
+        name="messages received while connecting are not compared with the record",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/standing.py",
         old="    if core.early_evidence is not None:",
@@ -302,8 +302,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a posture is taken of an arm that changed since somebody looked",
-        promise="a posture is refused where the arm may have changed since somebody looked",
+        name="a posture is accepted although the arm moved since it was seen",
+        promise="a posture is refused if the arm may have moved since it was seen",
         path="armdrive/motion/reference.py",
         old="    if doubted or (changed and (late or not registers.largest)):",
         new="    if False:",
@@ -341,7 +341,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a motion goes on from where a pause left it whatever happened there",
+        name="a motion resumes after a pause whatever happened meanwhile",
         promise="a paused motion does not resume if something has changed",
         path="armdrive/motion/execute.py",
         old="    if core.position.acknowledged != stood or core.belief is not believed:",
@@ -352,7 +352,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a paused arm is not looked at before it goes on",
+        name="a paused arm is not checked before it resumes",
         promise="a paused motion does not resume if something has changed",
         path="armdrive/motion/execute.py",
         old="    yield from wire.look()  # however fresh",
@@ -390,7 +390,7 @@ MUTANTS = (
     ),
     Mutant(
         name="what was asked for before a fault is done after it",
-        promise="what waits never survives a fault",
+        promise="no waiting request survives a fault",
         path="armdrive/runtime/arm_state.py",
         old=(
             "        self.hold = None\n        self.nudges.clear()\n"
