@@ -58,7 +58,7 @@ class WatchedWorld(World):
 
     @property
     def expected_joints(self) -> Joints:
-        """The joint angles that belong to `supposed`."""
+        """The joint angles that belong to `expected`."""
         there = self.expected
         if there == self._motors:
             return self._joints
@@ -167,7 +167,7 @@ class Command:
     """A call that may move the arm, and what it promises about the motion."""
 
     what: str
-    known: bool = False
+    position_known: bool = False
     """Whether the position was trusted when the call began: then limits and guards hold."""
     span: tuple[Motors, Motors] | None = None
     """The range in which every motor stays, by its expected position."""
@@ -311,7 +311,8 @@ class Watch:
     def begin_reference(self, *, no_faults: bool = True) -> None:
         """Start afresh, because a person is about to declare where the arm stands.
 
-        Unless there are `no_faults`, faults of the wire and changes in future stay excused.
+        Unless there are `no_faults`, sags, misdirected and late messages stay excused, and so do
+        changes whose evidence is still to come.
         """
         self._before_reference = PriorExcuses(
             self.slipped | self.expected_unknown,
@@ -460,7 +461,7 @@ class Watch:
     @property
     def _path_is_judged(self) -> bool:
         command = self._command
-        return command is not None and command.known and not self.misdirected
+        return command is not None and command.position_known and not self.misdirected
 
     @property
     def excused_motors(self) -> set[int]:

@@ -30,7 +30,7 @@ def breaks(stage: Stage, joint: str, beyond_deg: float, speed: float = 1.0) -> b
     there = stage.world.body.transmission.to_motors(
         stage.world.joints.replace(**{joint: past_rad}), 0.0
     )
-    stage.watch.begin(Command("move_j", known=True, speed=speed))
+    stage.watch.begin(Command("move_j", position_known=True, speed=speed))
     stage.world._shift(there - stage.world.motors, stage.now_s)
     return any("beyond its limit" in each for each in stage.watch.broken)
 

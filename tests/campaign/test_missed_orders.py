@@ -46,7 +46,7 @@ def test_a_joint_may_go_no_further_beyond_its_limit_after_the_excuse():
     watch.missed_orders = MissedOrders(
         frozenset({"wrist_roll"}), fault_ends_s=5.0, noticed_s=NOTICED_S
     )
-    watch.begin(Command("move_j", known=True))
+    watch.begin(Command("move_j", position_known=True))
     for time_s, past_rad, broken in (
         (1.0, 0.02, 0),
         (1.1, 0.03, 0),
@@ -63,7 +63,7 @@ def test_only_the_joints_of_the_drive_may_reach_their_mechanical_stops(joint, ex
     stage.watch.missed_orders = MissedOrders(
         frozenset({joint}), fault_ends_s=5.0, noticed_s=NOTICED_S
     )
-    stage.watch.begin(Command("move_j", known=True))
+    stage.watch.begin(Command("move_j", position_known=True))
     far = stage.world.joints.replace(wrist_roll=stage.config.model.arm.limits[4].high_rad + 1.0)
     there = stage.world.body.transmission.to_motors(far, 0.0)
     stage.world.drive(there - stage.world.motors, 1.0)

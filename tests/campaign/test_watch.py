@@ -33,7 +33,7 @@ def steps(**counts: int) -> Motors:
 def commanded(stage: Stage, by: Motors, **words) -> None:
     """Begin a command that moves the arm by some steps from where it stands."""
     here = stage.world.expected
-    stage.watch.begin(Command("move_j", known=True, span=(here, here + by), **words))
+    stage.watch.begin(Command("move_j", position_known=True, span=(here, here + by), **words))
 
 
 def test_a_slipped_motor_leaves_the_others_on_their_path():
@@ -75,7 +75,7 @@ def test_the_limits_hold_for_joints_that_a_slipped_motor_does_not_turn():
     limit = stage.config.model.arm.limits[BASE].high_rad
     transmission = stage.world.body.transmission
     stage.world.lose(FINGERS, 3)
-    stage.watch.begin(Command("move_j", known=True))
+    stage.watch.begin(Command("move_j", position_known=True))
     stage.world.drive(steps(fingers=3), 1.0)
     there = transmission.to_motors(stage.world.joints.replace(base=limit + 0.03), 0.0)
     stage.world.drive(steps(base=there[BASE] - stage.world.motors[BASE]), 9.0)
@@ -85,7 +85,7 @@ def test_the_limits_hold_for_joints_that_a_slipped_motor_does_not_turn():
 def test_a_restarted_drive_excuses_only_its_own_joints_from_their_limits():
     stage = a_stage("mks")
     stage.watch.excuse_restart(motors={BASE})
-    stage.watch.begin(Command("move_j", known=True))
+    stage.watch.begin(Command("move_j", position_known=True))
     transmission, arm = stage.world.body.transmission, stage.config.model.arm
 
     def turn(joint: int) -> None:
@@ -255,11 +255,11 @@ def test_a_command_that_begins_while_the_arm_stops_promises_no_range():
     arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
     joints, opening_mm = stage.posture()
     arm.declare_posture(joints, opening_mm=opening_mm)
-    stage.watch.begin(Command("move_j", known=True))
+    stage.watch.begin(Command("move_j", position_known=True))
     arm.move_j(wait=False, **certain_goal(stage))
     arm.sleep(0.3)
     here = stage.look()
-    call(stage, arm.stop, Command("stop", known=True, span=(here, here)))
+    call(stage, arm.stop, Command("stop", position_known=True, span=(here, here)))
     assert stage.look() != here
     assert not stage.watch.broken
     arm.close()

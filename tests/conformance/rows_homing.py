@@ -27,15 +27,14 @@ TRAVEL, SEARCH_S, TURN = 400, 3.0, 16384
 class Search:
     """How a controller seeks a switch, in motor steps.
 
-    `lines` are for the arm file. `ahead` is the distance of each motor from its switch, `most` how
-    far a motor seeks a switch that never closes, and `beside` how far from its end a motor may be
-    that leaves its switch.
+    `lines` are for the arm file. `ahead` is the distance of each motor from its switch, and `most`
+    how far a motor seeks a switch that never closes; it may be seen `tolerance` steps beyond that.
     """
 
     lines: str
     ahead: int
     most: float
-    beside: int
+    tolerance: int
 
 
 SEARCHES: Mapping[str, Search] = MappingProxyType(
@@ -153,7 +152,7 @@ def a_switch_that_never_closes_ends_homing(bench: Bench) -> None:
     arm, _, start, after = _make_homing_fail(bench, "open")
     made = abs(after.motors[STUCK - 1] - start.motors[STUCK - 1])
     search = SEARCHES[bench.row.name]
-    most = search.most + search.beside
+    most = search.most + search.tolerance
     check(made <= most, f"it sought a switch for {made} steps, not {most:.0f}")
     bench.heal()
     arm.reset()

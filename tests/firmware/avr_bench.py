@@ -93,7 +93,7 @@ class ControlledBench(RealTimeBench):
         return Motors([*turned, *[0] * (count - len(turned))])
 
     def fault(self, words: str) -> None:
-        """Have a fault of the simulator's table, now or later. Raises `BadRequest`."""
+        """Inject a fault of the simulator's table, now or later. Raises `BadRequest`."""
         request = parse_words(words.split())
         if request.after_s:
             self.call_later(request.after_s, lambda: self.control.fault(request, self.letters))

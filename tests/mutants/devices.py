@@ -1,4 +1,4 @@
-"""What drivers and codecs send, and what they make of what they hear."""
+"""Drivers and codecs that send or read something wrong."""
 
 from __future__ import annotations
 

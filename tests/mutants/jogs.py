@@ -1,4 +1,4 @@
-"""Jogs that go on, or go too far, and keys that are held too long."""
+"""Jogs that do not end, or go too far, and keys that count as held for too long."""
 
 from __future__ import annotations
 

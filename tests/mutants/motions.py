@@ -1,4 +1,4 @@
-"""Motions that end elsewhere, go too fast, or go where they must not."""
+"""Motions that end in the wrong place, are too fast, or leave their bounds."""
 
 from __future__ import annotations
 

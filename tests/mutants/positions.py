@@ -1,4 +1,4 @@
-"""Positions that are trusted although something speaks against them."""
+"""Positions that are trusted against the evidence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records that are written too late, or believed too easily."""
+"""Records that are written too late, or trusted too easily."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulated devices that are kinder than real ones."""
+"""Simulated devices that are more forgiving than real ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stops that are not heard, and motion that does not expire."""
+"""Stops without effect, and motion that does not expire."""
 
 from __future__ import annotations
 
