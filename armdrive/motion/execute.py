@@ -193,6 +193,7 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
 def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
     """A context in the state MOVING; raises `Stopped` if a stop was requested beforehand.
 
+    It begins with an empty notice: what the previous motion was answered is no longer true.
     With `or_homing`, an arm in the state HOMING stays in it.
     """
     core = wire.core
@@ -202,6 +203,7 @@ def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]
             raise wire.stopped("the motion was stopped before it began")
         core.happen(Event.MOVE)
         wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+    core.diagnostics.notice = ""
     try:
         yield
     finally:
