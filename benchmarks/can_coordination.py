@@ -172,7 +172,7 @@ def measure(options: Options, strategy: str) -> Iterator[Figures]:
     """Measure one strategy."""
     how = ALL[strategy]
     with DenseMemoryBench(how.dialect) as bench:
-        bench.fit(how.section())
+        bench.use_arm_file(how.section())
         arm = bench.ready()
         if strategy in PLAIN:
             plain = plain_motions(bench, strategy, options.times)

@@ -26,8 +26,8 @@ from can_strategies import STRATEGIES, groups, measured
 from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench, chance
 
-from tests.conformance.overrun import Ending, Host, once
-from tests.conformance.seen import Seen
+from tests.conformance.observation import Observation
+from tests.conformance.overrun import DriverProcess, Ending, measure_once
 
 TIMES, QUICK_TIMES = 5, 1
 MOMENTS_S = (0.15, 0.6)
@@ -86,16 +86,19 @@ class Silence:
     """One way to fall silent."""
 
     what: str
-    begin: Callable[[Host], None]
+    begin: Callable[[DriverProcess], None]
     wakes: bool = True
     asleep_s: float = 0.0
     """For so long; else until the arm has come to rest, and longer."""
 
 
-_LONG = (Silence("killed in", Host.kill, wakes=False), Silence("suspended in", Host.suspend))
+_LONG = (
+    Silence("killed in", DriverProcess.kill, wakes=False),
+    Silence("suspended in", DriverProcess.suspend),
+)
 SILENCES: dict[str, tuple[Silence, ...]] = {
     "mks": _LONG,
-    "cia402": (*_LONG, Silence("suspended 0.5 s in", Host.suspend, asleep_s=0.5)),
+    "cia402": (*_LONG, Silence("suspended 0.5 s in", DriverProcess.suspend, asleep_s=0.5)),
 }
 """Half a second is beyond what drives wait for their host's heartbeat, and below an absence."""
 
@@ -104,14 +107,14 @@ class LookingBench(DensePtyBench):
     """Remembers its looks: a computer that is busy elsewhere sees a stop later than it was."""
 
     def __init__(self, dialect: str) -> None:
-        self._seen: list[Seen] = []
+        self._seen: list[Observation] = []
         super().__init__(dialect)
 
     def begin(self) -> None:
         """Forget what was seen before."""
         self._seen = [super().look()]
 
-    def look(self) -> Seen:
+    def look(self) -> Observation:
         """Look, and remember it."""
         seen = super().look()
         self._seen.append(seen)
@@ -127,14 +130,14 @@ class LookingBench(DensePtyBench):
         *_, first = itertools.takewhile(self._is_last, reversed(self._seen))
         return first.time_s - self._seen[0].time_s
 
-    def after_mm(self, stood: Seen) -> float:
+    def after_mm(self, stood: Observation) -> float:
         """Return how far the tip has been from a place since it was seen there."""
         return max(each.off_mm(stood) for each in self._seen if each.time_s >= stood.time_s)
 
-    def _elsewhere(self) -> list[Seen]:
+    def _elsewhere(self) -> list[Observation]:
         return [each for each in self._seen if not self._is_last(each)]
 
-    def _is_last(self, seen: Seen) -> bool:
+    def _is_last(self, seen: Observation) -> bool:
         return seen.motors == self._seen[-1].motors
 
 
@@ -144,7 +147,7 @@ class Ground:
     def __init__(self, bench: LookingBench) -> None:
         self._bench = bench
         self._dialect = bench.row.name
-        self._host: Host | None = None
+        self._host: DriverProcess | None = None
         self.times: list[Measured] = []
         self.ways: list[Measured] = []
         self.after_waking: list[Measured] = []
@@ -155,14 +158,14 @@ class Ground:
 
     def fall_silent(self, silence: Silence, begin: str, after_s: float, direction: float) -> None:
         """Begin a motion, have its program fall silent, and watch the arm come to rest."""
-        bench, host = self._bench, self._host or Host(self._bench.port, self._dialect)
+        bench, host = self._bench, self._host or DriverProcess(self._bench.port, self._dialect)
         self._host = host
         ending = Ending(
             silence.what, begin, lambda each: self._silenced(silence, each), silent=True
         )
-        host.ask("refer", list(bench.look().motors))
+        host.ask("reference", list(bench.look().motors))
         host.ask("middle")
-        found = once(bench, host, ending, direction, after_s)
+        found = measure_once(bench, host, ending, direction, after_s)
         bound_ms = found.announced_s * 1e3
         self.times.append(Measured(bench.stood_s() * 1e3, bound_ms))
         self.certain.append(Measured(bench.moved_s() * 1e3, bound_ms))
@@ -175,7 +178,7 @@ class Ground:
             self._wake(host)
         self._woken(host)
 
-    def _silenced(self, silence: Silence, host: Host) -> None:
+    def _silenced(self, silence: Silence, host: DriverProcess) -> None:
         """Have the program fall silent, and remember what is seen from then on."""
         bench = self._bench
         bench.begin()
@@ -186,11 +189,11 @@ class Ground:
                 pass
             self._wake(host)
 
-    def _wake(self, host: Host) -> None:
+    def _wake(self, host: DriverProcess) -> None:
         self._stood = self._bench.look()
         host.resume()
 
-    def _woken(self, host: Host) -> None:
+    def _woken(self, host: DriverProcess) -> None:
         """Watch what an arm does whose program has woken, until that knows it too."""
         bench, stood = self._bench, self._stood
         end_s = stood.time_s + WOKEN_S
@@ -219,7 +222,7 @@ def measure(options: Options, strategy: str) -> Iterator[Figures]:
         if guard.motion:
             lines += f"[motion]\n{guard.motion}"
         with LookingBench(how.dialect) as bench:
-            bench.fit(lines, *guard.habits)
+            bench.use_arm_file(lines, *guard.habits)
             for silence in SILENCES[how.dialect]:
                 yield from silenced(bench, strategy, guard, silence, options.times)
 

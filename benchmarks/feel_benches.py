@@ -19,8 +19,8 @@ from kinematics import Joints, Motors
 from tests.conformance.behaviour import cartesian
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
+from tests.conformance.observation import Observation
 from tests.conformance.real_time_bench import PtyBench
-from tests.conformance.seen import Seen
 
 DENSE_S = 0.004
 
@@ -45,7 +45,7 @@ class DenseMemoryBench(MemoryBench):
             arm.read_inputs()
         if arm.status.state is State.ERROR_STOP:
             arm.reset()
-        self.refer(arm)
+        self.reference(arm)
 
 
 class DensePtyBench(PtyBench):
@@ -57,12 +57,12 @@ class DensePtyBench(PtyBench):
         super().__init__(dialect_name)
         self.turning = False
 
-    def look(self) -> Seen:
+    def look(self) -> Observation:
         """Ask the console once, for where the motors are and whether they turn."""
         state = self._sim.state()
         self.turning = bool(state["moving"])
         motors = Motors(state["motors"])
-        return Seen(time.monotonic(), motors, self.tip(motors), state["opening_mm"])
+        return Observation(time.monotonic(), motors, self.tip(motors), state["opening_mm"])
 
 
 def knows_lines(bench: Bench) -> bool:

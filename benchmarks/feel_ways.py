@@ -19,8 +19,8 @@ from armdrive.motion.plan import plan_line, plan_route
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, KinematicsError, Pose
 from kinematics.paths.parts import ArcPart
+from tests.conformance.observation import Point
 from tests.conformance.rows_moving import off_line_mm
-from tests.conformance.seen import Point
 
 TRIES = 2_000
 """So often is a kind drawn until one of it can be driven."""

@@ -32,7 +32,7 @@ from armdrive.arm import Arm
 from armdrive.motion.dead_man import HOLD_LONGEST_S
 from kinematics import Joints
 from tests.conformance.bench import Bench
-from tests.conformance.seen import Seen
+from tests.conformance.observation import Observation
 
 TIMES, QUICK_TIMES = 1000, 5
 REAL_TIMES, QUICK_REAL_TIMES = 12, 1
@@ -88,7 +88,7 @@ class Seeing:
         self._step_mm = bench.step_mm(self._first.motors)
         self._way_mm = 0.0
 
-    def take(self, seen: Seen) -> None:
+    def take(self, seen: Observation) -> None:
         """Take in a look."""
         self._way_mm = max(self._way_mm, seen.off_mm(self._first))
         if seen.motors != self._moved.motors:

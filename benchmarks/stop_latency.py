@@ -37,10 +37,10 @@ from firmware_protocol.mks import EmergencyStop, decode_request
 from firmware_protocol.mks import Stop as DriveStop
 from firmware_protocol.robko01 import Device, Stop
 from kinematics import Motors
-from tests.conformance.going import begin_sweep
+from tests.conformance.motions import begin_sweep
 from tests.conformance.overrun import ENDINGS
 from tests.conformance.overrun import measure as overruns
-from tests.conformance.rows_stopping import under_way
+from tests.conformance.rows_stopping import wait_until_moving
 
 TIMES, QUICK_TIMES = 1000, 5
 STANDING_TIMES, QUICK_STANDING = 60, 1
@@ -187,7 +187,7 @@ def make_ready(bench: DensePtyBench, arm: Arm) -> None:
     if arm.status.state is State.ERROR_STOP:
         arm.reset()
     if arm.status.trust is not Trust.REFERENCED:
-        bench.refer(arm)
+        bench.reference(arm)
 
 
 def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
@@ -198,7 +198,7 @@ def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
     needless = 0
     with DensePtyBench(dialect) as bench:
         if dialect in OFTEN:
-            bench.fit(OFTEN[dialect])
+            bench.use_arm_file(OFTEN[dialect])
         arm = bench.ready()
         kind = Stream if arm.abilities.queued_segments else Sweep
         watched = Watched(arm, STOPS[dialect])
@@ -207,7 +207,7 @@ def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
                 make_ready(bench, arm)
                 watched.begin()
                 motion = kind(arm, direction)
-                under_way(bench)
+                wait_until_moving(bench)
                 began_s = time.perf_counter()
                 time.sleep(luck.uniform(*MOMENTS_S))
                 driven = (time.perf_counter() - began_s) / SEGMENT_S

@@ -17,14 +17,14 @@ from reporting import machine
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from armdrive.registry import DIALECTS
-from tests.conformance.overrun import ENDINGS, Overrun, measure
+from tests.conformance.overrun import ENDINGS, StopMeasurement, measure
 
 TIMES = 10
 HEAD = ("dialect", "what", "median", "worst", "announced", "median", "worst", "announced", "")
 WIDTHS = (12, 36, 9, 9, 11, 10, 10, 11, 0)
 
 
-def line(dialect: str, what: str, found: list[Overrun]) -> str:
+def line(dialect: str, what: str, found: list[StopMeasurement]) -> str:
     """Return a row: seconds and mm, the worst beside the least that was announced."""
     times = [each.time_s for each in found]
     ways = [each.way_mm for each in found]

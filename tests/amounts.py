@@ -1,4 +1,4 @@
-"""How much is tried: a sample every day, all of it with THOROUGH=1 in the environment."""
+"""How much the tests try: a sample by default, everything with THOROUGH=1 in the environment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all tests share: repeatable hypothesis runs, a home of their own, and options for an arm."""
+"""For all tests: repeatable hypothesis runs, a home folder each, and options for a real arm."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 if sys.dont_write_bytecode:
-    # to compile everything anew costs each worker and each child seconds: kept, but elsewhere
+    # keep the bytecode elsewhere, because compiling costs each worker and child process seconds
     sys.dont_write_bytecode = False
     sys.pycache_prefix = str(Path(__file__).parents[1] / ".pytest_cache" / "bytecode")
     os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
@@ -22,12 +22,12 @@ from amounts import THOROUGH
 from hypothesis import settings
 
 GARBAGE = 50_000
-"""So many new objects let the collector search: a desk makes so many that it would all the time,
-and so do thousands of tests that are collected."""
+"""The number of new objects after which Python searches for garbage. By its default it would search
+all the time, because a desk and thousands of collected tests make so many objects."""
 gc.set_threshold(GARBAGE, 20, 20)
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # a shell starts jobs in the background deaf to Ctrl-C, and their children too
+    # a shell makes background jobs and their children ignore Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("everyday", deadline=None, derandomize=True, max_examples=20)
@@ -36,16 +36,16 @@ settings.load_profile("thorough" if THOROUGH else "everyday")
 
 
 def pytest_addoption(parser):
-    """Name a real arm for the tests marked `hardware`; without one they are not even collected."""
+    """Add options for a real arm; without one, tests marked `hardware` are not collected."""
     parser.addoption("--arm-port", metavar="PORT", help="the port of a real arm to be tested")
     parser.addoption("--arm-dialect", metavar="NAME", help="the dialect that it speaks")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
-    """Have one worker more than cores: much of the time goes by in waiting for real processes.
+    """Use one worker more than cores, because much of the time is waiting for processes.
 
-    A real arm has one worker: what its first test confirms, the next one takes up.
+    A real arm has one worker, because each test continues from the position of the last one.
     """
     if config.getoption("--arm-port"):
         return 1
@@ -55,7 +55,7 @@ def pytest_xdist_auto_num_workers(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave the tests of a real arm out, unless one is named."""
+    """Leave out the tests of a real arm unless there is one."""
     if config.getoption("--arm-port"):
         if not config.getoption("--arm-dialect"):
             raise pytest.UsageError("--arm-port needs --arm-dialect: nothing is sent to find out")
@@ -73,27 +73,27 @@ def arm_port(request):
 
 @pytest.fixture
 def arm_dialect(request):
-    """Return its dialect."""
+    """Return the dialect of the real arm."""
     return request.config.getoption("--arm-dialect")
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_finish():
-    """Leave what stays until the end out of every later search for garbage, and search less."""
+    """Exclude all present objects from later searches for garbage."""
     gc.collect()
     gc.freeze()
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish():
-    """Search once for what nobody has closed; pytest does it five times more, of what is left."""
+    """Search once for garbage; pytest searches five more times, but only the objects since then."""
     gc.collect()
     gc.freeze()
 
 
 @pytest.fixture(scope="session")
 def _folders(tmp_path_factory):
-    """Return names of folders, one after the other."""
+    """Yield names of folders."""
     folder = tmp_path_factory.mktemp("tests")
     return (folder / str(number) for number in itertools.count())
 
@@ -102,8 +102,8 @@ def _folders(tmp_path_factory):
 def tmp_path(_folders):
     """Return a new folder.
 
-    For each folder, pytest's own fixture searches for a free number, which takes longer with every
-    test, and renews a link to it: together longer than most tests take.
+    Pytest's own fixture searches for a free number, which takes longer with every test, and renews
+    a link. Together that takes longer than most tests.
     """
     folder = next(_folders)
     folder.mkdir()
@@ -112,9 +112,9 @@ def tmp_path(_folders):
 
 @pytest.fixture(autouse=True)
 def _own_home(_folders, monkeypatch):
-    """Keep every test away from the user's own arms, and from any real port, and off the disk.
+    """Keep every test away from the user's arms, from real ports, and from disk syncs.
 
-    The order in which a record is brought to the disk is tested on disks of the tests' own.
+    Other tests check the order of syncs on simulated disks.
     """
     monkeypatch.setattr(os, "fsync", lambda _: None)
     monkeypatch.setenv("ARMDRIVE_HOME", str(next(_folders)))

@@ -1,4 +1,4 @@
-"""Text and files that were made to do harm, and what may be printed of them."""
+"""Text and files that are made to do harm, and checks of what is printed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HOSTILE_TEXT = {
     "markup": "[red]x[/red][@click=app.quit]y[/]",
     "private use": "\ue000\U0010ffff",
 }
-"""Each may stand in a name, a title, a banner or a file. The markup is printable, and must stay."""
+"""Text for a name, a title, a banner or a file. The markup is printable, and must stay."""
 
 
 def unprintable(output: str) -> set[str]:
@@ -36,7 +36,7 @@ def toml_text(text: str) -> str:
 
 
 def special_files(folder):
-    """Make what is not a regular file; return the paths by what they are."""
+    """Make special files and paths that are no regular file; return them by what they are."""
     (folder / "folder").mkdir()
     os.mkfifo(folder / "fifo")
     with socket.socket(socket.AF_UNIX) as made:

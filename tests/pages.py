@@ -1,4 +1,4 @@
-"""The pages of the documentation, found by their names wherever they stand under docs/."""
+"""The pages of the documentation, found by their names in any folder of docs/."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PAGES = tuple(sorted([*DOCS.rglob("*.md"), ROOT / "README.md"]))
 
 
 def page_path(name: str) -> Path:
-    """Return where the page of this name stands."""
+    """Return the path of the page with this name."""
     (found,) = DOCS.rglob(f"{name}.md")
     return found
 
@@ -22,5 +22,5 @@ def page(name: str) -> str:
 
 
 def blocks(text: str, language: str = "") -> list[str]:
-    """Return what a page shows in fenced blocks of a language."""
+    """Return the fenced blocks of a language in a page."""
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)

@@ -35,7 +35,7 @@ ALLOWED = {
     "waiting.py": "the one place that waits",
     "conformance/__main__.py": BENCH,
     "conformance/real_time_bench.py": BENCH,
-    "conformance/rows_neighbours.py": BENCH,
+    "conformance/rows_programs.py": BENCH,
     "conformance/running.py": "says how long a row took",
     "campaign/clock.py": "ends a mission that hangs, after processor time of its own",
     "campaign/run.py": "says how long a mission took",

@@ -2,8 +2,8 @@
 
 This is the only module of the everyday tests that reads the wall clock or sleeps
 (`test_independence.py` sees to that). Its one limit ends a hang; it is so long that a busy
-computer never reaches it, and no test asserts how long anything took. A bound on a time belongs
-in simulated time, or on the clock of the simulated device.
+computer never reaches it, and no test asserts how long anything took. Check bounds on times in
+simulated time, or by the clock of the simulated device.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LOOK_S = 0.002
 """How often a test looks. Only its speed depends on this."""
 
 AGAIN_S = 0.5
-"""How often something is tried anew: slower than any keyboard repeats a key."""
+"""The time between two attempts: longer than any keyboard takes to repeat a key."""
 
 T = TypeVar("T")
 
@@ -34,7 +34,7 @@ class NeverHappened(AssertionError):
 def looks(what: str = "it never happened", every_s: float = LOOK_S) -> Iterator[None]:
     """Yield for each look of a caller who waits; raise `NeverHappened` instead of hanging.
 
-    Leave the loop once it has been seen. Raise `every_s` where a look is expensive.
+    Leave the loop when the event is seen. Use a larger `every_s` if a look is expensive.
     """
     end_s = time.monotonic() + LONG_S
     while True:
@@ -52,9 +52,9 @@ def until(happened: Callable[[], Any], what: str = "it never happened") -> None:
 
 
 def tried(attempt: Callable[[], object], happened: Callable[[], Any], what: str) -> None:
-    """Try something anew, unhurriedly, until it is seen to have worked.
+    """Repeat an attempt until it is seen to have worked.
 
-    For what a busy program may rightly ignore: a key that it hears too late, say.
+    Use it for requests that a busy program may rightly ignore, such as a key that comes too late.
     """
     again_s = -1.0
     for _ in looks(what):
@@ -70,10 +70,10 @@ def at_last(
     mend: Callable[[], object],
     late: type[BaseException] | tuple[type[BaseException], ...],
 ) -> T:
-    """Return what an attempt returns once it succeeds; mend what went wrong before each new one.
+    """Repeat an attempt until it succeeds, and return its result; call `mend` before each new one.
 
-    For real-time conversations with a simulated device, either side of which a busy computer may
-    keep from its work for longer than the other one rightly waits.
+    Use it for real-time conversations with a simulated device: a busy computer may delay one side
+    for longer than the other one rightly waits.
     """
     failed = False
     for _ in looks("it never succeeded"):
@@ -124,7 +124,7 @@ async def until_seen(
     turn: Callable[[], Awaitable[object]],
     what: str = "it was never seen",
 ) -> None:
-    """Let an event loop turn until a predicate is true; `turn` is a pilot's `pause`, say."""
+    """Let an event loop turn until a predicate is true; `turn` may be a pilot's `pause`."""
     end_s = time.monotonic() + LONG_S
     while not happened():
         if time.monotonic() > end_s:
@@ -140,8 +140,8 @@ def _raise(error: BaseException) -> Any:
 def soon(call: Callable[..., object], *args: object) -> threading.Thread:
     """Have another thread make a call a moment later; return that thread.
 
-    Use it only where the test holds in whichever order the call and what follows here happen. The
-    moment makes it likely, and no more, that whoever is to be woken already sleeps.
+    Use it only if the test holds whichever comes first, the call or the code that follows here. The
+    delay only makes it likely that the thread to be woken already sleeps.
     """
     timer = threading.Timer(10.0 * LOOK_S, call, args)
     timer.daemon = True
@@ -150,6 +150,6 @@ def soon(call: Callable[..., object], *args: object) -> threading.Thread:
 
 
 def suspended(pid: int) -> bool:
-    """Tell whether a process of this computer is stopped, as by SIGSTOP (Linux)."""
+    """Return whether a process of this computer is stopped, as by SIGSTOP (Linux only)."""
     text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
     return text.rpartition(")")[2].split()[0] == "T"

@@ -1,4 +1,4 @@
-"""A host on the wire of a simulated Armdroid."""
+"""A small host for a simulated Armdroid."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CONFIG = simulated_config("armdroid")
 
 
 class Bench:
-    """Writes characters and reads what comes, on simulated time."""
+    """Writes characters, and reads replies, in simulated time."""
 
     def __init__(self, **quirks):
         self.board = ArmdroidBoard(quirks=ArmdroidQuirks(**({"character_s": 0.0} | quirks)))

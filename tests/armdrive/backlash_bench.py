@@ -1,4 +1,4 @@
-"""A driven arm whose trains have play, and how far the physical arm is from where it should be."""
+"""A driven arm whose gear trains have play, and how far the physical arm is off."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ def config_of(dialect, backlash=PLAY, **motion):
     )
 
 
-def played_arm(dialect, *, play=PLAY, backlash=PLAY, home=True, motion=None, **options):
-    """Connect to an arm with play, by a driver that takes it for so much backlash."""
+def arm_with_play(dialect, *, play=PLAY, backlash=PLAY, home=True, motion=None, **options):
+    """Connect to an arm with `play`, with a driver that compensates `backlash`. Both in steps."""
     config = config_of(dialect, backlash, **(motion or {}))
     arm = Arm(connect_simulated(config, twin=simulate(config, play=play, **options)))
     if home:
         if arm.status.state is State.DISABLED:
             arm.enable()
-        refer(arm)
+        reference_from_one_side(arm)
     return arm
 
 
-def refer(arm):
-    """Come to a posture from one side, and say which one it is."""
+def reference_from_one_side(arm):
+    """Approach a posture from one side, and declare it."""
     wide = 2 * max(arm.config.backlash_steps or (PLAY,))
     arm.move_motors(*(-wide for _ in arm.status.acknowledged), speed=1.0)
     arm.move_motors(*(wide for _ in arm.status.acknowledged), speed=1.0)
@@ -49,7 +49,7 @@ def refer(arm):
 
 
 def off_steps(arm):
-    """Return how far the motor is off that is furthest from where it is said to be."""
+    """Return the largest distance of a motor from its acknowledged position, in steps."""
     return (arm.twin.world.motors - arm.status.acknowledged).largest
 
 
@@ -61,8 +61,8 @@ def off_mm(arm):
     )
 
 
-def shaken(arm, count, seed=1, deg=5.0):
-    """Move to and fro at random; return how far the arm was off afterwards each time."""
+def move_at_random(arm, count, seed=1, deg=5.0):
+    """Make random motions; return how far the arm was off after each, in steps."""
     chance = random.Random(seed)
     found = []
     for _ in range(count):

@@ -1,4 +1,4 @@
-"""What tests of CAN need: links that are read, a drive that echoes, a bus that fails on request."""
+"""For tests of CAN: functions that read links, an echoing drive, a bus that fails on request."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from collections import deque
 import can
 from waiting import LONG_S, looks
 
+from armdrive.errors import LinkLost
 from armdrive.transports.can_link import CanLink
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 
 def frames_of(link, count: int = 1) -> list[Frame]:
-    """Read as the engine does: take what is there, and sleep on the link."""
+    """Read frames as the engine does: take those that are there, and wait on the link."""
     unpacker, found = Unpacker(), []
     for _ in looks("the frames never came"):
         found += unpacker.feed(link.read(0.0))
@@ -24,9 +25,7 @@ def frames_of(link, count: int = 1) -> list[Frame]:
 
 
 def until_lost(link) -> str:
-    """Wait for the link to break; return what it says, and fail where it does not."""
-    from armdrive.errors import LinkLost
-
+    """Wait until the link breaks, and return the error's words."""
     for _ in looks("the link never broke"):
         try:
             link.read(0.0)
@@ -37,7 +36,7 @@ def until_lost(link) -> str:
 
 
 class EchoDrive:
-    """A device that answers each frame with one of the next id, after a time."""
+    """A device that replies to each frame with the same data and the next id, after a time."""
 
     byte_gap_s = 0.0
 
@@ -64,7 +63,7 @@ class EchoDrive:
 
 
 class FailingBus(can.BusABC):
-    """A bus whose answers and errors the test hands to it; it notes what is sent."""
+    """A bus that yields the frames and errors that a test gives it, and records sent frames."""
 
     def __init__(self) -> None:
         self.channel_info = "failing"

@@ -1,6 +1,6 @@
-"""Arms on drives of either kind that are given faults: what is sent, how they stand, the way back.
+"""Arms on CAN drives with faults: what is sent, how the arm stands, and how it is brought back.
 
-Two tables of faults go by this: those that are met at connecting, and those that come in motion.
+Two tables of faults use this module: faults found when connecting, and faults in motion.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ from kinematics import Joints
 
 START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 NEAR = 8
-"""So many counts a drive may be beside its place, and hold."""
+"""How many counts a holding drive may be off its target."""
 SETTLED_S = 1.0
-"""Longer than a drive begins, or an arm sags."""
+"""Longer than a drive takes to boot, or an arm to sag."""
 FOUND_S = 0.6
-"""A single drive that is missing is found so late; the others stop then."""
+"""The driver notices a missing drive within this time, and stops the others."""
 ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 GOAL = {"base_deg": 40, "shoulder_deg": 60, "elbow_deg": -50}
 LOOK_S = 0.01
 BOOTED_S = 0.5
 _ENABLES = 0x03
-"""Of a controlword: switched on, with voltage."""
+"""The bits of a controlword that switch a motor on."""
 _COMMANDS = frozenset(place.index for place in (CONTROLWORD, MODE, TARGET_POSITION))
 
 
-def stirs_mks(frame: Frame) -> bool:
-    """Tell whether a frame switches a motor on or moves it."""
+def commands_motion_mks(frame: Frame) -> bool:
+    """Return whether a frame switches a motor on or moves it."""
     request = decode_request(frame)
     return isinstance(request, Motion | GoSynchronous | Home) or request == Enable(on=True)
 
 
-def stirs_cia402(frame: Frame) -> bool:
-    """Tell whether a frame switches a motor on or moves it: by PDO, or by writing an object."""
+def commands_motion_cia402(frame: Frame) -> bool:
+    """Return whether a frame switches a motor on or moves it, by PDO or by writing an object."""
     service = (service_of(frame.can_id) or (None,))[0]
     if service is Service.RPDO1:
         return frame.data[0] & _ENABLES == _ENABLES
@@ -55,12 +55,12 @@ def stirs_cia402(frame: Frame) -> bool:
     return writes and int.from_bytes(frame.data[1:3], "little") in _COMMANDS
 
 
-STIRS = {"mks": stirs_mks, "cia402": stirs_cia402}
+COMMANDS_MOTION = {"mks": commands_motion_mks, "cia402": commands_motion_cia402}
 
 
 @dataclass
 class Bus:
-    """The twin of an arm that stands in the air, its clock, and what the host sends it."""
+    """A simulated arm in the air with its clock, and a record of what the host sends."""
 
     dialect: str
     options: dict = field(default_factory=dict)
@@ -76,53 +76,53 @@ class Bus:
         self.twin.device.bring_to(START, 20.0)
 
     def find(self, twin: SimulatedArm) -> None:
-        """Have other drives turn the arm."""
+        """Use the drives of another simulated arm."""
         self.twin, unpacker, send = twin, Unpacker(), twin.link.line.send
 
-        def told(data: bytes, now_s: float) -> None:
+        def record(data: bytes, now_s: float) -> None:
             self.sent += unpacker.feed(data)
             send(data, now_s)
 
-        twin.link.line.send = told
+        twin.link.line.send = record
 
     @property
     def motors(self):
-        """Where the motors are."""
+        """Where the physical motors stand."""
         return self.twin.world.motors
 
     @property
-    def stirred(self) -> list[Frame]:
-        """What was sent that switches a motor on, or moves it."""
-        return [frame for frame in self.sent if STIRS[self.dialect](frame)]
+    def motion_frames(self) -> list[Frame]:
+        """The frames that were sent to switch a motor on or to move it."""
+        return [frame for frame in self.sent if COMMANDS_MOTION[self.dialect](frame)]
 
     def fault(self, *words: str) -> None:
-        """Have something be wrong, and let it come to rest, while nobody is connected."""
+        """Inject faults while no program is connected, and let the arm come to rest."""
         for each in words:
             self.twin.faults.add(*each.split())
         self.settle()
 
     def settle(self) -> None:
-        """Let time pass for drives to which nobody is connected."""
+        """Let time pass for drives without a program."""
         self.clock.now_s += SETTLED_S
         self.twin.link.line.advance(self.clock.now_s)
 
     def connect(self) -> Arm:
-        """Connect, also again behind a failure, as the same program does."""
-        if self.tried:  # which brings an adapter that has left the bus back
+        """Connect; after a failure, connect again as the same program would."""
+        if self.tried:  # an adapter that has left the bus comes back
             self.twin.link.reopen()
         self.tried = True
         return Arm(connect_simulated(self.config, twin=self.twin, pace=self.clock))
 
     def ready(self) -> Arm:
-        """Connect and have it referenced where it stands."""
+        """Connect, enable, and reference the arm where it stands."""
         arm = self.connect()
         arm.enable()
         arm.declare_posture(START, opening_mm=20.0)
         return arm
 
 
-def goes_on(arm: Arm, stood=None) -> None:
-    """Do what a person does with an arm that is mended; nothing moves before it is asked to."""
+def check_works_again(arm: Arm, stood=None) -> None:
+    """Bring a repaired arm back as a person does, and check that it moves on request only."""
     world = arm.twin.world
     if arm.status.state is State.DISCONNECTED:
         arm.reconnect()
@@ -130,7 +130,7 @@ def goes_on(arm: Arm, stood=None) -> None:
         arm.reset()
     try:
         arm.enable()
-    except DeviceFault as error:  # of a drive in fault, which forgets nothing by itself
+    except DeviceFault as error:  # a drive in fault has to be reset first
         if "`reset()` clears that" not in str(error):
             raise
         arm.reset()
@@ -145,14 +145,14 @@ def goes_on(arm: Arm, stood=None) -> None:
     assert (world.motors - arm.status.acknowledged).largest <= NEAR
 
 
-def fails_in_motion(
+def fail_in_motion(
     arm: Arm,
     fault: str | Callable[[], object],
     goal=GOAL,
     after_s: float = 0.6,
     watched_s: float = 4.0,
 ) -> tuple[str, float]:
-    """Have a fault come in a motion; return its error's words, and how long it moved on."""
+    """Inject a fault in a motion; return the error's words, and how long the arm moved on."""
     began_s = arm.pace.now_s() + after_s
     begin = (lambda: arm.twin.faults.add(*fault.split())) if isinstance(fault, str) else fault
     arm.twin.device.at(began_s, begin)
@@ -161,7 +161,7 @@ def fails_in_motion(
     stood, moved_s = arm.twin.world.motors, 0.0
     while arm.pace.now_s() < began_s + watched_s:
         arm.sleep(LOOK_S)
-        arm.twin.link.line.advance(arm.pace.now_s())  # drives live on behind a pulled cable
+        arm.twin.link.line.advance(arm.pace.now_s())  # the drives go on without a cable
         if (now := arm.twin.world.motors) != stood:
             stood, moved_s = now, arm.pace.now_s() - began_s
     with pytest.raises(ArmError) as failed:
@@ -169,10 +169,10 @@ def fails_in_motion(
     return str(failed.value), moved_s
 
 
-def is_told_and_stands(arm: Arm, words: str, code: str, fault, **times: float) -> None:
-    """Have a fault come in a motion; check what is said of it, and that the arm stands in time."""
+def check_reported_and_stopped(arm: Arm, words: str, code: str, fault, **times: float) -> None:
+    """Inject a fault in a motion; check the error, and that the arm stands in time."""
     bound_s = arm.status.silent_time_s
-    said, moved_s = fails_in_motion(arm, fault, **times)
+    said, moved_s = fail_in_motion(arm, fault, **times)
     assert re.search(words, said), said
     assert "garbled" not in said
     assert "refused a valid motion" not in arm.status.trust_reason
@@ -183,8 +183,8 @@ def is_told_and_stands(arm: Arm, words: str, code: str, fault, **times: float) -
     assert re.search(words, arm.status.error), arm.status.error
 
 
-def brought_back(arm: Arm, stood=None) -> None:
-    """End the faults, and do what a person does, in the same program; nothing moves unasked."""
+def check_recovery(arm: Arm, stood=None) -> None:
+    """End the faults, and check that the same program can bring the arm back."""
     arm.twin.faults.end()
     arm.sleep(BOOTED_S)
-    goes_on(arm, stood)
+    check_works_again(arm, stood)

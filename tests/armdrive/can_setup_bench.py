@@ -1,4 +1,4 @@
-"""New drives on a simulated bus, a person who answers as a test likes, and all that was said."""
+"""New drives on a simulated bus, a simulated person with scripted answers, and a record of it."""
 
 from __future__ import annotations
 
@@ -43,15 +43,17 @@ READING = frozenset(code for code in Code if code < Code.CLEAR_STALL) | {
 
 
 def arm(model: ArmModel = MODEL, **mks: Any) -> ArmConfig:
-    """Return an arm on six drives as its file would have it."""
+    """Return the configuration of an arm on six MKS drives."""
     wire = Connection("mks", "", 500_000)
     source = ConfigSource({"model": "minimover5-mks"})
     device = MksSettings(**mks)
     return ArmConfig("bench", model.title, model, wire, device=device, source=source)
 
 
-def really(signs: tuple[int, ...] = (1,) * 6, gears: tuple[float, ...] = (1.0,) * 6) -> ArmModel:
-    """Return the arm as it is built, where its file believes the preset."""
+def arm_as_built(
+    signs: tuple[int, ...] = (1,) * 6, gears: tuple[float, ...] = (1.0,) * 6
+) -> ArmModel:
+    """Return the arm as it is really built, with other signs and gears than the preset."""
     transmission = MODEL.transmission.with_signs(signs, (1,) * 6)
     motors = [
         replace(motor, steps_per_unit=motor.steps_per_unit * gear)
@@ -61,7 +63,7 @@ def really(signs: tuple[int, ...] = (1,) * 6, gears: tuple[float, ...] = (1.0,) 
 
 
 class Person(SimulatedPerson):
-    """Sees what there is to see; `says` has the answers that are another's, by words or by kind."""
+    """A person who sees the arm; `says` has other answers, by a part or kind of the question."""
 
     def __init__(self, twin: Any, plan: CommissioningPlan) -> None:
         super().__init__(twin, self._told)
@@ -75,11 +77,11 @@ class Person(SimulatedPerson):
 
     @property
     def text(self) -> str:
-        """All that was said to the person, and by it."""
+        """All that the person was told."""
         return "\n".join(self.heard)
 
     def answer(self, asked: AskPerson) -> Any:
-        """Answer as the test said, else as one who looks and agrees."""
+        """Answer as the test says, else as a person who looks and agrees."""
         self.asked.append(asked)
         assert len(self.asked) < MOST_QUESTIONS, f"asked for ever: {asked.question.words}"
         for key, word in self.says.items():
@@ -92,7 +94,7 @@ class Person(SimulatedPerson):
 
 
 class Bench:
-    """A bus with new drives, and a dialog about them."""
+    """A bus with new drives, and the dialog that sets them up."""
 
     def __init__(
         self, config: ArmConfig | None = None, truth: ArmModel = MODEL, **settings: Any
@@ -112,11 +114,11 @@ class Bench:
     def walk(
         self, notes: dict[str, Any] | None = None, *, again: bool = False
     ) -> CommissioningOutcome:
-        """Hold the whole dialog."""
+        """Run the whole dialog."""
         return walk(self.dialog, self.plan, {} if notes is None else notes, again=again)
 
     def one(self, name: str = "shoulder", notes: dict[str, Any] | None = None) -> bool:
-        """Hold the dialog about one motor alone; `self.kept` has its notes."""
+        """Run the dialog about one motor; `self.kept` has its notes."""
         drive = next(each for each in self.plan.drives if each.name == name)
         notes = self.kept if notes is None else notes
         return one(self.dialog, self.plan, drive, notes, again=False)
@@ -128,11 +130,11 @@ class Bench:
         return drive_dialog(self.twin.link, scripts, self.clock, self.person, keep)
 
     def script(self, script: Callable[..., Any], *args: Any) -> Any:
-        """Carry out a script on the wire."""
+        """Run a script on the wire."""
         return self.dialog.on_wire(script, *args)
 
     def survey(self, ids: Sequence[int] = IDS) -> Survey:
-        """Ask these ids who is there."""
+        """Query these ids, and return the drives that reply."""
         scripts = self.plan.bus.scripts(ids)
         found: Survey = carry_out(
             scripts, partial(ask_round, scripts.io), self.twin.link, self.clock
@@ -140,13 +142,13 @@ class Bench:
         return found
 
     def listen(self, seconds: float) -> Listened:
-        """Hear what passes by itself."""
+        """Listen to the bus without sending."""
         frames = frame_scripts()
         look = partial(listen, frames.io, is_command, seconds)
         return carry_out(frames, look, self.twin.link, self.clock)
 
     def codes(self) -> set[Code]:
-        """Return the codes of all that was put to drives."""
+        """Return the codes of all requests to drives."""
         return {request.code for _, request in self.said}
 
     def ids(self) -> tuple[int, ...]:
@@ -154,7 +156,7 @@ class Bench:
         return tuple(node.device.node for node in self.board.nodes)
 
     def flashes(self) -> list[dict[str, Any]]:
-        """Return what the drives keep without current."""
+        """Return the settings in the drives' flash memories."""
         return [node.flash.to_json() for node in self.board.nodes]
 
     def _spy(self) -> None:
@@ -176,7 +178,7 @@ def _request(frame: Frame) -> Request:
 
 
 class ServedBus(ServedDevice):
-    """New or commissioned drives in real time behind one or two adapters on pseudo-terminals."""
+    """New or set-up drives in real time, behind one or two adapters on pseudo-terminals."""
 
     def __init__(self, folder: Any, **settings: Any) -> None:
         server = make_server(slcan=folder / "can0", beside=folder / "can1")

@@ -1,4 +1,4 @@
-"""What tests of several packages share: calling commands, and writing programs."""
+"""Fixtures for several packages: calling commands, and writing programs."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from cli_calls import Caller
 
 @pytest.fixture
 def call(capsys):
-    """Call a command."""
+    """Return a function that calls a command."""
     return Caller(capsys)
 
 
 @pytest.fixture
 def homed(call):
-    """Call a command on the simulated arm, which has been referenced."""
+    """Return a function that calls a command on the referenced simulated arm."""
     call("home", code=0)
     return call
 
 
 @pytest.fixture
 def write(tmp_path):
-    """Write a program; return its path as a command takes it."""
+    """Return a function that writes a program, and returns its path for a command."""
 
     def written(text, name="t.arm"):
         path = tmp_path / name

@@ -1,4 +1,4 @@
-"""A port with a simulated arm behind it, for the doctor: any baud rate may be tried on it."""
+"""A port with a simulated arm behind it, for the doctor, which may try any baud rate."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
 WHO = recogniser()
 PROBES = WHO.probes
 SPOKEN = sorted({probe.dialect for probe in PROBES})
-"""The dialects of the table of probes that have a simulated arm."""
+"""The dialects that the doctor can probe for."""
 
 
 def made(dialect: str, **settings: object) -> SimDevice:
-    """Return a simulated arm, its motors holding it."""
+    """Return a simulated arm whose motors hold it."""
     device = simulate_device(simulated_config(dialect), settings=settings)
     device.world.energised = True
     return device
@@ -37,7 +37,7 @@ def made(dialect: str, **settings: object) -> SimDevice:
 
 @dataclass
 class SimPort(Link):
-    """A link at any baud rate; at another than the device's, both ends hear what a UART hears."""
+    """A link at any baud rate; at a wrong rate, both ends receive what a UART would."""
 
     description = "a simulated port"
 
@@ -137,19 +137,19 @@ PREPARED: dict[str, dict[str, tuple[bytes, float]]] = {
         "in motion": (b"G1G91X30F600\n", 0.5),
     },
 }
-"""What another program left behind, and how long ago: bytes at the device's own baud rate."""
+"""The bytes that another program sent at the device's baud rate, and how long ago, in s."""
 
 LINE_ENDS_ACT = [("grbl", "half a line with an open comment")]
-"""Where any line end starts a motion: the doctor sends none to a board that answers `?`."""
+"""Here any line end starts a motion: the doctor sends none to a board that replies to `?`."""
 
 
 def prepared(dialect: str, state: str, *, any_rate: bool = False) -> SimPort:
-    """Return a port with an arm behind it; with `any_rate` it has native USB, which has no rate."""
+    """Return a port with an arm behind it; with `any_rate`, over native USB, which has no rate."""
     device = made(dialect)
     if any_rate:
         device.board.baud = None
     port = SimPort(device)
-    port.pass_time(3.0)  # a board takes nothing while it starts
+    port.pass_time(3.0)  # a board ignores input while it boots
     data, ago_s = PREPARED[dialect][state]
     port.tune(port.device.board.baud or 0)
     port.write(data, port.now)
@@ -157,8 +157,8 @@ def prepared(dialect: str, state: str, *, any_rate: bool = False) -> SimPort:
     return port
 
 
-def undisturbed(dialect: str, state: str, until_s: float):
-    """Return the device that nobody has examined, at the same moment."""
+def unexamined(dialect: str, state: str, until_s: float):
+    """Return a device that was not examined, at the same moment."""
     port = prepared(dialect, state)
     port.pass_time(until_s - port.now)
     return port.device
@@ -166,21 +166,21 @@ def undisturbed(dialect: str, state: str, until_s: float):
 
 def check_unmoved(port: SimPort, dialect: str, state: str) -> None:
     port.pass_time(AFTER_S)
-    other = undisturbed(dialect, state, port.now)
+    other = unexamined(dialect, state, port.now)
     assert port.device.world.motors == other.world.motors
     assert port.device.world.energised == other.world.energised
     assert not port.device.moving
 
 
 BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
-"""What a GRBL board says when it has started."""
+"""The greeting of a GRBL board after it boots."""
 
 NUMBER = "A50285BI"
 """An adapter's USB serial number."""
 
 
 def plug(monkeypatch, adapters: dict[Path, str | None]) -> None:
-    """Pretend that these USB adapters are plugged in; files stand in for their devices."""
+    """Simulate USB adapters with these device files and serial numbers."""
     for device in adapters:
         device.touch()
     usb = {"vid": 0x0403, "pid": 0x6001, "manufacturer": "FTDI"}
@@ -194,7 +194,7 @@ def plug(monkeypatch, adapters: dict[Path, str | None]) -> None:
 
 
 def lead(monkeypatch, port: object, device) -> list[int]:
-    """Have a port lead to a device on simulated time; each opening is noted, with its rate."""
+    """Put a device behind a port, in simulated time; return the list of rates of its openings."""
     opened: list[int] = []
     sim = SimPort(device)
 
@@ -208,8 +208,8 @@ def lead(monkeypatch, port: object, device) -> list[int]:
     return opened
 
 
-class Deaf(Link):
-    """A device that says what it was told to, whoever asks: no arm at all."""
+class ScriptedDevice(Link):
+    """A device that is no arm: it sends its bytes at their times, and `answers` to everything."""
 
     byte_gap_s = 0.0
 
@@ -234,15 +234,15 @@ class Deaf(Link):
         return min((at_s for at_s, _ in self._says), default=math.inf)
 
 
-class Echo(Deaf):
-    """A wire whose transmit and receive are joined."""
+class EchoDevice(ScriptedDevice):
+    """A wire that sends everything back: transmit and receive are joined."""
 
     def receive(self, data: bytes, now_s: float) -> None:
         self._says.append((now_s, data))
 
 
-class Rewritten(Link):
-    """A device some of whose words are other ones: a board of another build, say."""
+class RewritingDevice(Link):
+    """A device with some replies changed, such as a board of another build."""
 
     def __init__(self, device: SimDevice, *changes: tuple[bytes, bytes]) -> None:
         self._device = device
@@ -264,11 +264,11 @@ THREE_AXES = (
     (rb"WCO:" + THREE, rb"WCO:\1"),
     (rb"\[AXS[^\n]*\n", b""),
 )
-"""What a board with three axes tells less than one with six."""
+"""The changes that make the replies of a board with six axes those of one with three."""
 
 
 class EchoingBoard(Link):
-    """A board on a line that says everything back, before the board answers."""
+    """A board on a line that sends everything back before the board replies."""
 
     def __init__(self, device: SimDevice) -> None:
         self._device = device
@@ -289,8 +289,8 @@ class EchoingBoard(Link):
         return 0.0 if self._back else self._device.next_s()
 
 
-class Talker(Deaf):
-    """Firmware that answers whole lines and single characters from a table."""
+class TableDevice(ScriptedDevice):
+    """Firmware that replies to lines and to single characters from a table."""
 
     def __init__(self, answers: dict[bytes, bytes], default: bytes, greeting: bytes) -> None:
         super().__init__((0.1, greeting), baud=115_200)

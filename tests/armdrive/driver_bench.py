@@ -1,4 +1,4 @@
-"""A driver's end on simulated time, without the engine between; what is at its wire is added."""
+"""A controller in simulated time without the engine; subclasses add the device on its wire."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kinematics import Motors
 
 
 class DriverBench:
-    """A controller whose requests are carried out while time passes."""
+    """A controller that carries out requests while time passes."""
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
@@ -21,8 +21,9 @@ class DriverBench:
         self.heard: list[Event] = []
         self.sent: list[tuple[float, Frame]] = []
         self.dead = False
-        """Whether the host does nothing any more."""
+        """Whether the host is dead or suspended."""
         self.at_s: dict[float, Callable[[], object]] = {}
+        """What the test does at moments, by the time in s."""
 
     def do(self, request, longest_s: float = 20.0):
         """Carry out a request, and return its reply."""
@@ -30,12 +31,12 @@ class DriverBench:
         return self.finish(longest_s)
 
     def begin(self, request) -> None:
-        """Hand a request over."""
+        """Begin a request."""
         self.controller.begin(request, self.now_s)
-        self._speak()
+        self._send()
 
     def finish(self, longest_s: float = 20.0):
-        """Let time pass until the request is answered."""
+        """Let time pass until the request has a reply, and return it."""
         end_s = self.now_s + longest_s
         while self.now_s < end_s:
             if (reply := self.reply()) is not None:
@@ -56,11 +57,11 @@ class DriverBench:
         return self
 
     def alerts(self) -> list[Alert]:
-        """Return what has alarmed so far, as far as it was fetched."""
+        """Return the alerts that were fetched so far."""
         return [event for event in self.heard if isinstance(event, Alert)]
 
     def reply(self):
-        """Return what the request has come to, None while nothing; note what else was heard."""
+        """Return the reply to the request, None if there is none yet; record all other events."""
         while (event := self.controller.next_event()) is not None:
             self.heard.append(event)
             if not isinstance(event, Alert | ProtocolWarning | Progress):
@@ -68,7 +69,7 @@ class DriverBench:
         return None
 
     def _pass_to(self, end_s: float, times: list[float]) -> None:
-        """Let time pass to the first of these times, and do what is due then."""
+        """Let time pass to the earliest of these times, and do what is due then."""
         if not self.dead:
             times.append(self.controller.next_s())
         self.now_s = max(self.now_s, min(end_s, *times, *self.at_s))
@@ -78,18 +79,18 @@ class DriverBench:
     def _step(self, end_s: float) -> None:
         raise NotImplementedError
 
-    def _speak(self) -> None:
+    def _send(self) -> None:
         raise NotImplementedError
 
 
 BOTH, ORDERS, ANSWERS = (True, False), (True,), (False,)
-"""The sides whose frames are held up: the host's, the drives', or both."""
+"""The senders whose frames are delayed: the host, the drives, or both."""
 
 
 class BusBench(DriverBench):
-    """A controller and the simulated drives of an arm on one bus, which can lose or delay frames.
+    """A controller and the simulated drives of an arm on one bus that can lose or delay frames.
 
-    Both rules get a frame and whether the host has sent it.
+    `loses` and `waits_s` get a frame, and whether the host has sent it.
     """
 
     def __init__(self, controller: Controller, device: SimDevice, link: MemoryLink) -> None:
@@ -98,21 +99,21 @@ class BusBench(DriverBench):
         self.loses: Callable[[Frame, bool], bool] = lambda frame, host: False
         """Whether a frame is lost."""
         self.waits_s: Callable[[Frame, bool], float] = lambda frame, host: 0.0
-        """How long a frame waits before it passes."""
+        """How long a frame is delayed."""
         self._to: list[tuple[float, bytes]] = []
         self._back: list[tuple[float, bytes]] = []
 
     @property
     def positions(self) -> Motors:
-        """What the drives count."""
+        """The counts of the drives."""
         return self.device.registers
 
     def say(self, *frames: bytes) -> None:
-        """Have the driver read frames that no drive has sent."""
+        """Make the driver receive frames that no drive has sent."""
         self._back += [(self.now_s, data) for data in frames]
 
-    def hold_up(self, for_s: float, sides: tuple[bool, ...] = BOTH, node: int = 0) -> None:
-        """Make the bus, or one drive's end of it, keep frames for a time; then all pass at once."""
+    def delay_frames(self, for_s: float, sides: tuple[bool, ...] = BOTH, node: int = 0) -> None:
+        """Hold back the frames of the bus or of one drive for a time; then deliver all at once."""
         end_s, waits_s = self.now_s + for_s, self.waits_s
 
         def held_s(frame: Frame, host: bool) -> float:
@@ -122,23 +123,23 @@ class BusBench(DriverBench):
         self.waits_s = held_s
 
     def suspend(self, for_s: float) -> Motors:
-        """Suspend the program; return where the shafts are as it wakes.
+        """Suspend the program; return where the shafts are when it resumes.
 
-        At the next step it receives all frames of that time at once.
+        At its next step it receives all frames of that time at once.
         """
         self.dead = True
         self.run(for_s)
         self.dead = False
         return self.positions
 
-    def stands(self, for_s: float = 2.0) -> None:
-        """Check that nothing turns for a while."""
+    def check_stands(self, for_s: float = 2.0) -> None:
+        """Check that no shaft turns for a while."""
         stood = self.positions
         self.run(for_s)
         assert self.positions == stood
 
     def alerts(self) -> list[Alert]:
-        """Return what has alarmed so far."""
+        """Return the alerts so far."""
         self.reply()
         return super().alerts()
 
@@ -154,14 +155,14 @@ class BusBench(DriverBench):
             if not self.loses(frame, False):
                 self._back.append((self.now_s + self.waits_s(frame, False), pack(frame)))
         if not self.dead:
-            self._hear()
+            self._receive()
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         if heard := _due(self._back, self.now_s):
             self.controller.receive(heard, self.now_s)
-        self._speak()
+        self._send()
 
-    def _speak(self) -> None:
+    def _send(self) -> None:
         if self.dead:
             return
         for frame in Unpacker().feed(self.controller.advance(self.now_s)):

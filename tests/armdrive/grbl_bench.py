@@ -1,4 +1,4 @@
-"""A simulated GRBL board on a simulated wire: say something, let time pass, look at the answers."""
+"""A simulated GRBL board on a simulated wire: send lines, let time pass, read the replies."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ MACHINE = {
     **{130 + axis: 200.0 for axis in range(AXES)},
     11: 0.01,
 }
-"""A board with the figures of the measurements: units of ten steps, 500 units/s^2."""
+"""The settings of the measured board: units of ten steps, 500 units/s^2."""
 HOMING = {**MACHINE, 22: 1, 24: 25, 25: 3000, 26: 250, 27: 1}
 
 
 def config_of(kind="stepper", **device):
-    """The arm of the board, its gripper on an output perhaps."""
+    """Return the configuration of the board's arm, with a kind of gripper."""
     config = simulated_config("grbl")
     model = config.model
     if kind != "stepper":
@@ -45,7 +45,7 @@ def config_of(kind="stepper", **device):
 
 
 class Bench:
-    """`heard` is every line that the board has said, `reports` the status reports of them."""
+    """`heard` has every line that the board has sent, and `reports` the status reports."""
 
     def __init__(self, values=MACHINE, *, baud=BAUD, config=None, saved=None, **options):
         config = config or config_of()
@@ -69,11 +69,11 @@ class Bench:
         return [one for one in found if isinstance(one, Banner)]
 
     def put(self, data):
-        """Put bytes on the wire."""
+        """Send bytes."""
         self.link.write(data if isinstance(data, bytes) else data.encode("latin-1"), self.now_s)
 
     def wait(self, seconds):
-        """Let time pass; return the lines that were said meanwhile."""
+        """Let time pass; return the lines that arrived."""
         self.now_s += seconds
         *lines, self.rest = (self.rest + self.link.read(self.now_s)).split(b"\r\n")
         said = [line.decode() for line in lines if line]
@@ -83,12 +83,12 @@ class Bench:
         return said
 
     def say(self, text, seconds=0.05):
-        """Send a line, or real-time commands, and let time pass."""
+        """Send a line or a real-time command, and let time pass; return the lines that arrived."""
         self.put(text if len(text) == 1 else text + "\n")
         return self.wait(seconds)
 
     def ask(self):
-        """Ask for a report, and return it."""
+        """Request a status report, and return it; None without one."""
         before = len(self.reports)
         self.put("?")
         for _ in range(100):
@@ -99,11 +99,11 @@ class Bench:
 
     @property
     def x(self):
-        """Where the board counts its first axis."""
+        """The board's position of its first axis."""
         return self.board.drive.counts[0] / PER_UNIT
 
     def finish(self):
-        """Let time pass until nothing moves and nothing is said."""
+        """Let time pass until no event is left; return all lines."""
         while (due_s := self.link.next_s()) < math.inf:
             self.now_s = max(self.now_s, due_s)
             self.wait(0.0)
@@ -112,7 +112,7 @@ class Bench:
 
 
 def stream(bench, commands, host=None):
-    """Send lines by counting characters (or one at a time); return how long that took."""
+    """Send lines as fast as the host's flow control allows; return how long that took, in s."""
     host = host or Host(bench.board.codec.dialect)
     began_s, waiting, oks = bench.now_s, list(commands)[::-1], 0
     total = len(waiting)
@@ -130,8 +130,8 @@ def stream(bench, commands, host=None):
     return bench.now_s - began_s
 
 
-def at_the_end(bench, units=100.0):
-    """Put every switch so far ahead of where its motor stands."""
+def with_switches_ahead(bench, units=100.0):
+    """Put every limit switch some units ahead of its motor."""
     motors = bench.device.world.motors
     found = {n: LimitInput(n, count + round(units * 10), 1) for n, count in enumerate(motors)}
     bench.board.switches.by_axis = found
@@ -140,8 +140,8 @@ def at_the_end(bench, units=100.0):
 
 
 def homing_bench(values=HOMING):
-    """A board that homes, on an arm whose joints turn as far as they like."""
-    bench = at_the_end(Bench(values))
+    """Return a board that can home, on an arm without mechanical stops."""
+    bench = with_switches_ahead(Bench(values))
     stops = bench.device.world.body.stops
     bench.device.world._stops = [replace(one, low_rad=-99.0, high_rad=99.0) for one in stops]
     return bench

@@ -1,4 +1,4 @@
-"""Recorded runs for tests: a simulated arm, its recorder, and what came of it."""
+"""Recorded runs for tests: a simulated arm with a recorder, and its recordings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armdrive.trace.recorder import FlightRecorder
 def recorded_arm(
     dialect="teachmover", folder: Path | None = None, ring: EntryRing | None = None, **how
 ):
-    """Connect to a simulated arm that is recorded, its motors on."""
+    """Connect to a simulated arm with a recorder."""
     tracer = FlightRecorder(folder, ring=ring)
     arm = Arm(connect_simulated(simulated_config(dialect), tracer=tracer, **how))
     arm.__enter__()

@@ -1,4 +1,4 @@
-"""A small host on a simulated Robko's wire, a wire that spoils frames by rule, and ready arms."""
+"""A small host for a simulated Robko, a wire that disturbs frames by rule, and ready arms."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ AA = 0xAA
 
 @dataclass
 class RobkoBench:
-    """Sends one request at a time and lets simulated time pass until its answer."""
+    """Sends one request at a time, and lets simulated time pass until the reply."""
 
     board: SimRobkoBoard = field(default_factory=SimRobkoBoard)
     now_s: float = 0.0
@@ -33,7 +33,7 @@ class RobkoBench:
         self.link.write(self.host.send(request), self.now_s)
 
     def finish(self, longest_s: float = 1.0) -> Answer | None:
-        """Let time pass until the request is answered; None where it never is."""
+        """Let time pass until the reply, and return it; None without one."""
         until_s = self.now_s + longest_s
         while self.now_s < until_s:
             self.now_s = min(max(self.now_s, self.link.next_s()), until_s)
@@ -52,20 +52,20 @@ class RobkoBench:
         self.ask(Enable())
         return self
 
-    def let_pass(self, seconds: float) -> bytes:
-        """Let time pass and return what was said."""
+    def pass_time(self, seconds: float) -> bytes:
+        """Let time pass; return the bytes that arrived."""
         self.now_s += seconds
         return self.link.read(self.now_s)
 
 
 def axes(*steps: int, speed: int = 100) -> Axes:
-    """Return a motion of the first axes, all at one speed; those that rest get none."""
+    """Return a motion of the first axes at one speed; axes that stand get no speed."""
     steps = (*steps, *(0,) * (6 - len(steps)))
     return Axes(steps, tuple(speed if each else 0 for each in steps))
 
 
 def of(op: Op) -> bytes:
-    """Return the pattern of a frame of an operation, to be disturbed."""
+    """Return the pattern of frames of an operation, for the disturbed wire."""
     return rb"[^\xaa]*\xaa.." + re.escape(bytes([op]))
 
 
@@ -74,7 +74,7 @@ def op_of(data: bytes) -> Op:
 
 
 class FrameLink(DisturbedLink):
-    """A Robko's wire, of frames."""
+    """A disturbed wire that carries a Robko's frames."""
 
     def received(self, data: bytes) -> tuple[list[bytes], bytes]:
         frames = []
@@ -88,9 +88,9 @@ class FrameLink(DisturbedLink):
 
 
 robko_config = partial(arm_config, "robko01")
-"""An arm on a Robko 01's board."""
+"""Makes the configuration of an arm on a Robko 01 board."""
 
 
 def ready_robko(config=None, **options) -> Arm:
-    """An arm that stands over the table, its motors on, referenced."""
+    """Return a referenced arm above the table, with its motors on."""
     return driven(config or robko_config(), link=FrameLink, **options)

@@ -1,4 +1,4 @@
-"""A scripted machine for tests of what runs programs, and a pick-and-place program of acts."""
+"""Scripted programs for tests of the program runner, and a pick-and-place program."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from kinematics import Pose
 
 
 class Keys:
-    """A person who presses Enter at once, and counts how often."""
+    """A person who presses Enter at once; `taken` counts how often."""
 
     taken = 0
 
@@ -37,7 +37,7 @@ class Keys:
 
 
 class ScriptedMachine:
-    """Gives its stages one after the other; remembers what was answered."""
+    """Yields its stages one after the other, and records the answers."""
 
     def __init__(self, stages, at=0, answers=()):
         self.stages = stages
@@ -61,7 +61,7 @@ class ScriptedMachine:
 
 @dataclass
 class Script:
-    """A source of scripted machines; the acts stand in lines 1, 2, 3 ..."""
+    """A source of scripted machines, with one act in each line."""
 
     acts: tuple[Any, ...]
     made: list[ScriptedMachine] = field(default_factory=list)
@@ -84,7 +84,7 @@ class Script:
 
 @dataclass
 class Listener:
-    """A person who writes down, and lets everything go on at once."""
+    """A person who records the texts, and never holds up the program."""
 
     said: list[str] = field(default_factory=list)
     held: list[str] = field(default_factory=list)
@@ -115,14 +115,14 @@ PICK_AND_PLACE = (
     go(down(250, -60, 80), line=True),
     ready(),
 )
-"""Carries block A from y 60 to y -60."""
+"""A program that carries block A from y 60 to y -60."""
 
 BLOCK = TableBlock("A", 250.0, 60.0, 0.0, 30.0, 30.0)
 
 
 @contextmanager
 def at_each_start(arm, happens):
-    """Have something happen with each motion that the arm has begun: `happens(move, handle)`."""
+    """Call `happens(move, handle)` after the arm has begun each motion."""
     start = arm.start
 
     def starting(move, **how):
@@ -140,14 +140,14 @@ def at_each_start(arm, happens):
 def table_arm(dialect="teachmover", *blocks):
     """Return a simulated arm in its reference posture, with blocks on its table."""
     config = simulated_config(dialect)
-    arm = Arm(connect_simulated(config, twin=standing_twin(config, blocks)))
+    arm = Arm(connect_simulated(config, twin=twin_at_reference(config, blocks)))
     arm.enable()
     arm.confirm_reference()
     return arm
 
 
-def standing_twin(config, blocks=()):
-    """Return a twin that somebody has brought to its reference posture, in no time."""
+def twin_at_reference(config, blocks=()):
+    """Return a simulated arm in its reference posture."""
     twin, reference = simulate(config, blocks=blocks), config.model.reference
     twin.device.bring_to(config.model.arm.ik(reference.pose), reference.opening_mm)
     return twin
@@ -161,7 +161,7 @@ def performer(arm, person=None):
 
 
 class Killed(BaseException):
-    """The program was killed: it stops and closes nothing."""
+    """The program was killed: it neither stops the arm nor closes anything."""
 
 
 def kill(*_):
@@ -170,7 +170,7 @@ def kill(*_):
 
 @dataclass
 class At:
-    """Does something at the beginning or the end of an act, which counts from 1."""
+    """Calls `act` at the beginning or the end of an act; acts count from 1."""
 
     number: int
     act: Any = kill
@@ -188,7 +188,7 @@ class At:
 
 
 def recorded(config, twin):
-    """Return an enabled arm whose position outlives it."""
+    """Return an enabled arm that records its position."""
     recorder = FileRecorder(state_file(config.name))
     arm = Arm(connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True))
     if arm.status.state is State.DISABLED:
@@ -196,8 +196,8 @@ def recorded(config, twin):
     return arm
 
 
-def reborn(arm):
-    """Return an arm as the next program finds it after a kill."""
+def restarted(arm):
+    """Return the arm as the next program finds it after a kill."""
     return recorded(arm.config, simulate(arm.config, arm.twin.save()))
 
 

@@ -1,4 +1,4 @@
-"""A small host on a simulated wire, and ways to move a simulated arm about."""
+"""A small host for a simulated TeachMover, and functions that move a simulated arm."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GRASP_PITCH_DEG = -90.0
 
 @dataclass
 class Bench:
-    """Sends one command at a time and lets simulated time pass until its answer."""
+    """Sends one command at a time, and lets simulated time pass until the reply."""
 
     board: TeachMoverBoard = field(default_factory=TeachMoverBoard)
     now_s: float = 0.0
@@ -32,7 +32,7 @@ class Bench:
         self.link.write(self.host.send(command), self.now_s)
 
     def finish(self) -> Completed:
-        """Let time pass until the command is answered; fail where nothing is left to happen."""
+        """Let time pass until the reply, and return it; fail if no event is left."""
         while True:
             event = self.host.next_event()
             if isinstance(event, Completed):
@@ -49,14 +49,14 @@ class Bench:
         self.begin(command)
         return self.finish()
 
-    def let_pass(self, seconds: float) -> bytes:
-        """Let time pass and return what was said."""
+    def pass_time(self, seconds: float) -> bytes:
+        """Let time pass; return the bytes that arrived."""
         self.now_s += seconds
         return self.link.read(self.now_s)
 
 
 def reach(world: World, x: float, y: float, z: float, opening: float | None = None) -> None:
-    """Drive the physical arm to a point, the hand downwards; the fingers stay unless told."""
+    """Move the physical arm to a point with the hand down, and the fingers if asked to."""
     pose = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=GRASP_PITCH_DEG)
     joints = world.body.arm.ik(pose, world.joints)
     _, pulled = world.body.transmission.to_joints(world.motors)
@@ -65,7 +65,7 @@ def reach(world: World, x: float, y: float, z: float, opening: float | None = No
 
 
 def descend(world: World, x: float, y: float, z: float, opening: float | None = None) -> None:
-    """Come down on a point from 100 mm above it, in a straight line."""
+    """Lower the tip to a point from 100 mm above it, in a straight line."""
     reach(world, x, y, z + 100, opening)
     for step in range(1, 11):
         reach(world, x, y, z + 100 - 10 * step)
@@ -82,7 +82,7 @@ def spread(world: World, opening: float) -> None:
 
 
 def lift(world: World, height: float) -> None:
-    """Raise the tip straight up, the fingers as they are."""
+    """Raise the tip straight up; the fingers stay."""
     x, y, z = world.tip
     for step in range(1, 6):
         reach(world, x, y, z + height * step / 5)

@@ -1,1 +1,1 @@
-"""Every announced bound of a stop, held against the worst that the simulated device can do."""
+"""Checks every announced stop bound against the worst case of the simulated device."""

@@ -1,8 +1,8 @@
-"""The worst of each dialect: how it moves, what its wire does, and when the motion is ended.
+"""The worst cases of each dialect: the motion, what ends it and when, and what the wire does.
 
-A row says which motion is ended by what, at which moments, and what the wire does from then on. Of
-all its moments, the worst must reach half of what was announced, unless a reason of `REASONS` says
-why the simulated device cannot.
+A row names a motion, the cause that ends it, the moments, and the behaviour of the wire from then
+on. The worst moment must reach half of the announced bound, unless a reason of `REASONS` says why
+the simulated device cannot.
 """
 
 from __future__ import annotations
@@ -21,39 +21,39 @@ from armdrive.sim.device import Value
 from armdrive.sim.faults.request import parse_words
 from kinematics import Joints, Motors
 
-from .stand import Overrun, Stand
+from .stand import Stand, StopResult
 
 HOST_S = 0.03
-"""What every bound allows for a message that this computer or an adapter holds back."""
+"""How long this computer or an adapter may hold back a message; every bound allows for it."""
 RESTS_S = 2.0
-"""By then every arm stands; no bound that is measured here is longer."""
-ASLEEP_S = 4.0
+"""Every arm stands within this time; it is longer than all bounds that are measured here."""
+SUSPENDED_S = 4.0
 LONGEST_S = 3.0
-"""Every motion is under way by then."""
+"""Every motion is under way within this time."""
 WARM_UP_DEG = 6.0
 
 # -- the motions --------------------------------------------------------------------------------
 
 START_DEG = (0.0, 30.0, -14.0, -80.0, 0.0)
-"""From here all joints turn upwards at full speed, and the arm is straight a second later."""
+"""All joints turn upwards from here at full speed; the arm is straight after a second."""
 PLANNED_S = 1.05
 EVEN_STEPS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {"robko01": (1, -1, 1, -1, -1, 0), "armdroid": (1, -1, -1, -1, -1, 0)}
 )
-"""Where motors are not coordinated, a burst is shorter the more their ways differ: here all make
-the same steps, in the directions that raise every part of the arm."""
+"""If motors are not coordinated, a burst is shorter the more their distances differ. Here all make
+equal steps, in the directions that raise every part of the arm."""
 EVEN_START_DEG = (0.0, 30.0, -8.0, -25.0, 0.0)
 EVEN_COUNTS: Mapping[str, int] = MappingProxyType({"robko01": 104, "armdroid": 160})
-"""So many steps are cut into equal bursts that each last nearly as long as they may."""
+"""These many steps are divided into equal bursts that each last nearly as long as is allowed."""
 
 
 def start_of(dialect: str) -> Joints:
-    """Return where the motions of a dialect begin."""
+    """Return the posture in which the motions of a dialect begin."""
     return Joints.of(*(EVEN_START_DEG if dialect in EVEN_STEPS else START_DEG))
 
 
 def full_speeds(config: ArmConfig) -> tuple[float, ...]:
-    """Return the joints' speeds, in rad/s, of the motion in which all of them are fastest."""
+    """Return the joint speeds, in rad/s, of the motion in which all joints are fastest."""
     limits, dialect = config.model.joint_speeds_rad_s, config.connection.dialect
     if dialect not in EVEN_STEPS:
         return (*limits[:-1], 0.0)
@@ -68,13 +68,13 @@ class Begin(Enum):
     """How a motion begins."""
 
     PLANNED = "a planned motion of all joints at full speed"
-    UPWARDS = "the same without the base, whose way is at right angles to that of the others"
+    UPWARDS = "the same without the base, which moves the tip at right angles to the other joints"
     JOG = "a held jog of all joints at full speed"
-    SLOW_JOG = "a held jog of the base, as slow as the board turns a motor"
+    SLOW_JOG = "a held jog of the base, as slowly as the board turns a motor"
 
 
 def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
-    """Have the arm begin to move."""
+    """Begin a motion of the arm."""
     arm = stand.arm
     speeds = full_speeds(arm.config)
     if how is Begin.UPWARDS:
@@ -121,11 +121,11 @@ class Cause(Enum):
 
 
 SILENT = (Cause.PAUSE, Cause.KILLED, Cause.PULLED, Cause.SUSPENDED)
-"""These are held to the bound of a host that says nothing any more."""
+"""The causes for which the bound of a silent host holds."""
 
 
 def end(stand: Stand, cause: Cause) -> None:
-    """End the motion, and let time pass until the arm stands."""
+    """End the motion, and wait until the arm stands."""
     arm = stand.arm
     match cause:
         case Cause.STOP:
@@ -135,7 +135,7 @@ def end(stand: Stand, cause: Cause) -> None:
         case Cause.RELEASE:
             arm.release()
         case Cause.EXPIRY:
-            pass  # nobody renews it
+            pass  # the hold is not renewed
         case Cause.PAUSE:
             arm.pause()
         case Cause.PULLED:
@@ -146,13 +146,13 @@ def end(stand: Stand, cause: Cause) -> None:
             stand.abandon(RESTS_S)
             return
         case Cause.SUSPENDED:
-            stand.abandon(ASLEEP_S)
-            arm.pace.clock.now_s += ASLEEP_S
-            arm.engine.suspended(ASLEEP_S)
+            stand.abandon(SUSPENDED_S)
+            arm.pace.clock.now_s += SUSPENDED_S
+            arm.engine.suspended(SUSPENDED_S)
     try:
         arm.sleep(RESTS_S)
     except ArmError:
-        assert cause is Cause.SUSPENDED  # a program that slept is told so
+        assert cause is Cause.SUSPENDED  # the driver reports that the program was suspended
 
 
 # -- rows ---------------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ def nothing() -> Loses:
 
 
 def first(*marks: bytes) -> Callable[[], Loses]:
-    """Lose the first message that has one of these marks in it."""
+    """Lose the first message that contains one of these marks."""
 
     def make() -> Loses:
         lost: list[bytes] = []
@@ -182,8 +182,8 @@ def first(*marks: bytes) -> Callable[[], Loses]:
     return make
 
 
-def everything_first() -> Loses:
-    """Lose the first message whatever it is: where only stops are said, that is the stop."""
+def first_message() -> Loses:
+    """Lose the first message, whatever it is; after the cause of a stop that is the stop."""
     lost: list[bytes] = []
 
     def loses(data: bytes) -> bool:
@@ -197,11 +197,11 @@ def everything_first() -> Loses:
 class Row:
     """One way to end a motion of a dialect, at its worst.
 
-    The motion is ended `after_s` behind its beginning, each time anew; or, of a device that is sent
-    bursts, `after_s` behind the message of the burst with number `burst`. From then on the wire is
-    `late_s` late, and loses what `loses` picks. Before that, everything is lost for `cut[0]`, and
-    nothing for the last `cut[1]` of it. `time` and `way` are names of `REASONS` where less
-    than half is reached.
+    The cause comes at each time of `after_s`, in a motion of its own: after the start of the
+    motion, or after the message of burst number `burst`, for devices that get bursts. From then on
+    the wire is `late_s` late, and loses the messages that `loses` picks. Before the cause, the wire
+    loses all messages for `cut[0]` s, and then none for `cut[1]` s. `time` and `way` name the
+    reasons in `REASONS` if less than half of the bound is reached.
     """
 
     dialect: str
@@ -229,59 +229,59 @@ BURSTS: Mapping[str, Callable[[bytes], bool]] = MappingProxyType(
         "armdroid": lambda data: data == b"D",
     }
 )
-"""How the message is known that sets a burst going."""
+"""Whether a message starts a burst, by dialect."""
 
 
-def measure(row: Row, after_s: float) -> Overrun:
-    """Move, end it, and return what became of it."""
+def measure(row: Row, after_s: float) -> StopResult:
+    """Begin a motion, end it, and return how the arm stopped."""
     config = simulated_config(row.dialect)
     stand = Stand(config, start_of(row.dialect), **row.options)
     arm = stand.arm
-    if row.burst:  # what the arm's motors are like is learnt first
+    if row.burst:  # the driver first learns how fast the motors are
         for angle in (WARM_UP_DEG, 0.0):
             arm.move_j(base_deg=angle, shoulder_deg=START_DEG[1] + angle)
-    seen: list[float] = []
+    bursts_s: list[float] = []
     is_burst = BURSTS.get(row.dialect, lambda data: False)
 
-    def sees(data: bytes) -> None:
+    def on_message(data: bytes) -> None:
         if is_burst(data):
-            seen.append(stand.now_s)
+            bursts_s.append(stand.now_s)
 
-    stand.link.sees = sees
+    stand.link.on_message = on_message
     expires = row.cause is Cause.EXPIRY
     began_s = stand.now_s
     begin(stand, row.begin, after_s if expires and not row.burst else 1.0, row.speed)
     if row.burst:
-        while len(seen) < row.burst and stand.now_s < began_s + LONGEST_S:
+        while len(bursts_s) < row.burst and stand.now_s < began_s + LONGEST_S:
             arm.sleep(0.001)
-        assert len(seen) == row.burst, "the burst that should be stopped never came"
+        assert len(bursts_s) == row.burst, "the burst to be stopped never came"
         if expires:
             hold = arm.core.hold
             assert hold is not None
             arm.hold(hold.jog, speed=hold.speed, for_s=max(after_s, 1e-6))
-    lost_s, heard_s = row.cut
+    lost_s, restored_s = row.cut
     if not row.burst or after_s > 0.0:
-        arm.sleep(after_s - lost_s - heard_s)
+        arm.sleep(after_s - lost_s - restored_s)
     if lost_s:
         stand.link.loses = lambda data: True
         arm.sleep(lost_s)
         stand.link.loses = nothing()
-        arm.sleep(heard_s)
+        arm.sleep(restored_s)
     stand.link.late_s, stand.link.loses = row.late_s, row.loses()
     bound = stand.mark()
     end(stand, row.cause)
-    found = stand.overrun(bound)
+    found = stand.stopped(bound)
     return found.silent if row.cause in SILENT else found
 
 
-# -- what cannot reach half ---------------------------------------------------------------------
+# -- reasons for less than half -----------------------------------------------------------------
 
 HALF = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why a simulated device reaches less than half of a bound, and what it reaches at least."""
+    """Why a simulated device reaches less than half of a bound, and the least share it reaches."""
 
     least: float
     why: str
@@ -297,8 +297,8 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
         ),
         "any speed": Reason(
             0.25,
-            "A jog may become another one at any moment, so its bound holds at every speed. A slow "
-            "jog is stopped last, and a fast one goes furthest: each has a row of its own.",
+            "A jog may change its speed at any moment, so its bound holds at every speed. A slow "
+            "jog takes longest to stop, and a fast one goes furthest: each has a row of its own.",
         ),
         "slow is near": Reason(
             0.04,
@@ -306,8 +306,8 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
         ),
         "dead stop": Reason(
             0.25,
-            "The status has one bound for both stops, that of the gentler one: motors that are "
-            "stopped dead do not brake on their ramp.",
+            "The status has one bound for both stops, that of the gentler one. An emergency stop "
+            "does not brake on the ramp.",
         ),
         "as if dead": Reason(
             0.25,
@@ -333,9 +333,9 @@ _DEATHS = (Cause.KILLED, Cause.SUSPENDED)
 
 
 def _burst_rows() -> tuple[Row, ...]:
-    """Return the rows of devices that drive each burst to its end, or whose stop is lost."""
+    """Return the rows of devices that finish each burst, or whose stop is lost."""
     whole = (*_STOPS, Cause.PAUSE, *_DEATHS)
-    lost = {"loses": everything_first}
+    lost = {"loses": first_message}
     return (
         *(Row("teachmover", _P, cause, (0.0,), 2) for cause in whole),
         Row("teachmover", _P, Cause.PULLED, (0.05,), 2),
@@ -357,7 +357,7 @@ def _burst_rows() -> tuple[Row, ...]:
 
 
 def _grbl_rows() -> tuple[Row, ...]:
-    """Return the rows of both 8-bit builds: what their buffers hold, and a byte that is lost."""
+    """Return the rows of both 8-bit builds: their buffers go on, or a byte is lost."""
     held, fast = first(b"!"), (0.5, 0.7)
     cancelled = first(b"\x85")
     return (
@@ -381,9 +381,9 @@ def _grbl_rows() -> tuple[Row, ...]:
 def _bus_rows() -> tuple[Row, ...]:
     """Return the rows of drives on a bus, whose first stop is lost.
 
-    MKS drives have lost the orders that would have made them faster, and catch up.
+    MKS drives have lost orders before, and catch up.
     """
-    lost, late = {"loses": everything_first}, {"cut": (0.1, 0.15)}
+    lost, late = {"loses": first_message}, {"cut": (0.1, 0.15)}
     on = {"options": _RUN_ON}
     return (
         Row("mks", _U, Cause.STOP, (0.45,), **late, **lost),

@@ -1,6 +1,6 @@
-"""A simulated arm whose wire delays and loses what it is told to, and whose tip is recorded.
+"""A simulated arm whose wire delays and loses messages, and whose tip is recorded.
 
-Everything runs on simulated time, so each figure is the same on every computer.
+Everything runs in simulated time, so each figure is the same on every computer.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ OPENING_MM = 20.0
 
 
 class RecordingWorld(World):
-    """A physical arm that notes when it moved last, and how far its tip got from a point."""
+    """A physical arm that records when it last moved, and how far its tip got from a point."""
 
     def __init__(self, body: ArmBody) -> None:
         self.moved_s = -math.inf
@@ -38,7 +38,7 @@ class RecordingWorld(World):
         super().__init__(body)
 
     def cut_current(self, time_s: float = 0.0) -> None:
-        """Let the arm sag: how far is a matter of its weight, and bounded by no number."""
+        """Let the arm sag; no bound holds for a sag, which depends on the arm's weight."""
         self.sags = True
         super().cut_current(time_s)
 
@@ -53,18 +53,18 @@ class RecordingWorld(World):
 
 
 class SlowWire(MemoryLink[PacedDevice]):
-    """A wire that delays every message, and loses those that `loses` picks."""
+    """A wire that delays all messages, loses those that `loses` picks, and reports each."""
 
     late_s = 0.0
     loses: Callable[[bytes], bool] = staticmethod(lambda data: False)
-    sees: Callable[[bytes], None] = staticmethod(lambda data: None)
+    on_message: Callable[[bytes], None] = staticmethod(lambda data: None)
     now_s = 0.0
 
     def write(self, data: bytes, now_s: float) -> None:
-        """Send bytes, as late as the wire is, unless they are lost."""
+        """Send bytes with the delay of the wire, unless they are lost."""
         self._check(now_s)
         self.deliver(now_s)
-        self.sees(data)
+        self.on_message(data)
         if not self.loses(data):
             self._waiting.append((now_s + self.late_s, data))
         self.deliver(now_s)
@@ -75,11 +75,11 @@ class SlowWire(MemoryLink[PacedDevice]):
         return super().read(now_s)
 
     def next_s(self) -> float:
-        """Tell when something happens next, at either end or on the way."""
+        """Return when the next event is due, at either end or on the wire."""
         return min(super().next_s(), self._waiting[0][0] if self._waiting else math.inf)
 
     def deliver(self, now_s: float) -> None:
-        """Let time pass for the wire and the device, whether a program is there or not."""
+        """Let time pass for the wire and the device, with or without a program."""
         while self._waiting and self._waiting[0][0] <= now_s:
             due_s, data = self._waiting.pop(0)
             self.line.send(data, max(due_s, self.now_s))
@@ -89,14 +89,14 @@ class SlowWire(MemoryLink[PacedDevice]):
 
     @property
     def _waiting(self) -> list[tuple[float, bytes]]:
-        if not hasattr(self, "_on_the_way"):
-            self._on_the_way: list[tuple[float, bytes]] = []
-        return self._on_the_way
+        if not hasattr(self, "_in_transit"):
+            self._in_transit: list[tuple[float, bytes]] = []
+        return self._in_transit
 
 
 @dataclass(frozen=True, slots=True)
-class Overrun:
-    """What was announced at the moment of the cause, and what the physical arm did after it."""
+class StopResult:
+    """The bounds announced when the cause struck, and what the physical arm did after it."""
 
     bound: StopBound
     time_s: float
@@ -105,24 +105,24 @@ class Overrun:
     announced_mm: float
 
     @property
-    def silent(self) -> Overrun:
-        """The same beside what was announced of a host that is silent."""
+    def silent(self) -> StopResult:
+        """The same with the bounds of a silent host."""
         bound = self.bound
         return replace(self, announced_s=bound.silent_time_s, announced_mm=bound.silent_distance_mm)
 
     @property
     def time_share(self) -> float:
-        """Which share of the announced time passed."""
+        """The share of the announced time that the arm took."""
         return self.time_s / self.announced_s
 
     @property
     def way_share(self) -> float:
-        """Which share of the announced way the tip went."""
+        """The share of the announced distance that the tip went."""
         return self.way_mm / self.announced_mm
 
 
 class Stand:
-    """One arm on its wire, referenced in a posture and switched on."""
+    """One arm on its wire, switched on and referenced in a posture."""
 
     def __init__(self, config: ArmConfig, at: Joints, **options: Value) -> None:
         kind = simulated_kind(config.connection.dialect)
@@ -146,19 +146,19 @@ class Stand:
 
     @property
     def now_s(self) -> float:
-        """The time on the arm's clock."""
+        """The time of the driver's clock."""
         return self.pace.now_s()
 
     def mark(self) -> StopBound:
-        """Begin to measure from here and now; return what is announced."""
+        """Start to measure here and now; return the announced bounds."""
         self.link.deliver(self.now_s)
         self.world.mark, self.world.furthest_mm = self.world.tip, 0.0
         self.marked_s = self.world.moved_s = self.now_s
         return self.arm.core.stop_bound()
 
-    def overrun(self, bound: StopBound) -> Overrun:
-        """Return how long and how far the arm has gone since the mark."""
-        return Overrun(
+    def stopped(self, bound: StopBound) -> StopResult:
+        """Return how long and how far the arm has gone since `mark`."""
+        return StopResult(
             bound,
             self.world.moved_s - self.marked_s,
             self.world.furthest_mm,
@@ -167,5 +167,5 @@ class Stand:
         )
 
     def abandon(self, for_s: float) -> None:
-        """Let time pass for the arm alone: its program is dead, or suspended."""
+        """Let time pass for the arm alone, while its program is dead or suspended."""
         self.link.deliver(self.now_s + for_s)

@@ -1,6 +1,6 @@
-"""No announced bound is broken, and none is inflated: the worst reaches half of it.
+"""No announced bound is broken, and none is inflated: the worst case reaches half of it.
 
-Each row of the table is measured on simulated time, against the physical arm.
+Each row of the table is measured in simulated time, against the physical arm.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from .stand import Stand
 def test_the_worst_case_keeps_its_bound_and_reaches_half_of_it(row: Row) -> None:
     found = [measure(row, after_s) for after_s in row.after_s]
     for after_s, each in zip(row.after_s, found, strict=True):
-        told = f"ended {after_s} s on: {each}"
-        assert each.time_s <= each.announced_s, told
-        assert each.way_mm <= each.announced_mm, told
+        words = f"ended after {after_s} s: {each}"
+        assert each.time_s <= each.announced_s, words
+        assert each.way_mm <= each.announced_mm, words
     least = REASONS[row.time].least if row.time else HALF
     assert max(each.time_share for each in found) >= least, f"the time is inflated: {found}"
     least = REASONS[row.way].least if row.way else HALF
-    assert max(each.way_share for each in found) >= least, f"the way is inflated: {found}"
+    assert max(each.way_share for each in found) >= least, f"the distance is inflated: {found}"
 
 
 def test_every_dialect_has_a_row_for_every_cause() -> None:
@@ -43,13 +43,13 @@ def test_each_dialect_reaches_half_of_both_bounds_without_a_reason(dialect: str)
     assert any(not row.way for row in rows)
 
 
-def test_every_reason_is_given_somewhere_and_says_why() -> None:
+def test_every_reason_is_used_and_explained() -> None:
     given = {name for row in ROWS for name in (row.time, row.way) if name}
     assert given == set(REASONS)
     assert all(reason.why and 0.0 < reason.least < HALF for reason in REASONS.values())
 
 
-def test_a_forecast_is_that_of_the_controller_that_drives_now() -> None:
+def test_a_forecast_belongs_to_the_present_controller() -> None:
     config = simulated_config("teachmover")
     slow = replace(config, device=replace(config.device, speed_doubt=8.0))
     forecast = StopForecast(config, config.model.transmission)
@@ -62,7 +62,7 @@ def test_a_forecast_is_that_of_the_controller_that_drives_now() -> None:
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_what_is_announced_at_rest_holds_for_any_motion_that_follows(dialect: str) -> None:
+def test_the_bound_at_rest_holds_for_any_motion_that_follows(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
     motion = stand.arm.config.motion
     stand.arm.core.stops.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
@@ -91,7 +91,7 @@ def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_a_motion_that_is_slowed_is_no_longer_the_planned_one(dialect: str) -> None:
+def test_a_slowed_motion_has_the_bound_of_any_motion(dialect: str) -> None:
     stand = Stand(simulated_config(dialect), start_of(dialect))
     stand.arm.core.stops.burst_s = stand.arm.config.motion.planned_burst_s
     anything = stand.arm.core.stop_bound()
@@ -99,5 +99,5 @@ def test_a_motion_that_is_slowed_is_no_longer_the_planned_one(dialect: str) -> N
     stand.arm.sleep(0.05)
     stand.arm.speed_override = 0.1
     assert stand.arm.core.stop_bound().time_s >= anything.time_s
-    stand.arm.speed_override = 1.0  # what was sent slowly is under way still
+    stand.arm.speed_override = 1.0  # the slow motion that was sent before still runs
     assert stand.arm.core.stop_bound().time_s >= anything.time_s

@@ -1,1 +1,1 @@
-"""The fault campaign: thousands of seeded missions on simulated arms that things go wrong with."""
+"""The fault campaign: thousands of seeded missions on simulated arms, disturbed by faults."""

@@ -1,7 +1,7 @@
-"""Where a call that ends well has to have brought the arm: computed from what was asked for alone.
+"""The law of arrival: where a successful call has to bring the arm. Each class is one kind of aim.
 
-Nothing here asks the driver. The request and the posture before the call give the goal; kinematics
-and transmission give the motors' steps, and how far rounding to whole steps may leave them off.
+An aim follows from the request and the posture before the call; the driver is not asked. Kinematics
+and transmission give the motors' steps, and how far off rounding to whole steps may leave them.
 """
 
 from __future__ import annotations
@@ -16,19 +16,20 @@ from kinematics import Joints, Motors, Pose, Transmission
 from .physical import WatchedWorld
 
 ROUNDED_STEPS = 0.5
-"""A motor stands on a whole step, so far from an exact angle at most."""
+"""How far a motor on a whole step may be from an exact angle."""
 ALMOST = 1e-6
-"""Sums of floating point numbers differ by so little."""
+"""The error of floating point sums."""
 TRIP_STEPS = 4
-"""A grasp closes by two steps until the switch trips, which it does on a whole step."""
+"""A grasp closes two steps at a time until the switch trips, which it does on a whole step."""
 
 
 @dataclass(frozen=True, slots=True)
 class JointsAim:
-    """A posture: some joints at new angles, or the fingers, while everything else stays.
+    """Some joints at new angles, or the fingers at a new opening; everything else stays.
 
-    `start` is where the motors were supposed to stand before, `near` how many counts a drive may
-    be off its target as it rests. With `clipped`, a result that has a note may end on the way.
+    `start` is where the motors were expected to stand before the call. `near` is how many counts a
+    resting drive may be off its target. With `clipped`, a jog whose result has a note may end
+    anywhere on the way.
     """
 
     start: Motors
@@ -38,16 +39,17 @@ class JointsAim:
     clipped: bool = False
 
     def goal(self, transmission: Transmission) -> Motors:
-        """Return the motors' steps at the goal."""
+        """Return where the motors have to stand."""
         joints, opening_mm = transmission.to_joints(self.start)
         if self.opening_mm is not None:
             opening_mm = self.opening_mm
         return transmission.to_motors(joints.replace(**self.angles_rad), opening_mm)
 
     def tolerance(self, transmission: Transmission) -> tuple[float, ...]:
-        """Return how far each motor may be from there.
+        """Return how far each motor may be from the goal, in steps.
 
-        Both are rounded. What stays does so at its exact angle, which the start was rounded from.
+        The goal and the place are both rounded to steps. A joint that stays keeps its exact angle,
+        from which `start` may differ by rounding.
         """
         count = len(transmission.joint_names)
         stays = [name not in self.angles_rad for name in transmission.joint_names]
@@ -69,9 +71,9 @@ class JointsAim:
         return tuple(found)
 
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
-        """Compare every motor with the goal, or with the way there where the result was clipped."""
+        """Compare every motor with the goal, or with the way there if the jog was clipped."""
         transmission = world.body.transmission
-        goal, there = self.goal(transmission), world.supposed
+        goal, there = self.goal(transmission), world.expected
         on_the_way = self.clipped and isinstance(result, Jogged) and bool(result.note)
         start = self.start if on_the_way else goal
         off = {
@@ -88,24 +90,25 @@ class JointsAim:
 
 @dataclass(frozen=True, slots=True)
 class PoseAim:
-    """A pose of the tip, by whatever posture; the fingers stay.
+    """A pose of the tip, in any posture.
 
-    With `clipped`, a result that has a note may end between `start`'s pose and the goal.
+    With `clipped`, a jog whose result has a note may end anywhere between the first pose and the
+    goal.
     """
 
     start: Motors
     goal: Pose
     near: int = 0
     clipped: bool = False
-    beside_mm: float = 0.0
-    """How far from a straight way a jog may end that was clipped."""
+    deviation_mm: float = 0.0
+    """How far from the straight line a clipped jog may end."""
 
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
-        """Compare the tip with the pose that was asked for."""
+        """Compare the tip with the requested pose."""
         if excused:
-            return ""  # each motor turns the tip
+            return ""  # every motor moves the tip
         body = world.body
-        joints, _ = body.transmission.to_joints(world.supposed)
+        joints, _ = body.transmission.to_joints(world.expected)
         here = body.arm.fk(joints)
         rounded = ROUNDED_STEPS + self.near
         turns_rad = [
@@ -118,7 +121,7 @@ class PoseAim:
         if self.clipped and isinstance(result, Jogged) and result.note:
             first = body.arm.fk(body.transmission.to_joints(self.start)[0])
             goal = nearest_between(first, goal, here)
-            most_mm += self.beside_mm
+            most_mm += self.deviation_mm
         off_mm = math.dist((here.x_mm, here.y_mm, here.z_mm), (goal.x_mm, goal.y_mm, goal.z_mm))
         if off_mm > most_mm:
             return f"the tip is at {here}, {off_mm:.1f} mm from {goal}"
@@ -134,7 +137,7 @@ class PoseAim:
 
 
 def nearest_between(start: Pose, goal: Pose, here: Pose) -> Pose:
-    """Return the place on the straight way from a pose to another that is nearest to a third."""
+    """Return the pose between `start` and `goal` whose point is nearest to `here`."""
     way = [getattr(goal, name) - getattr(start, name) for name in ("x_mm", "y_mm", "z_mm")]
     made = [getattr(here, name) - getattr(start, name) for name in ("x_mm", "y_mm", "z_mm")]
     long2 = math.fsum(each * each for each in way)
@@ -151,14 +154,14 @@ def nearest_between(start: Pose, goal: Pose, here: Pose) -> Pose:
 
 @dataclass(frozen=True, slots=True)
 class PostureAim:
-    """The reference posture, physically: somebody has looked at the arm."""
+    """The reference posture, by the physical motors: a person has brought the arm there."""
 
     joints: Joints
     opening_mm: float
     near: int
 
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
-        """Compare the motors themselves with the posture."""
+        """Compare the motors with the posture."""
         goal = world.body.transmission.to_motors(self.joints, self.opening_mm)
         off = [
             motor + 1
@@ -170,23 +173,23 @@ class PostureAim:
 
 @dataclass(frozen=True, slots=True)
 class GraspAim:
-    """A width that the fingers found, against what is between them."""
+    """A grasp: the result is the width of what is between the fingers, and they press it."""
 
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
-        """Compare the width that was told with the width of the block, or with nothing.
+        """Compare the measured width with that of the block; 0 if there is none.
 
-        A finger motor that has slipped measures as much more or less, from when it slipped.
+        A finger motor that has slipped measures a wrong width, by as much as it slipped.
         """
         if excused or not isinstance(result, float):
             return ""
         if not world.grip_switch:
             return f"the fingers press with {world.grip_force_n:.1f} N, and hold nothing"
         transmission = world.body.transmission
-        supposed_mm, real_mm = (
-            transmission.to_joints(there)[1] for there in (world.supposed, world.motors)
+        expected_mm, real_mm = (
+            transmission.to_joints(there)[1] for there in (world.expected, world.motors)
         )
         wide_mm = world.scene.contact_mm
-        low_mm, high_mm = sorted((wide_mm, wide_mm + supposed_mm - real_mm))
+        low_mm, high_mm = sorted((wide_mm, wide_mm + expected_mm - real_mm))
         most_mm = TRIP_STEPS / world.body.grip_steps_per_mm
         if not low_mm - most_mm <= result <= high_mm + most_mm:
             return f"{result:.2f} mm were measured, and {wide_mm:.2f} mm are between the fingers"

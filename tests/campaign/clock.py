@@ -1,4 +1,4 @@
-"""Simulated time that outlives a program, and can end it, jump, or find that it hangs."""
+"""Simulated time that outlives a program, and can kill it, suspend it, or find that it hangs."""
 
 from __future__ import annotations
 
@@ -14,44 +14,44 @@ from armdrive.runtime.engine import Engine
 from armdrive.sim.wire import TimeQueue
 from armdrive.transports.link import Link
 
-MOST_TURNS = 10_000
-"""An engine that is called so often while no time passes goes round in a circle. The simulated
-clock finds that out for itself, later, and ends it with an error that looks like a good end."""
+MAX_TURNS_AT_ONCE = 10_000
+"""An engine that takes more turns than this while no time passes hangs. The simulated clock notices
+that too, later, but ends the call with an error that looks like a normal one."""
 
 CPU_S = 900.0
-"""Of this process in one mission. It is no time of day: a busy computer does not shorten it. The
-longest missions take a minute; only code that never lets the engine take a turn is ended by it."""
+"""The processor time that one mission may take. A busy computer does not shorten it. The longest
+missions take a minute; the limit is for code that never lets the engine take a turn."""
 
 GRACE_S = 5.0
-"""A call may end this late to be told by how much; then it hangs."""
+"""A call that is this late hangs. One that is less late is reported with how late it was."""
 CALL_TURNS = 1_000_000
-"""Turns of the engine in one call: CAN drives in a pause of ten minutes take 200,000."""
+"""The most turns of the engine in one call. CAN drives take 200,000 in a pause of ten minutes."""
 MISSION_TURNS = 4_000_000
 MISSION_S = 4 * 3600.0
-"""The same for a whole mission, and its simulated time, without that of suspensions."""
+"""The most turns in a mission, and the longest simulated time, without suspensions."""
 
 
-class Killed(BaseException):
-    """The program is no more: SIGKILL, a power cut."""
+class ProgramKilled(BaseException):
+    """The program was killed, by SIGKILL or by a power cut."""
 
 
-class Hangs(BaseException):
-    """A call does not end: no time passes, or too much of it."""
+class Hang(BaseException):
+    """A call does not end: no time passes, or too much does."""
 
 
 @contextmanager
 def cpu_limit(most_s: float = CPU_S) -> Iterator[None]:
-    """Have `Hangs` raised in what uses up so much of a processor, on the main thread of Unix."""
+    """Raise `Hang` in a block that takes more processor time, on the main thread of Unix."""
     there = hasattr(signal, "setitimer")
     if not there or threading.current_thread() is not threading.main_thread():
         yield
         return
 
     def hangs(_number: int, _frame: FrameType | None) -> None:
-        raise Hangs(f"the driver has computed for {most_s:g} s of processor time")
+        raise Hang(f"the driver has computed for {most_s:g} s of processor time")
 
     before = signal.signal(signal.SIGVTALRM, hangs)
-    # and again, until the driver has let go: it may want to stop the arm first
+    # again and again, because the driver may catch the first ones to stop the arm
     signal.setitimer(signal.ITIMER_VIRTUAL, most_s, most_s / 10.0)
     try:
         yield
@@ -60,34 +60,34 @@ def cpu_limit(most_s: float = CPU_S) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
-class Agenda:
-    """What happens to the host, at its time."""
+class Schedule:
+    """Actions that are due at moments of the host's time, and the deadlines of the mission."""
 
     def __init__(self) -> None:
         self._due: TimeQueue[Callable[[], None]] = TimeQueue()
-        self.patience = Patience()
+        self.deadlines = Deadlines()
 
     @property
     def next_s(self) -> float:
-        """When something happens next."""
+        """When the next action is due."""
         return self._due.next_s
 
     def at(self, time_s: float, action: Callable[[], None]) -> None:
-        """Have something happen."""
+        """Run an action at a time."""
         self._due.put(time_s, action)
 
     def clear(self) -> None:
-        """Have nothing more happen."""
+        """Drop all actions."""
         self._due.clear()
 
-    def pass_to(self, now_s: float) -> None:
-        """Have everything happen that is due."""
+    def run_due(self, now_s: float) -> None:
+        """Run all actions that are due."""
         for action in self._due.due(now_s):
             action()
 
 
-class Patience:
-    """How long a mission and the call that it is at may last: in simulated time, and in turns."""
+class Deadlines:
+    """How long a mission and its present call may last, in simulated time and in engine turns."""
 
     def __init__(self) -> None:
         self._call = ""
@@ -95,94 +95,94 @@ class Patience:
         self._until_s, self._mission_until_s = math.inf, MISSION_S
 
     def begin(self, call: str, until_s: float) -> None:
-        """Hear of a call, and when it has to have ended."""
+        """Begin a call that has to end by a time."""
         self._call, self._until_s, self._call_turns = call, until_s + GRACE_S, 0
 
     def end(self) -> None:
-        """Hear that the call has ended."""
+        """End the call."""
         self._call, self._until_s, self._call_turns = "", math.inf, 0
 
     def postpone(self, by_s: float) -> None:
-        """Hear of time in which the program was suspended."""
+        """Add time in which the program was suspended."""
         self._until_s += by_s
         self._mission_until_s += by_s
 
     def turn(self, now_s: float) -> None:
-        """Count a turn of the engine. Raises `Hangs`."""
+        """Count a turn of the engine. Raises `Hang` beyond a limit."""
         self._turns += 1
         self._call_turns += 1
         late = now_s > min(self._until_s, self._mission_until_s)
         if late or self._call_turns > CALL_TURNS or self._turns > MISSION_TURNS:
-            raise Hangs(
+            raise Hang(
                 f"{self._call or 'the mission'} had not ended at {now_s:.1f} s, after "
                 f"{self._call_turns} turns of the engine in this call and {self._turns} in all"
             )
 
 
 class CampaignPace(SimulatedPace):
-    """One program's time, which goes on where the last program's ended."""
+    """The time of one program, which starts where the last program's time ended."""
 
-    def __init__(self, start_s: float, agenda: Agenda) -> None:
+    def __init__(self, start_s: float, schedule: Schedule) -> None:
         super().__init__(SimulatedClock(start_s))
-        self._agenda = agenda
-        self._driven: Engine | None = None
+        self._schedule = schedule
+        self._driven_engine: Engine | None = None
         self._turns = 0
         self._turned_s = -math.inf
         self.dead = False
-        self.dying: Callable[[], None] = lambda: None
+        self.on_kill: Callable[[], None] = lambda: None
         """Called once when the program is killed."""
-        self.meanwhile: Callable[[float], None] = lambda _: None
-        """The world, which goes on also where no wire leads to it."""
+        self.advance_world: Callable[[float], None] = lambda _: None
+        """Lets time pass for the simulated device while the engine has lost its wire."""
 
     def start(self, engine: Engine) -> None:
-        """Begin to drive an engine: it is this pace that is called in its place."""
-        self._driven = engine
+        """Drive an engine through this object, so that every turn runs what is due first."""
+        self._driven_engine = engine
         super().start(self)  # type: ignore[arg-type]
 
     def advance(self, now_s: float) -> float:
-        """Let happen what is due, then the engine's turn."""
-        self.live()
-        self._agenda.pass_to(now_s)
-        self.live()
+        """Run the actions that are due, and then the engine's turn."""
+        self.check_alive()
+        self._schedule.run_due(now_s)
+        self.check_alive()
         self._turns = self._turns + 1 if now_s <= self._turned_s else 0
         self._turned_s = now_s
-        self._agenda.patience.turn(now_s)
-        if self._turns > MOST_TURNS:
-            raise Hangs(f"the engine was called {MOST_TURNS} times at {now_s:.3f} s")
-        assert self._driven is not None
+        self._schedule.deadlines.turn(now_s)
+        if self._turns > MAX_TURNS_AT_ONCE:
+            raise Hang(f"the engine was called {MAX_TURNS_AT_ONCE} times at {now_s:.3f} s")
+        assert self._driven_engine is not None
         now_s = max(self.clock.now_s, now_s)
-        if self._driven.broken is not None:
-            self.meanwhile(now_s)
-        return min(self._driven.advance(now_s), self._agenda.next_s)
+        if self._driven_engine.broken is not None:
+            self.advance_world(now_s)
+        return min(self._driven_engine.advance(now_s), self._schedule.next_s)
 
     due_s = -math.inf
-    """As an engine, it takes a turn at everything that a device does."""
+    """Take a turn at every event of the device, as an engine does."""
 
     @property
     def link(self) -> Link:
-        """The wire of the engine."""
-        assert self._driven is not None
-        return self._driven.link
+        """The engine's wire."""
+        assert self._driven_engine is not None
+        return self._driven_engine.link
 
     def close(self) -> None:
-        """Let go of the engine, and with it of all that the program had in memory."""
+        """Release the engine, and with it all that the program had in memory."""
         super().close()
-        self._driven = None
+        self._driven_engine = None
 
-    def die(self) -> None:
-        """End the program, whatever it is at; it goes as soon as it takes its next step."""
+    def kill(self) -> None:
+        """Kill the program: its next step raises `ProgramKilled`."""
         if not self.dead:
-            self.dying()
+            self.on_kill()
             self.dead = True
 
-    def live(self) -> None:
-        """Raise `Killed` in a program that has ended."""
+    def check_alive(self) -> None:
+        """Raise `ProgramKilled` in a program that was killed."""
         if self.dead:
-            raise Killed
+            raise ProgramKilled
 
-    def jump(self, by_s: float) -> None:
-        """Let time pass while the program was suspended, as a thread in real time sees it."""
+    def suspend(self, by_s: float) -> None:
+        """Let `by_s` pass at once, as a program sees it that was suspended meanwhile."""
         self.clock.now_s += by_s
-        self._agenda.patience.postpone(by_s)
-        if self._driven is not None:
-            self._driven.suspended(by_s)
+        self._schedule.deadlines.postpone(by_s)
+        if self._driven_engine is not None:
+            self._driven_engine.suspended(by_s)

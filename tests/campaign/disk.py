@@ -1,4 +1,4 @@
-"""A disk that can be full, forget what was not brought to it, and be the last that is reached."""
+"""A simulated disk that can be full, lose unsynced data, and kill the program at an operation."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from .clock import CampaignPace
 
 
 class Disk(StateFiles):
-    """Names and their texts, as programs see them and as a power cut would leave them."""
+    """Files with their contents, as programs see them and as a power cut would leave them."""
 
     def __init__(self) -> None:
         self.texts: dict[Path, bytes] = {}
         self.full = False
         self.owner: CampaignPace | None = None
-        self.ends_in: int | None = None
+        self.kill_after: int | None = None
         """Operations until the program is killed; None for never."""
         self._handles: dict[int, Path] = {}
         self._last = 2
         self._safe: dict[Path, bytes] = {}
         self._unsynced: set[Path] = set()
         self._changes: list[tuple[Path, Path | None, bytes]] = []
-        """Renamings and removals that the folder has not been synced behind: from, to, text."""
+        """Renames and removals since the folder was last synced: from, to, text."""
 
-    def _pass(self) -> None:
+    def _count_operation(self) -> None:
         if self.owner is None:
             return
-        if self.ends_in is not None:
-            self.ends_in -= 1
-            if self.ends_in < 0:
-                self.owner.die()
-        self.owner.live()
+        if self.kill_after is not None:
+            self.kill_after -= 1
+            if self.kill_after < 0:
+                self.owner.kill()
+        self.owner.check_alive()
 
     def power_cut(self, draw: random.Random) -> None:
-        """Forget what was not brought to the disk, or not all of it."""
+        """Lose some of the changes that were not synced, and parts of unsynced files."""
         texts = dict(self._safe)
         for source, target, text in self._changes:
             if draw.random() < 0.5:
-                continue  # it never got there
+                continue  # this change did not reach the disk
             texts.pop(source, None)
             if target is not None:
                 whole = source not in self._unsynced
@@ -51,22 +51,22 @@ class Disk(StateFiles):
         self._unsynced.clear()
 
     def read(self, path: Path, most: int) -> bytes:
-        """Return the text."""
+        """Return a file's text."""
         if path not in self.texts:
             raise FileNotFoundError(path)
         return self.texts[path][:most]
 
     def read_own(self, path: Path, most: int, *, end: bool = False) -> bytes:
-        """Return the text: there are no links here, and no other users."""
+        """Return a file's text: this disk has no links and no other users."""
         return self.read(path, most)
 
     def leftovers(self, path: Path) -> list[Path]:
-        """Return what killed programs did not finish."""
+        """Return the files that killed programs did not finish."""
         return [each for each in self.texts if is_leftover(each, path)]
 
     def create(self, path: Path) -> int:
         """Create an empty file."""
-        self._pass()
+        self._count_operation()
         if path in self.texts:
             raise FileExistsError(path)
         self._last += 1
@@ -76,8 +76,8 @@ class Disk(StateFiles):
         return self._last
 
     def write(self, handle: int, data: bytes) -> int:
-        """Write half of it, or nothing where there is no room."""
-        self._pass()
+        """Write half of the data, or raise `OSError` if the disk is full."""
+        self._count_operation()
         if self.full:
             raise OSError(errno.ENOSPC, "No space left on device")
         half = data[: len(data) // 2 + 1]
@@ -85,8 +85,8 @@ class Disk(StateFiles):
         return len(half)
 
     def sync(self, handle: int) -> None:
-        """Bring a file's text to the disk."""
-        self._pass()
+        """Sync a file's text."""
+        self._count_operation()
         self._unsynced.discard(self._handles[handle])
 
     def close(self, handle: int) -> None:
@@ -94,29 +94,29 @@ class Disk(StateFiles):
         self._handles.pop(handle, None)
 
     def replace(self, source: Path, target: Path) -> None:
-        """Rename."""
-        self._pass()
+        """Rename a file."""
+        self._count_operation()
         if source not in self.texts:
             raise FileNotFoundError(source)
         self.texts[target] = self.texts.pop(source)
         self._changes.append((source, target, self.texts[target]))
 
     def remove(self, path: Path) -> None:
-        """Remove."""
-        self._pass()
+        """Remove a file."""
+        self._count_operation()
         if self.texts.pop(path, None) is not None:
             self._changes.append((path, None, b""))
 
     def sync_folder(self, folder: Path) -> None:
-        """Bring the names to the disk."""
-        self._pass()
+        """Sync all names."""
+        self._count_operation()
         self._safe = dict(self.texts)
         self._changes.clear()
 
     def make_folder(self, folder: Path) -> None:
         """Do nothing."""
-        self._pass()
+        self._count_operation()
 
     def may_change(self, folder: Path) -> bool:
-        """Say yes."""
+        """Return True: every folder may be changed."""
         return True

@@ -1,7 +1,7 @@
-"""The faults of a campaign: what can happen to the wire, the board, the arm, and the program.
+"""The faults of the campaign: of the wire, the board, the arm, and the program.
 
-Each row draws its numbers from the mission's own generator, and happens at a moment of the host's
-time. What a fault excuses is said to the watch at that moment, and nothing more.
+Each fault draws its numbers from the mission's generator. When it strikes, it tells the watch what
+it excuses.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from armdrive.motion.reference import PROMPT_S
 from armdrive.sim.device import DrivesOnBus, HasPendant, HasSwitches, Resettable
 from kinematics import Motors
 
-from .asking import DEVICE, HOST, Fault, ask, motor
+from .excuses import TurnedByHand
 from .faults_can import ON_A_BUS
+from .injection import DEVICE, HOST, CampaignFault, inject, motor
+from .missed_orders import excuse_cut_off, orders_cut_short, orders_lost
+from .power_loss import next_poll_by_s, note_power_loss
 from .stage import STATE, Stage, suspend
-from .turned import turned_by_hand
-from .unled import cut_off, half_heard, half_told
-from .untold import fail_power, seen_by_s
 
 
-def _unchecked(stage: Stage) -> bool:
-    """A changed number is a number: without check bytes the device obeys it."""
+def _no_check_bytes(stage: Stage) -> bool:
+    """Return whether the device obeys changed numbers, because messages have no check bytes."""
     return not stage.config_abilities.check_bytes
 
 
@@ -33,20 +33,24 @@ def _amount(draw: random.Random) -> str:
 def _drop(stage: Stage) -> str:
     amount = _amount(stage.draw)
     if stage.draw.random() < 0.5:
-        return ask(stage, f"drop {amount} {DEVICE}")
-    return ask(stage, f"drop {amount} {HOST}", strays=amount != "next" and _unchecked(stage))
+        return inject(stage, f"drop {amount} {DEVICE}")
+    return inject(
+        stage, f"drop {amount} {HOST}", misdirects=amount != "next" and _no_check_bytes(stage)
+    )
 
 
 def _corrupt(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
-    return ask(
-        stage, f"corrupt {_amount(stage.draw)} {side}", strays=side == HOST and _unchecked(stage)
+    return inject(
+        stage,
+        f"corrupt {_amount(stage.draw)} {side}",
+        misdirects=side == HOST and _no_check_bytes(stage),
     )
 
 
 def _duplicate(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
-    return ask(stage, f"duplicate {_amount(stage.draw)} {side}", strays=side == HOST)
+    return inject(stage, f"duplicate {_amount(stage.draw)} {side}", misdirects=side == HOST)
 
 
 def _delay(stage: Stage) -> str:
@@ -54,69 +58,69 @@ def _delay(stage: Stage) -> str:
     by_s = stage.draw.choice((0.05, 0.2, 0.4, 1.0, 2.5))
     if side == HOST:
         stage.watch.late_s = by_s
-    return ask(stage, f"delay {by_s} next {side}", strays=side == HOST and by_s > 0.4)
+    return inject(stage, f"delay {by_s} next {side}", misdirects=side == HOST and by_s > 0.4)
 
 
-SPOILS = 0.03
-"""A line to an adapter that spoils so many of its characters spoils every other frame of a bus: a
-stop may reach nobody, one drive alone or all, however often it is said."""
+DAMAGES_FRAMES = 0.03
+"""A line to a CAN adapter that changes this share of its characters damages every other frame. A
+stop may reach all drives, one or none, however often it is repeated."""
 
 
 def _noise(stage: Stage) -> str:
     kind, share = stage.draw.choice(("drop", "corrupt")), stage.draw.choice((0.005, 0.03, 0.1))
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
-    if side == HOST and share >= SPOILS and isinstance(stage.twin.board, DrivesOnBus):
-        stage.unheard_until_s = stage.now_s + for_s
-        if stage.watch.promised:
-            stage.promise_silence("the line spoilt a stop")
-        stage.watch.unled = half_heard(stage, for_s)
+    if side == HOST and share >= DAMAGES_FRAMES and isinstance(stage.twin.board, DrivesOnBus):
+        stage.commands_lost_until_s = stage.now_s + for_s
+        if stage.watch.must_stop:
+            stage.add_silence_bound("the line damaged a stop")
+        stage.watch.missed_orders = orders_lost(stage, for_s)
     words = f"{kind} {share} {side} --for {for_s}"
-    return ask(stage, words, strays=side == HOST and _unchecked(stage))
+    return inject(stage, words, misdirects=side == HOST and _no_check_bytes(stage))
 
 
 def _garbage(stage: Stage) -> str:
-    return ask(stage, f"garbage {stage.draw.choice((1, 8, 40, 300))}")
+    return inject(stage, f"garbage {stage.draw.choice((1, 8, 40, 300))}")
 
 
 def _mute(stage: Stage) -> str:
     for_s = stage.draw.choice((0.2, 1.0, 3.0, 8.0))
-    stage.untold_until_s |= dict.fromkeys(range(len(stage.world.motors)), stage.now_s + for_s)
-    return ask(stage, f"mute --for {for_s}")
+    stage.no_hold_until_s |= dict.fromkeys(range(len(stage.world.motors)), stage.now_s + for_s)
+    return inject(stage, f"mute --for {for_s}")
 
 
 def _unplug(stage: Stage) -> str:
-    cut_off(stage)
-    stage.promise_silence("the cable was pulled")
-    return ask(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
+    excuse_cut_off(stage)
+    stage.add_silence_bound("the cable was pulled")
+    return inject(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
 
 
 def _brown_out(stage: Stage) -> str:
     for_s = stage.draw.choice((0.1, 0.5, 2.0))
-    fail_power(stage, for_s)
-    return ask(stage, f"brown-out --for {for_s}")
+    note_power_loss(stage, for_s)
+    return inject(stage, f"brown-out --for {for_s}")
 
 
 def _reset(stage: Stage) -> str:
-    fail_power(stage)
-    return ask(stage, "reset")
+    note_power_loss(stage)
+    return inject(stage, "reset")
 
 
 def _lose_steps(stage: Stage) -> str:
-    return ask(stage, f"lose-steps {motor(stage)} {stage.draw.choice((1, 5, 40))}")
+    return inject(stage, f"lose-steps {motor(stage)} {stage.draw.choice((1, 5, 40))}")
 
 
 def _stall(stage: Stage) -> str:
-    return ask(stage, f"stall {motor(stage)} --for {stage.draw.choice((0.3, 2.0))}")
+    return inject(stage, f"stall {motor(stage)} --for {stage.draw.choice((0.3, 2.0))}")
 
 
 def _switch(stage: Stage) -> str:
     state = stage.draw.choice(("open", "closed"))
-    return ask(stage, f"switch {motor(stage)} {state} --for {stage.draw.choice((0.5, 4.0))}")
+    return inject(stage, f"switch {motor(stage)} {state} --for {stage.draw.choice((0.5, 4.0))}")
 
 
 def _pendant(stage: Stage) -> str:
-    """Have somebody turn a motor, or press STOP."""
+    """Turn a motor by hand, or press the pendant's STOP."""
     stage.look()
     board = stage.twin.board
     if isinstance(board, HasPendant) and stage.draw.random() < 0.5:
@@ -124,49 +128,52 @@ def _pendant(stage: Stage) -> str:
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)
     steps[motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
-    stage.watch.change(stage.now_s, seen_by_s(stage))
+    stage.watch.note_change(stage.now_s, next_poll_by_s(stage))
     before = stage.world.motors
     try:
         done = stage.turn_by_hand(Motors(steps))
     except ArmError as error:
-        return f"nobody could turn it: {error}"
-    stage.watch.turned = turned_by_hand(stage, before)
-    if done and stage.now_s <= stage.vouched_s + PROMPT_S:
-        stage.watch.overlooked(Motors(steps))
-    return f"turned by hand: {steps}" if done else "nobody could turn it"
+        return f"no motor could be turned: {error}"
+    stage.watch.turned_by_hand = TurnedByHand.of(
+        stage.config, before, stage.world.motors, stage.now_s
+    )
+    prompt = stage.now_s <= stage.referenced_s + PROMPT_S
+    if done and prompt and stage.watch.referencing:
+        stage.watch.excuse_hand_turn(Motors(steps))
+    return f"turned by hand: {steps}" if done else "no motor could be turned"
 
 
 def _kill(stage: Stage) -> str:
-    stage.pace.die()
+    stage.pace.kill()
     return "killed"
 
 
 def _kill_at_write(stage: Stage) -> str:
-    stage.link.ends_in = stage.draw.randint(0, 6)
-    stage.link.share = stage.draw.random()
-    stage.link.torn = lambda: _tear(stage)
-    return f"killed at write {stage.link.ends_in}, {stage.link.share:.0%} of it sent"
+    stage.link.kill_after = stage.draw.randint(0, 6)
+    stage.link.sent_share = stage.draw.random()
+    stage.link.on_partial_write = lambda: _orders_cut_short(stage)
+    return f"killed at write {stage.link.kill_after}, {stage.link.sent_share:.0%} of it sent"
 
 
-def _tear(stage: Stage) -> None:
-    """Hear that some drives have been given their orders, and others will never be."""
-    if (excuse := half_told(stage)) is not None:
-        stage.watch.unled = excuse
+def _orders_cut_short(stage: Stage) -> None:
+    """Excuse the drives if only some of them have got their orders."""
+    if (excuse := orders_cut_short(stage)) is not None:
+        stage.watch.missed_orders = excuse
 
 
 def _kill_at_disk(stage: Stage) -> str:
-    stage.disk.ends_in = stage.draw.randint(0, 14)
-    return f"killed at operation {stage.disk.ends_in} of the disk"
+    stage.disk.kill_after = stage.draw.randint(0, 14)
+    return f"killed at operation {stage.disk.kill_after} of the disk"
 
 
 def _power_cut(stage: Stage) -> str:
-    """Have the power of the computer and of the arm fail together."""
-    stage.pace.die()
+    """Cut the power of the computer and of the arm together."""
+    stage.pace.kill()
     stage.disk.power_cut(stage.draw)
     return f"a power cut; {_brown_out(stage)}"
 
 
-def _jump(stage: Stage) -> str:
+def _suspend(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
     suspend(stage, by_s)
     return f"the program was suspended for {by_s} s"
@@ -179,13 +186,13 @@ def _disk_full(stage: Stage) -> str:
     def end() -> None:
         stage.disk.full = False
 
-    stage.agenda.at(stage.now_s + for_s, end)
+    stage.schedule.at(stage.now_s + for_s, end)
     return f"the disk is full for {for_s} s"
 
 
 def _damage(stage: Stage) -> str:
-    """Have the record damaged behind the program's back, and the program end."""
-    stage.pace.die()
+    """Kill the program, and damage its record."""
+    stage.pace.kill()
     text = bytearray(stage.disk.texts.get(STATE, b""))
     if text:
         if stage.draw.random() < 0.5:
@@ -196,29 +203,29 @@ def _damage(stage: Stage) -> str:
     return "killed, and its record damaged"
 
 
-FAULTS: tuple[Fault, ...] = (
-    Fault("bytes lost", _drop),
-    Fault("bytes changed", _corrupt),
-    Fault("bytes twice", _duplicate),
-    Fault("messages late", _delay),
-    Fault("a noisy line", _noise),
-    Fault("garbage", _garbage),
-    Fault("a mute device", _mute),
-    Fault("unplugged, replugged", _unplug),
-    Fault("board reset", _reset, Resettable),
-    Fault("brown-out", _brown_out),
-    Fault("lost steps", _lose_steps),
-    Fault("a stalled motor", _stall),
-    Fault("a stuck switch", _switch, HasSwitches),
-    Fault("somebody at the pendant", _pendant),
-    Fault("program killed", _kill, of_programs=True),
-    Fault("killed in mid-message", _kill_at_write, of_programs=True),
-    Fault("killed while recording", _kill_at_disk, of_programs=True),
-    Fault("power cut", _power_cut),
-    Fault("record damaged", _damage),
-    Fault("program suspended", _jump, of_programs=True),
-    Fault("disk full", _disk_full),
+FAULTS: tuple[CampaignFault, ...] = (
+    CampaignFault("bytes lost", _drop),
+    CampaignFault("bytes changed", _corrupt),
+    CampaignFault("bytes doubled", _duplicate),
+    CampaignFault("messages late", _delay),
+    CampaignFault("a noisy line", _noise),
+    CampaignFault("garbage", _garbage),
+    CampaignFault("a mute device", _mute),
+    CampaignFault("unplugged, replugged", _unplug),
+    CampaignFault("board reset", _reset, Resettable),
+    CampaignFault("brown-out", _brown_out),
+    CampaignFault("lost steps", _lose_steps),
+    CampaignFault("a stalled motor", _stall),
+    CampaignFault("a stuck switch", _switch, HasSwitches),
+    CampaignFault("pendant used", _pendant),
+    CampaignFault("program killed", _kill, needs_program=True),
+    CampaignFault("killed in mid-message", _kill_at_write, needs_program=True),
+    CampaignFault("killed while recording", _kill_at_disk, needs_program=True),
+    CampaignFault("power cut", _power_cut),
+    CampaignFault("record damaged", _damage),
+    CampaignFault("program suspended", _suspend, needs_program=True),
+    CampaignFault("disk full", _disk_full),
     *ON_A_BUS,
 )
 NONE = "nothing"
-"""The row of missions without a fault."""
+"""The name of the row for missions without a fault."""

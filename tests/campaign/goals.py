@@ -1,4 +1,4 @@
-"""Goals near where an arm is, and commands that promise how it gets there."""
+"""Random goals near the arm's present posture, and the commands and aims that belong to them."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from armdrive.arm import Arm
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Motors, Pose
 from kinematics.guards.guards import GuardedArm
-from tests.conformance.going import beside
+from tests.conformance.motions import shifted
 
 from .arrival import JointsAim, PoseAim
 from .physical import Aim, Command
 from .stage import Stage
 
 LONGEST_S = 0.8
-"""An action's motion is made so short where the arm is slow."""
+"""The longest motion of an action; goals of slow arms are brought nearer."""
 
 
-BESIDE_DEG = (0.2, 0.6)
-"""Nearer than this, an arm that stands on whole steps could be beyond its limit."""
+NEAR_LIMIT_DEG = (0.2, 0.6)
+"""The distance from a limit. Nearer than this, an arm on whole steps could be beyond the limit."""
 COUPLED = (1, 2, 3)
-"""Joints that other joints' motors move as well, or the other way round."""
+"""Joints that share motors with other joints."""
 TRIES = 8
 
 
-def stand_beside_limits(stage: Stage) -> None:
-    """Have an arm that is switched on stand where joints are beside their limits, out of guards."""
+def place_near_limits(stage: Stage) -> None:
+    """Place the arm with some joints near their limits, and outside all guards."""
     draw, arm, body = stage.draw, stage.config.model.arm, stage.world.body
     for _ in range(TRIES):
         joints, opening_mm = body.transmission.to_joints(stage.world.motors)
         for index in draw.sample(COUPLED, draw.randint(1, 2)):
-            bounds, inside_rad = arm.limits[index], math.radians(draw.uniform(*BESIDE_DEG))
+            bounds, inside_rad = arm.limits[index], math.radians(draw.uniform(*NEAR_LIMIT_DEG))
             angle = draw.choice((bounds.low_rad + inside_rad, bounds.high_rad - inside_rad))
             joints = joints.replace(**{joints.names[index]: angle})
-        if not stage.watch.inside_mm(joints):
-            stage.bring_to(joints, opening_mm)
+        if not stage.watch.guard_depth_mm(joints):
+            stage.place_by_hand(joints, opening_mm)
             return
 
 
@@ -54,7 +54,7 @@ def command_of(
     speed: float = 1.0,
     span: tuple[Motors, Motors] | None = None,
 ) -> Command:
-    """Return a command and what is promised of it: a goal in joints is also where its way ends."""
+    """Return a command, with its aim if the position is known."""
     arm = arm_of(stage)
     slack_mm = 0.0 if arm.abilities.coordinated else stage.config.motion.straying_mm
     known = arm.core.position_known
@@ -69,13 +69,13 @@ def arm_of(stage: Stage) -> Arm:
 def joint_goal(
     stage: Stage, most_deg: float = 15.0, longest_s: float = LONGEST_S
 ) -> tuple[dict[str, float], float]:
-    """Return a goal beside the present posture, and how long the way there takes."""
+    """Return joint angles near the present posture, and the time to get there at full speed."""
     arm, draw = arm_of(stage), stage.draw
-    start = supposed_place(stage)
+    start = expected_coordinates(stage)
     chosen = draw.sample(start.joints.names, draw.randint(1, 3))
     turns = {name: math.radians(draw.uniform(-most_deg, most_deg)) for name in chosen}
     here = dict(zip(start.joints.names, start.joints, strict=True))
-    if draw.random() < 0.5:  # up to the limit, and not beyond it
+    if draw.random() < 0.5:  # no further than the limits
         limits = dict(zip(start.joints.names, arm.model.arm.limits, strict=True))
         for name, turn in turns.items():
             low, high = limits[name].low_rad, limits[name].high_rad
@@ -91,12 +91,12 @@ def joint_goal(
 
 
 BEYOND_DEG = (1.0, 6.0)
-"""A goal beyond a limit by so little that an arm could be driven there."""
+"""How far beyond a limit: so little that an arm could be driven there."""
 
 
 def beyond_a_limit(stage: Stage) -> dict[str, float]:
-    """Return a goal of one joint just beyond the limit that is nearer to it."""
-    place, limits = supposed_place(stage), stage.config.model.arm.limits
+    """Return a goal of one joint just beyond the nearer one of its limits."""
+    place, limits = expected_coordinates(stage), stage.config.model.arm.limits
     index = stage.draw.randrange(len(place.joints))
     bounds, here = limits[index], place.joints[index]
     past_deg = stage.draw.uniform(*BEYOND_DEG)
@@ -105,26 +105,26 @@ def beyond_a_limit(stage: Stage) -> dict[str, float]:
     return {f"{place.joints.names[index]}_deg": bound_deg + (past_deg if up else -past_deg)}
 
 
-def supposed_motors(stage: Stage) -> Motors:
+def expected_motors(stage: Stage) -> Motors:
     """Return where the motors would stand now if none had slipped."""
     stage.look()
-    return stage.world.supposed
+    return stage.world.expected
 
 
-def supposed_place(stage: Stage) -> ArmCoordinates:
+def expected_coordinates(stage: Stage) -> ArmCoordinates:
     """Return the posture that the arm would have if no motor had slipped."""
-    joints, opening_mm = stage.world.body.transmission.to_joints(supposed_motors(stage))
+    joints, opening_mm = stage.world.body.transmission.to_joints(expected_motors(stage))
     return ArmCoordinates(joints, opening_mm)
 
 
 def joints_aim(stage: Stage, goal_deg: Mapping[str, float], *, clipped: bool = False) -> JointsAim:
-    """Return what becomes of joints that are named as `shoulder_deg`, the others staying."""
+    """Return the aim of a motion of some joints, with names such as `shoulder_deg`."""
     named = {name.removesuffix("_deg"): math.radians(deg) for name, deg in goal_deg.items()}
-    return JointsAim(supposed_motors(stage), named, near=stage.near_steps, clipped=clipped)
+    return JointsAim(expected_motors(stage), named, near=stage.near_steps, clipped=clipped)
 
 
 def span_to(stage: Stage, aim: JointsAim) -> tuple[Motors, Motors]:
-    """Return between which ends the motors stay on the way to a goal, rounding included."""
+    """Return the range in which every motor stays on the way to an aim, with rounding."""
     transmission = stage.world.body.transmission
     rounding = [int(most) - aim.near for most in aim.tolerance(transmission)]
     ends = list(zip(aim.start, aim.goal(transmission), rounding, strict=True))
@@ -132,18 +132,18 @@ def span_to(stage: Stage, aim: JointsAim) -> tuple[Motors, Motors]:
     return low, Motors(max(a, b) + most for a, b, most in ends)
 
 
-def pose_beside(stage: Stage) -> Pose:
-    """Return a pose a few mm away, now and then one that is out of reach."""
+def nearby_pose(stage: Stage) -> Pose:
+    """Return a pose a few mm away, or sometimes one that is out of reach."""
     draw, arm = stage.draw, arm_of(stage)
-    here = arm.model.arm.fk(supposed_place(stage).joints)
+    here = arm.model.arm.fk(expected_coordinates(stage).joints)
     reach = 12.0 if draw.random() < 0.9 else 2000.0
-    return beside(here, *(draw.uniform(-reach, reach) for _ in range(3)))
+    return shifted(here, *(draw.uniform(-reach, reach) for _ in range(3)))
 
 
 def pose_aim(stage: Stage, goal: Pose, *, clipped: bool = False) -> PoseAim:
-    """Return what becomes of a tip that is to be at a pose."""
-    beside_mm = stage.config.motion.line_tolerance_mm
-    return PoseAim(supposed_motors(stage), goal, stage.near_steps, clipped, beside_mm)
+    """Return the aim of a motion of the tip to a pose."""
+    deviation_mm = stage.config.motion.line_tolerance_mm
+    return PoseAim(expected_motors(stage), goal, stage.near_steps, clipped, deviation_mm)
 
 
 CERTAIN_DEG = (4.0, 10.0)
@@ -154,16 +154,16 @@ CERTAIN_TRIES = 60
 
 
 def certain_goal(stage: Stage) -> dict[str, float] | None:
-    """Return a goal that nothing forbids, and that turns several motors; None if none was found.
+    """Return a goal that the driver must allow and that turns several motors; None without one.
 
-    Each joint turns towards the middle of its range, and the way leads no deeper into any guard.
+    Each joint turns towards the middle of its range, and the path leads no deeper into any guard.
     """
     draw, arm = stage.draw, stage.config.model.arm
     transmission = stage.world.body.transmission
     strict = replace(stage.config.model.guards, tolerance_mm=0.0).over(arm)
     joints, opening_mm = transmission.to_joints(stage.look())
-    begins_mm = _depth_mm(strict, joints)
-    if stage.watch.inside_mm(joints):
+    depth_mm = _depth_mm(strict, joints)
+    if stage.watch.guard_depth_mm(joints):
         return None
     for _ in range(CERTAIN_TRIES):
         goal = joints
@@ -174,8 +174,8 @@ def certain_goal(stage: Stage) -> dict[str, float] | None:
         steps = transmission.to_motors(goal, opening_mm) - stage.world.motors
         if sum(abs(each) >= CERTAIN_STEPS for each in steps) < CERTAIN_MOTORS:
             continue
-        way = (_between(joints, goal, n / CERTAIN_SAMPLES) for n in range(1, CERTAIN_SAMPLES + 1))
-        if all(_depth_mm(strict, each) <= begins_mm for each in way):
+        path = (_between(joints, goal, n / CERTAIN_SAMPLES) for n in range(1, CERTAIN_SAMPLES + 1))
+        if all(_depth_mm(strict, each) <= depth_mm for each in path):
             return {
                 f"{name}_deg": math.degrees(angle)
                 for name, angle, before in zip(goal.names, goal, joints, strict=True)

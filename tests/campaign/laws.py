@@ -1,8 +1,10 @@
-"""What holds after every call of a mission, whatever has gone wrong meanwhile.
+"""The laws that hold after every call of a mission, whatever faults have struck.
 
-A call ends in time, with what was asked for or a typed error in words. A position that is trusted
-is where the physical arm is, to a step, as far as the device gave any evidence. (That nothing
-moves without a command, nor beyond a limit, a guard or an announced bound, is the watch's.)
+- The call ends in time, with its result or with a typed error that has words (`call`).
+- A successful call has brought the arm to its goal (`check_arrival`).
+- A trusted position is where the motors stand, to a step, as soon as the device could give evidence
+  of a change (`check_trust`).
+- No law of motion was broken during the call (`check_watch`; `physical` has these laws).
 """
 
 from __future__ import annotations
@@ -18,25 +20,24 @@ from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S
 from armdrive.status import State, Trust
 from kinematics import KinematicsError
 
-from .clock import Hangs, Killed
+from .clock import Hang, ProgramKilled
 from .physical import Aim, Command
 from .stage import Stage
 
 LONGEST_S = CALL_LIMIT_S + 0.1
-"""No call that moves nothing lasts longer, whatever is wrong with the wire: the driver's own limit,
-and the turn in which it is kept."""
-FLAWS = ("looped without waiting", "simulated time is stuck")
-"""Words of errors by which the driver ends what hangs; no program should ever meet them."""
+"""The longest that a call without motion may take: the driver's own limit, and one engine turn."""
+HANG_MESSAGES = ("looped without waiting", "simulated time is stuck")
+"""Parts of the errors with which the driver ends a call that hangs; no call should end so."""
 
 FRESH_S = 0.4
-"""A motion that ends has looked at the registers so long ago."""
+"""A motion that ends has read the registers within this time."""
 
 TRUSTED = (Trust.REFERENCED, Trust.RESTORED)
-Typed = ArmError | KinematicsError
+TypedError = ArmError | KinematicsError
 
 
 class Broken(Exception):
-    """A promise is not kept: the mission ends."""
+    """A law was broken; the mission ends."""
 
 
 def call(
@@ -44,10 +45,11 @@ def call(
     act: Callable[[], object],
     command: Command | None = None,
     longest_s: float = LONGEST_S,
-) -> Typed | None:
-    """Make a call under the laws; return the error with which it ended, if it did.
+) -> TypedError | None:
+    """Make a call and check the laws after it; return the error that it raised, if any.
 
-    Without a command nothing may move. Raises `Broken`, and `Killed` where the program was ended.
+    Without a command nothing may move. Raises `Broken` if a law was broken, and `ProgramKilled` if
+    the program was killed during the call.
     """
     stage.look()
     arm, began_s, runs_on_s = stage.arm, stage.now_s, 0.0
@@ -56,74 +58,78 @@ def call(
         motion = stage.config.motion
         burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
         runs_on_s = arm.core.controller.stopping(burst_s).silent_s
-        turned = stage.watch.turned
+        turned = stage.watch.turned_by_hand
         turns_back = turned is not None and stage.now_s <= turned.until_s
         if stage.twin.device.moving or turns_back:
-            # where it comes to rest decides where the command begins
+            # the command begins where the arm comes to rest, which is not known yet
             command.span = command.aim = None
         stage.watch.begin(command)
     if arm is not None and arm.paused and command is not None:
-        longest_s += LONGEST_SIMULATED_PAUSE_S  # it waits, and is given up then
+        longest_s += LONGEST_SIMULATED_PAUSE_S  # the driver gives up the call after this time
     name = command.what if command is not None else getattr(act, "__qualname__", "a call")
-    stage.agenda.patience.begin(name, stage.now_s + longest_s)
-    error: Typed | None = None
+    stage.schedule.deadlines.begin(name, stage.now_s + longest_s)
+    error: TypedError | None = None
     result: object = None
-    stage.jumped_s = 0.0
+    stage.suspended_s = 0.0
     try:
         result = act()
     except (ArmError, KinematicsError) as typed:
         error = typed
-        said_well(typed)
-    except Killed:
-        stage.bury()
+        check_error(typed)
+    except ProgramKilled:
+        stage.remove_killed_program()
         if command is not None:
             stage.watch.end(stage.now_s, runs_on_s)
         raise
-    except Hangs as hangs:
+    except Hang as hangs:
         raise Broken(f"hangs: {hangs}") from None
     except Exception:
         raise Broken(f"a traceback: {traceback.format_exc(limit=-4)}") from None
     finally:
-        stage.agenda.patience.end()
+        stage.schedule.deadlines.end()
     if command is not None:
         stage.watch.end(stage.now_s, runs_on_s if error else 0.0)
     stage.look()
     took_s = stage.now_s - began_s
-    if took_s > longest_s + stage.jumped_s:
+    if took_s > longest_s + stage.suspended_s:
         raise Broken(f"it lasted {took_s:.1f} s, and its deadline was {longest_s:.1f} s")
-    honest(stage, strict=command is not None and command.verified and error is None)
+    check_trust(stage, strict=command is not None and command.verified and error is None)
     if error is None and command is not None and command.aim is not None:
-        arrived(stage, command, command.aim, result)
+        check_arrival(stage, command, command.aim, result)
     return error
 
 
-def arrived(stage: Stage, command: Command, aim: Aim, result: object) -> None:
-    """Check that a call that ended well has brought the physical arm where it was asked to.
+def check_arrival(stage: Stage, command: Command, aim: Aim, result: object) -> None:
+    """Check that a successful call has brought the physical arm to its goal.
 
-    A program that was suspended during the call has looked that much earlier.
+    A program that was suspended during the call has read the registers earlier by that time.
     """
     watch = stage.watch
-    excused = watch.with_coupled(watch.adrift)
-    if not command.verified or stage.now_s - stage.jumped_s <= watch.changed_s + FRESH_S:
-        # it had ended by then, perhaps
-        excused |= watch.with_coupled(watch.disturbed | watch.sagged)
+    excused = watch.with_coupled(watch.expected_unknown)
+    if not command.verified or stage.now_s - stage.suspended_s <= watch.changed_s + FRESH_S:
+        # the motion may have ended before the change
+        excused |= watch.with_coupled(watch.turned_in_command | watch.sagged_in_command)
     if missed := aim.missed(stage.world, result, excused):
         raise Broken(f"{command.what} ended well, but {missed}")
 
 
-def said_well(error: Typed) -> None:
-    """Check that an error has words, and a row in the catalogue."""
+def check_error(error: TypedError) -> None:
+    """Check that an error has words, has a code, and is not one that ends a hang."""
     if not str(error):
         raise Broken(f"{type(error).__name__} says nothing")
-    if any(words in str(error) for words in FLAWS):
+    if any(words in str(error) for words in HANG_MESSAGES):
         raise Broken(f"hangs: {error}")
     if not entry(error).code:
         raise Broken(f"{type(error).__name__} has no code")
 
 
-def honest(stage: Stage, *, strict: bool = False) -> None:
-    """Check that a trusted position is where the arm is; `strict` where it was just verified."""
-    kept(stage)
+def check_trust(stage: Stage, *, strict: bool = False) -> None:
+    """Check that a trusted position is where the motors stand.
+
+    A change may be unknown until the driver could see evidence of it; `strict` if the driver has
+    just verified the position.
+    """
+    check_watch(stage)
     arm = stage.arm
     if arm is None or stage.twin.device.moving or not arm.engine.at_rest:
         return
@@ -132,16 +138,16 @@ def honest(stage: Stage, *, strict: bool = False) -> None:
         return
     changed_s = stage.watch.changed_s
     if status.state in (State.ERROR_STOP, State.DISABLED) and changed_s > -math.inf:
-        return  # nobody looks before it is reset or enabled, and nothing can be moved by plans
-    seen = stage.now_s >= stage.watch.evidence_by_s
-    if not seen and not (strict and stage.now_s > changed_s + FRESH_S):
+        return  # the driver polls again after a reset or enable, before any planned motion
+    evident = stage.now_s >= stage.watch.evidence_by_s
+    if not evident and not (strict and stage.now_s > changed_s + FRESH_S):
         return
     there, here = status.acknowledged, stage.look()
     assert there is not None
     off = {
-        motor: real - told
-        for motor, (real, told) in enumerate(zip(here, there, strict=True))
-        if abs(real - told) > stage.watch.on_the_step and motor not in stage.watch.unknowable
+        motor: real - trusted
+        for motor, (real, trusted) in enumerate(zip(here, there, strict=True))
+        if abs(real - trusted) > stage.watch.on_the_step and motor not in stage.watch.unknown_motors
     }
     if off:
         raise Broken(
@@ -150,7 +156,7 @@ def honest(stage: Stage, *, strict: bool = False) -> None:
         )
 
 
-def kept(stage: Stage) -> None:
-    """Raise `Broken` for what the watch has seen."""
+def check_watch(stage: Stage) -> None:
+    """Raise `Broken` if the watch has seen a violation."""
     if stage.watch.broken:
         raise Broken("; ".join(stage.watch.broken))

@@ -1,6 +1,6 @@
-"""One mission: a program, or several, that use an arm for some seconds while things go wrong.
+"""One mission: one program or several use an arm for some seconds while faults strike.
 
-All of it is drawn from the dialect's name and a seed, so that the same mission comes again.
+The dialect's name and a seed determine the whole mission, so that it can be repeated.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
 
 from .actions import ACTIONS, connect, home, move_certainly
-from .clock import CPU_S, Hangs, Killed, cpu_limit
-from .faults import FAULTS, NONE, Fault
-from .goals import certain_goal, stand_beside_limits
-from .laws import Broken, Typed, call, honest, kept
+from .clock import CPU_S, Hang, ProgramKilled, cpu_limit
+from .faults import FAULTS, NONE, CampaignFault
+from .goals import certain_goal, place_near_limits
+from .laws import Broken, TypedError, call, check_trust, check_watch
 from .outcome import Outcome, Result
 from .stage import Stage
 
 FAULT_COUNTS = (0, 1, 1, 1, 1, 1, 2, 2, 3)
 TRIES = 4
-QUIET_S = 0.6
+STILL_S = 0.6
 LONGEST_REST_S = 30.0
-UPKEEP = frozenset(
+RECOVERY_ACTIONS = frozenset(
     (
         "connect",
         "reset",
@@ -36,10 +36,11 @@ UPKEEP = frozenset(
         "close and connect",
     )
 )
-"""What a program or an operator does for an arm that is to work: faults strike there as well."""
-UPKEEP_FAULTS = 0.08
-UPKEEP_S = (0.01, 0.1, 1.0)
-"""Within what time of its beginning: some take some hundredths of a second, others many."""
+"""The actions that bring an arm back. Faults strike during these as well."""
+RECOVERY_FAULT_SHARE = 0.08
+"""The share of these actions that a fault disturbs."""
+RECOVERY_FAULT_WITHIN_S = (0.01, 0.1, 1.0)
+"""How soon after the start of the action: some take hundredths of a second, others many seconds."""
 
 
 class Mission:
@@ -57,14 +58,14 @@ class Mission:
         self._faults_over = False
 
     def run(self, *, keep_log: bool = False) -> Result:
-        """Run it to its end; the log is kept of one that broke a promise."""
+        """Run the mission; keep its log if asked to, or if a law was broken."""
         broken: tuple[str, ...] = ()
         try:
             with cpu_limit(self.cpu_s):
                 self._run()
-        except (Broken, Hangs) as law:
+        except (Broken, Hang) as law:
             words = str(law) if isinstance(law, Broken) else f"hangs: {law}"
-            self._say(f"BROKEN: {words}")
+            self._note(f"BROKEN: {words}")
             self.outcome, broken = Outcome.VIOLATION, (words,)
         return Result(
             self.dialect,
@@ -78,12 +79,12 @@ class Mission:
 
     def _run(self) -> None:
         stage, draw = self.stage, self.draw
-        if draw.random() < 0.7:  # somebody has used it since it was switched on
+        if draw.random() < 0.7:  # the registers of an arm that was used are not zero
             stage.turn_by_hand(Motors(draw.randint(-40, 40) for _ in stage.world.motors))
         if draw.random() < 0.4:
-            stand_beside_limits(stage)
+            place_near_limits(stage)
         self._act("connect", connect)
-        self._mend()
+        self._recover()
         count = draw.randint(2, 4)
         faults = sorted(
             (draw.randrange(count), draw.random() * draw.choice((0.1, 0.5, 1.5)), self._fault())
@@ -92,72 +93,76 @@ class Mission:
         names, weights = list(ACTIONS), [weight for _, weight in ACTIONS.values()]
         for number in range(count):
             for _, after_s, index in (each for each in faults if each[0] == number):
-                self._arrange(FAULTS[index], after_s)
+                self._schedule_fault(FAULTS[index], after_s)
             name = draw.choices(names, weights)[0]
             self._act(name, ACTIONS[name][0])
             if draw.random() < 0.85:
-                self._mend()
+                self._recover()
             elif stage.arm is None:
                 self._act("connect", connect)
-        self._finale()
+        self._finish()
 
     def _fault(self) -> int:
         board = self.stage.twin.board
-        return self.draw.choice([i for i, each in enumerate(FAULTS) if each.befalls(board)])
+        return self.draw.choice([i for i, each in enumerate(FAULTS) if each.applies_to(board)])
 
-    def _arrange(self, fault: Fault, after_s: float) -> None:
+    def _schedule_fault(self, fault: CampaignFault, after_s: float) -> None:
         def happen() -> None:
-            if self.stage.alive or not fault.of_programs:
+            if self.stage.has_program or not fault.needs_program:
                 self.happened.append(fault.name)
-                self._say(f"  fault: {fault.name}: {fault.begin(self.stage)}")
+                self._note(f"  fault: {fault.name}: {fault.begin(self.stage)}")
 
-        self.stage.agenda.at(self.stage.now_s + after_s, happen)
+        self.stage.schedule.at(self.stage.now_s + after_s, happen)
 
     # -- doing ----------------------------------------------------------------------------------
 
-    def _act(self, name: str, action) -> Typed | None:
-        """Do something; a program that is killed at it is followed by another, later."""
+    def _act(self, name: str, action) -> TypedError | None:
+        """Run an action; return its error. If the program is killed, another one follows later."""
         if self.stage.arm is None and action is not connect:
             return None
-        self._say(name)
-        if name in UPKEEP and not self._faults_over and self.draw.random() < UPKEEP_FAULTS:
-            after_s = self.draw.random() * self.draw.choice(UPKEEP_S)
-            self._arrange(FAULTS[self._fault()], after_s)
+        self._note(name)
+        if (
+            name in RECOVERY_ACTIONS
+            and not self._faults_over
+            and self.draw.random() < RECOVERY_FAULT_SHARE
+        ):
+            after_s = self.draw.random() * self.draw.choice(RECOVERY_FAULT_WITHIN_S)
+            self._schedule_fault(FAULTS[self._fault()], after_s)
         try:
             error = action(self.stage)
-        except Killed:
-            self._say("  the program is no more")
-            self._worst(Outcome.PROGRAM_ENDED)
+        except ProgramKilled:
+            self._note("  the program is no more")
+            self._worsen(Outcome.PROGRAM_ENDED)
             self.stage.sleep(self.draw.choice((0.02, 0.3, 3.0)))
-            kept(self.stage)
+            check_watch(self.stage)
             return None
         if error is not None:
-            self._say(f"  {type(error).__name__}: {error}")
-            self._weigh(error)
+            self._note(f"  {type(error).__name__}: {error}")
+            self._count_error(error)
         elif self.stage.arm is not None:
-            self._say(f"  well; {self.stage.world.motors}")
+            self._note(f"  well; {self.stage.world.motors}")
         return error
 
-    def _weigh(self, error: Typed) -> None:
+    def _count_error(self, error: TypedError) -> None:
         if isinstance(error, LinkError):
-            self._worst(Outcome.LINK_LOST)
+            self._worsen(Outcome.LINK_LOST)
         elif isinstance(error, Refused | KinematicsError | Stopped):
-            self._worst(Outcome.REFUSED if not isinstance(error, Stopped) else Outcome.ENDED_WELL)
+            self._worsen(Outcome.REFUSED if not isinstance(error, Stopped) else Outcome.ENDED_WELL)
         else:
-            self._worst(Outcome.ERROR_STOP)
+            self._worsen(Outcome.ERROR_STOP)
 
-    def _worst(self, outcome: Outcome) -> None:
+    def _worsen(self, outcome: Outcome) -> None:
         self.outcome = max(self.outcome, outcome)
 
-    def _say(self, words: str) -> None:
+    def _note(self, words: str) -> None:
         arm = self.stage.arm
         state = f"{arm.core.state.value}, {arm.core.belief.trust.value}" if arm else "no program"
         self.log.append(f"{self.stage.now_s:9.3f} [{state}] {words}")
 
     # -- what an operator does ------------------------------------------------------------------
 
-    def _mend(self) -> bool:
-        """Bring the arm back to where it can be moved by plans; tell whether it is."""
+    def _recover(self) -> bool:
+        """Bring the arm to where planned motion is possible; return whether that succeeded."""
         stage = self.stage
         for _ in range(TRIES):
             if stage.arm is None and self._act("connect", connect) is not None:
@@ -165,51 +170,53 @@ class Mission:
             if stage.arm is None:
                 continue
             status = stage.arm.status
-            if status.paused:  # whoever paused it was torn away from it
-                self._say("resume")
+            if status.paused:  # a fault ended the action that had paused it
+                self._note("resume")
                 stage.arm.resume()
             if status.state is State.DISCONNECTED:
-                self._worst(Outcome.LINK_LOST)
-                self._again()
+                self._worsen(Outcome.LINK_LOST)
+                self._reconnect()
             elif status.state is State.ERROR_STOP:
-                self._worst(Outcome.ERROR_STOP)
+                self._worsen(Outcome.ERROR_STOP)
                 self._act("reset", lambda stage: call(stage, stage.arm.reset))
             elif status.state is State.DISABLED:
                 self._act("enable", lambda stage: call(stage, stage.arm.enable))
             elif status.state is not State.STANDBY:
                 self._act("stop", lambda stage: call(stage, stage.arm.stop))
             elif not stage.arm.core.position_known:
-                self._refer()
+                self._reference()
             else:
                 return True
         return False
 
-    def _again(self) -> None:
-        """Get the wire back: by the same program, or by another one."""
+    def _reconnect(self) -> None:
+        """Connect again: with the same program, or with another one."""
         stage = self.stage
         if self.draw.random() < 0.5:
             self._act("reconnect", lambda stage: call(stage, stage.arm.reconnect))
             return
         self._act("close", lambda stage: call(stage, stage.arm.close))
-        stage.leave()
+        stage.program_ended()
         self._act("connect", connect)
 
-    def _refer(self) -> None:
-        """Have somebody look at the arm, once it stands, and say where it is."""
+    def _reference(self) -> None:
+        """Reference the arm once it stands: confirm, declare its posture, or home."""
         stage = self.stage
         if stage.arm.status.trust is Trust.RESTORED and self.draw.random() < 0.5:
             self._act("confirm", lambda stage: call(stage, stage.arm.confirm_restored))
             return
-        self._act("rest", lambda stage: call(stage, self._stands, None, LONGEST_REST_S + 5.0))
+        self._act(
+            "rest", lambda stage: call(stage, self._wait_until_still, None, LONGEST_REST_S + 5.0)
+        )
         if stage.arm is None:
             return
         joints, opening_mm = stage.posture()
-        if stage.arm.model.arm.violations(joints):  # it has sagged or slipped beyond its limits
+        if stage.arm.model.arm.violations(joints):  # the arm sagged or slipped beyond a limit
             self._act("home", home)
             return
-        with stage.watch.referencing() as ended_well:
-            stage.watch.referred(faultless=stage.faultless)
-            stage.vouched_s = stage.now_s
+        with stage.watch.reference_attempt() as ended_well:
+            stage.watch.begin_reference(no_faults=stage.no_faults)
+            stage.referenced_s = stage.now_s
             error = self._act(
                 "declare",
                 lambda stage: call(
@@ -219,45 +226,48 @@ class Mission:
             if error is None and stage.arm is not None:
                 ended_well()
 
-    def _stands(self) -> None:
-        """Wait until the arm has been seen to stand."""
+    def _wait_until_still(self) -> None:
+        """Wait until the physical arm stands."""
         stage, before = self.stage, None
         end_s = stage.now_s + LONGEST_REST_S
         while before != stage.look() and stage.now_s < end_s:
             before = stage.look()
-            stage.arm.sleep(QUIET_S)
+            stage.arm.sleep(STILL_S)
 
     # -- the end --------------------------------------------------------------------------------
 
-    def _finale(self) -> None:
-        """End every fault: then the arm comes back, and works as before."""
+    def _finish(self) -> None:
+        """End every fault, and check that the arm can be brought back and moves."""
         stage = self.stage
         self._faults_over = True
-        stage.watch.untold(stage.now_s)
-        stage.agenda.clear()
+        stage.watch.excuse_restart(stage.now_s)
+        stage.schedule.clear()
         stage.twin.faults.end()
-        stage.untold_until_s.clear()
+        stage.no_hold_until_s.clear()
         stage.disk.full = False
-        stage.disk.ends_in = stage.link.ends_in = None
+        stage.disk.kill_after = stage.link.kill_after = None
         stage.link.line.faults.lose_late()
-        self._say("all faults are over")
+        self._note("all faults are over")
         if stage.arm is not None:
             self._act("rest", lambda stage: call(stage, lambda: stage.arm.sleep(5.0)))
-            honest(stage, strict=stage.arm.core.state is State.STANDBY)
+            check_trust(stage, strict=stage.arm.core.state is State.STANDBY)
         for _ in range(3):
-            if self._mend() and self._works():
+            if self._recover() and self._moves_again():
                 break
         else:
             raise Broken("the arm could not be brought back")
         self._act("close", lambda stage: call(stage, stage.arm.close))
 
-    def _works(self) -> bool:
-        """Move to where nothing forbids it; the physical arm arrives, which `call` checks."""
+    def _moves_again(self) -> bool:
+        """Move to a goal that the driver must allow; return whether the arm went there.
+
+        `call` checks that the physical arm has arrived. A refusal breaks a law.
+        """
         stage = self.stage
-        if stage.watch.slips:  # nobody has noticed but the person who looks
-            self._refer()
+        if stage.watch.slipped:  # only the person at the arm can see that
+            self._reference()
         goal = certain_goal(stage)
-        if goal is None:  # it stands inside a guard, or where every way leads deeper into one
+        if goal is None:  # the arm is inside a guard, or every path leads deeper into one
             self._act("home", home)
             goal = certain_goal(stage)
         if goal is None or stage.arm is None or not stage.arm.core.position_known:

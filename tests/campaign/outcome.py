@@ -1,4 +1,4 @@
-"""What came of a mission, and the table of faults by outcome."""
+"""The outcome of a mission, and the table of faults by outcome."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import IntEnum
 
 
 class Outcome(IntEnum):
-    """The worst that happened; the arm was brought back after all but the last."""
+    """The worst event of a mission. The arm was brought back after all but a violation."""
 
     ENDED_WELL = 0
     REFUSED = 1
@@ -31,7 +31,7 @@ TITLES = {
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One mission."""
+    """The result of one mission; `broken` has a sentence for each law that it broke."""
 
     dialect: str
     seed: int
@@ -43,7 +43,7 @@ class Result:
 
     @property
     def command(self) -> str:
-        """What repeats it."""
+        """The command that repeats the mission."""
         return f"python -m tests.campaign --dialect {self.dialect} --only {self.seed}"
 
 
@@ -59,13 +59,13 @@ def counts(results: Iterable[Result]) -> Counter[tuple[str, Outcome]]:
 def rows(
     found: Counter[tuple[str, Outcome]], names: Iterable[str]
 ) -> list[tuple[str, tuple[int, ...]]]:
-    """Return the table: for each fault that came, its missions by outcome."""
+    """Return the table: for each fault that struck, its missions by outcome."""
     table = [(name, tuple(found[name, each] for each in Outcome)) for name in names]
     return [(name, numbers) for name, numbers in table if any(numbers)]
 
 
 def markdown(table: Iterable[tuple[str, tuple[int, ...]]]) -> str:
-    """Return the table for a page, and for a screen."""
+    """Return the table as Markdown."""
     lines = ["| fault | " + " | ".join(TITLES.values()) + " |", "|---" * (1 + len(Outcome)) + "|"]
     lines += [f"| {name} | " + " | ".join(map(str, numbers)) + " |" for name, numbers in table]
     return "\n".join(lines)

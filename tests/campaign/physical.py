@@ -1,17 +1,23 @@
-"""The physical arm under watch: every motion of it is seen, and who or what has moved it.
+"""The laws of motion: a `Watch` sees every motion of the physical arm and judges whether it may be.
 
-Nothing here asks a register or the driver; what breaks a promise is noted in `Watch.broken`.
+- Nothing moves without a command (`Watch.judge_motion`).
+- After a stop the tip stands in time and in place (`Bound`).
+- Every motor stays between start and goal, every joint within its limits, and no part of the arm
+  enters a guard (`Command`, checked by `Watch._check_path`).
+- No joint is too fast (`speeds`), and none is driven into a mechanical stop (`Watch.note_slip`).
 
-A stepper that slips gives no evidence, so no driver can know where its motor stands. What a driver
-commanded is still known: `WatchedWorld.supposed` is where the motors would stand if every one had
-made the steps that its controller gave it. The way of a motion is judged there. For motors that
-have not slipped it is where they stand, and for a motor that has, the commands are judged.
+The watch asks no register and no driver. It records each violation in `Watch.broken`. `excuses`
+lists what no driver can know or prevent.
+
+No driver can know that a stepper has slipped, so its path is judged by what was commanded:
+`WatchedWorld.expected` is where each motor would stand if it had made every step that its
+controller gave it. That is where a motor does stand as long as it has not slipped.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -20,50 +26,47 @@ from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Joints, Motors
 from kinematics.guards.guards import GuardedArm
-from tests.conformance.seen import ON_THE_STEP, Point
+from tests.conformance.observation import ON_THE_STEP, Point
 
-from .freed import Freed
-from .lagging import Lagging
+from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand
 from .speeds import SpeedWatch
 
-NOISE_S = 0.03
-"""What lies between an event and the next look at it."""
 ROUNDING_RAD = math.radians(0.5)
-"""Motors stand on whole steps: a joint may be beyond a limit by so much."""
+"""How far a joint may be beyond a limit because motors stand on whole steps."""
 
 
 class WatchedWorld(World):
-    """The physical arm, which tells a watch of every motion, and notes who is the cause."""
+    """The physical arm, which reports every motion and its cause to a watch."""
 
     def __init__(self, body: ArmBody) -> None:
         self.watch: Watch | None = None
-        self.by_person = False
+        self.moved_by_hand = False
         self.sagging = False
-        self.measured = False
-        """Whether the drives measure their shafts, and make up for steps that were lost."""
-        self._told: Motors | None = None
-        """The steps that a controller gives its motors now."""
-        self._all_follow = False
-        """Whether what turns now are those steps, every one of them."""
+        self.closed_loop = False
+        """Whether the drives measure their shafts and make up for lost steps."""
+        self._ordered: Motors | None = None
+        """The steps that the controller gives the motors in the present call of `drive`."""
+        self._motors_follow = False
+        """Whether every motor makes these steps."""
         super().__init__(body)
-        self._supposed = self._motors
+        self._expected = self._motors
 
     @property
-    def supposed(self) -> Motors:
-        """Where the motors would stand, had none slipped or sagged since the last reference."""
-        return self._motors if self.measured else self._supposed
+    def expected(self) -> Motors:
+        """Where the motors would stand if none had slipped or sagged since the last reference."""
+        return self._motors if self.closed_loop else self._expected
 
     @property
-    def supposed_joints(self) -> Joints:
-        """The joint angles that belong to `supposed`."""
-        there = self.supposed
+    def expected_joints(self) -> Joints:
+        """The joint angles that belong to `expected`."""
+        there = self.expected
         if there == self._motors:
             return self._joints
         return self.body.transmission.to_joints(there)[0]
 
-    def suppose(self, there: Motors) -> None:
-        """Hear where the motors were seen to stand, or are to be supposed from now on."""
-        self._supposed = there
+    def set_expected(self, there: Motors) -> None:
+        """Set where the motors are expected to stand from now on."""
+        self._expected = there
 
     def cut_current(self, time_s: float = 0.0) -> None:
         """Let the arm sag."""
@@ -74,7 +77,7 @@ class WatchedWorld(World):
             self.sagging = False
 
     def give_way(self, steps: Sequence[int], time_s: float = 0.0) -> None:
-        """Let a part of the arm sag."""
+        """Let a part of the arm sag by some motor steps."""
         self.sagging = True
         try:
             super().give_way(steps, time_s)
@@ -82,129 +85,122 @@ class WatchedWorld(World):
             self.sagging = False
 
     def drive(self, steps: Motors, time_s: float = 0.0) -> None:  # type: ignore[override]
-        """Turn the motors, and note which of them did not follow."""
+        """Turn the motors, and report those that did not follow to the watch."""
         before = self._motors
         failing = {i for i, one in enumerate(steps) if one and self.fails(i)}
         if failing and self.watch is not None:
             in_motion = self.watch.may_move(time_s)
-            self.watch.freed.blocked(failing, time_s, in_motion=in_motion)
-            # before the way is judged that the others make without it
-            self.watch.slipped(failing, time_s)
+            self.watch.spring_back.note_blocked(failing, time_s, in_motion=in_motion)
+            # report the slip before the watch judges the path that the other motors make
+            self.watch.note_slip(failing, time_s)
         meant = before + Motors(steps)
-        self._told = Motors(steps)
+        self._ordered = Motors(steps)
         try:
             super().drive(steps, time_s)
         finally:
-            self._told = None
+            self._ordered = None
         if self.watch is not None and meant != self._motors:
             pairs = enumerate(zip(meant, self._motors, strict=True))
-            self.watch.slipped({i for i, (a, b) in pairs if a != b}, time_s)
+            self.watch.note_slip({i for i, (a, b) in pairs if a != b}, time_s)
 
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
-        """Turn motors; what was told to those that do not follow goes on in the same pieces."""
-        told, self._told = self._told, None
-        if told is None or tuple(told) == tuple(steps):
-            if told is None and self.watch is not None:
-                self.watch.speeds.forget()  # what runs on from a dead stop is shown at once
-            self._all_follow = told is not None
+        """Turn motors by the steps that they really make, which may differ from those ordered.
+
+        Expected and real motors advance together in small pieces, so that the watch sees both.
+        """
+        ordered, self._ordered = self._ordered, None
+        if ordered is None or tuple(ordered) == tuple(steps):
+            if ordered is None and self.watch is not None:
+                self.watch.speeds.forget()  # a motor that runs on after a dead stop moves at once
+            self._motors_follow = ordered is not None
             super().force(steps, time_s)
-            self._all_follow = False
+            self._motors_follow = False
             return
-        last = len(told) - self.body.transmission.has_gripper
-        pieces = 1 + max(map(abs, told[:last]), default=0) // self._sample_steps
-        made = promised = Motors((0,) * len(told))
+        last = len(ordered) - self.body.transmission.has_gripper
+        pieces = 1 + max(map(abs, ordered[:last]), default=0) // self._sample_steps
+        made = meant_so_far = Motors((0,) * len(ordered))
         for piece in range(1, pieces + 1):
             share = Motors(count * piece // pieces for count in steps)
-            meant = Motors(count * piece // pieces for count in told)
-            self._supposed = self._supposed + (meant - promised)
+            meant = Motors(count * piece // pieces for count in ordered)
+            self._expected = self._expected + (meant - meant_so_far)
             self._shift(share - made, time_s)
-            made, promised = share, meant
+            made, meant_so_far = share, meant
 
     def fails(self, motor: int) -> bool:
-        """Tell whether a motor does not follow now, by a fault."""
+        """Return whether a fault keeps a motor from following now."""
         return motor in self.stalled or bool(self._to_lose.get(motor))
 
     def _shift(self, steps: Motors, time_s: float) -> None:
         before, tip = self._motors, self.tip
-        if self._all_follow:
-            self._supposed = self._supposed + steps
+        if self._motors_follow:
+            self._expected = self._expected + steps
         super()._shift(steps, time_s)
         if self.watch is not None and self._motors != before:
             pairs = zip(before, self._motors, strict=True)
-            self.watch.moved(time_s, {i for i, (a, b) in enumerate(pairs) if a != b}, tip)
-
-
-class Unled(Protocol):
-    """A drive that obeys nobody for a while (`unled`)."""
-
-    @property
-    def joints(self) -> frozenset[str]:
-        """Those that its motor turns."""
-
-    def begin(self) -> None:
-        """Hear that another command begins."""
-
-    def excuses(self, time_s: float) -> bool:
-        """Tell whether nobody can know yet that a motion goes astray."""
-
-    def let_pass(self, allowed: dict[str, float], beyond: Mapping[str, float]) -> None:
-        """Have joints be as far beyond their limits as they have come."""
-
-
-class Turned(Protocol):
-    """Shafts that a hand has turned (`turned`)."""
-
-    @property
-    def until_s(self) -> float:
-        """Until when their drives may turn them back."""
-
-    def excuses(self, motors: Collection[int], there: Motors, time_s: float) -> bool:
-        """Tell whether no driver can know yet that a hand has turned these motors."""
+            self.watch.judge_motion(time_s, {i for i, (a, b) in enumerate(pairs) if a != b}, tip)
 
 
 class Aim(Protocol):
-    """Where a call is to bring the arm (`arrival`)."""
+    """Where a successful call has to bring the arm (the classes are in `arrival`)."""
 
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
-        """Return what is wrong with where the arm stands, or nothing.
+        """Return what is wrong with where the arm stands; empty if it is right.
 
-        `result` is what the call returned, `excused` the motors of which nobody can know.
+        `result` is what the call returned. `excused` are motors whose place no driver can know.
         """
 
 
 @dataclass(slots=True)
 class Bound:
-    """A promise how long and how far the tip goes on, from a moment on."""
+    """An announced bound: how long and how far the tip may go on after `since_s`."""
 
     what: str
     since_s: float
     tip: Point
+    """Where the tip was at `since_s`."""
     time_s: float
     distance_mm: float
 
 
 @dataclass(slots=True)
 class Command:
-    """A call that may move the arm, and what is promised of its way."""
+    """A call that may move the arm, and what it promises about the motion."""
 
     what: str
-    known: bool = False
-    """Whether the position was trusted when it was given: limits and guards hold then."""
+    position_known: bool = False
+    """Whether the position was trusted when the call began: then limits and guards hold."""
     span: tuple[Motors, Motors] | None = None
-    """Between which ends every motor stays: supposed positions."""
+    """The range in which every motor stays, by its expected position."""
     aim: Aim | None = None
-    """Where the arm stands when the call ends well; None where nothing is promised of its end."""
+    """Where the arm stands after a successful call; None if the call promises nothing about it."""
     speed: float = 1.0
     """No joint turns faster than this fraction of its limit."""
-    joints_beyond: dict[str, float] = field(default_factory=dict)
+    excess_rad_at_start: dict[str, float] = field(default_factory=dict)
+    """How far each joint was beyond its limit when the call began: it may not go further."""
     depth_mm: float = 0.0
+    """How deep the arm was inside a guard when the call began: it may not go deeper."""
     slack_mm: float = 0.0
+    """How much deeper it may go because the motors are not coordinated."""
     verified: bool = True
-    """Whether its good end says that the registers were looked at a moment ago."""
+    """Whether the driver has read the registers a moment before a successful call returns."""
+
+
+@dataclass(frozen=True, slots=True)
+class PriorExcuses:
+    """What a watch excused before an attempt to reference; the names are those of the watch."""
+
+    lost: set[int]
+    """Motors whose physical or expected place was unknown."""
+    sagged: set[int]
+    misdirected: bool
+    late_s: float
+    changed_s: float
+    evidence_by_s: float
+    restart_shown_by_s: float
 
 
 class Watch:
-    """What is seen of one arm, and which of its motions are allowed."""
+    """Sees every motion of one arm, and records those that break a law."""
 
     def __init__(
         self,
@@ -214,144 +210,148 @@ class Watch:
         speeds_rad_s: tuple[float, ...],
         on_the_step: int = ON_THE_STEP,
         slowest_hz: float = 0.0,
-        setting_hz: float = 0.0,
+        rounding_up_hz: float = 0.0,
     ) -> None:
         self.world = world
         self.on_the_step = on_the_step
-        """So many steps may be between two counts of the same place."""
+        """How many steps two counts of the same place may differ by."""
         self.overshoot_steps = 0
-        """How many steps a stop may take a motor beyond where it was sent."""
+        """How many steps a stop may take a motor beyond its goal."""
         self.broken: list[str] = []
-        self.stray = False
-        """Something has happened that no driver can prevent: the way is nobody's promise now."""
+        """A sentence for each violation."""
+        self.misdirected = False
+        """Whether a fault may have made the device do what the driver did not command.
+
+        No driver can prevent that, so no path is judged until the next reference.
+        """
         self.late_s = 0.0
-        """How much later than it was sent the wire has delivered something."""
-        self.slips: set[int] = set()
-        """Motors that have slipped since the last reference; no stepper notices."""
-        self.sags: set[int] = set()
+        """The longest delay of a message on the wire."""
+        self.slipped: set[int] = set()
+        """Motors that have slipped since the last reference; a driver cannot know of steppers."""
+        self.sagged: set[int] = set()
         """Motors that gave way without current since the last reference."""
-        self.adrift: set[int] = set()
-        """Motors whose supposed place nobody can know either, since the last reference."""
+        self.expected_unknown: set[int] = set()
+        """Motors whose expected place is unknown as well, since the last reference."""
         self.changed_s = self.evidence_by_s = -math.inf
-        """When something last changed that no command made, and until when nobody can know."""
-        self.told_by_s = -math.inf
-        """Until when a restart is told that left the registers as they were, at zero."""
-        self.unled: Unled | None = None
-        """What is excused of a drive that obeys no more."""
-        self.turned: Turned | None = None
-        """What is excused of shafts that a hand has turned a moment ago."""
-        self.freed = Freed()
-        """What is excused of a shaft that was blocked while nobody heard its drive."""
-        self.lagging = Lagging()
-        """What is excused of a joint one of whose motors misses its targets."""
+        """When the arm last changed without a command, and by when the driver can know of it."""
+        self.restart_shown_by_s = -math.inf
+        """By when a restart shows that left the registers at zero as they were."""
+        self.missed_orders: MissedOrders | None = None
+        self.turned_by_hand: TurnedByHand | None = None
+        self.spring_back = SpringBack()
+        self.lost_targets = LostTargets()
         self._guarded = guarded
         self._step_mm = step_mm
         self._command: Command | None = None
         self._until_s = -math.inf
         self._earlier_speed, self._earlier_until_s = 0.0, -math.inf
-        """The speed of the command before, and until when what it has sent may run on."""
+        """The speed of the previous command, and until when its motion may still run on."""
         self._bounds: list[Bound] = []
-        self._stood = world.motors
-        """Where the motors were when they last turned as they may."""
-        self._last_what = "nothing"
-        self._before: tuple[set[int], set[int], bool, float, tuple[float, float, float]] | None = (
-            None
-        )
-        """What was excused before the latest reference, which may not have been taken."""
-        self.disturbed: set[int] = set()
-        """Motors that somebody has turned since the present command began."""
-        self.sagged: set[int] = set()
+        self._rest_position = world.motors
+        """Where the motors stood after the last allowed motion."""
+        self._last_call = "nothing"
+        self._before_reference: PriorExcuses | None = None
+        """What was excused before the latest attempt to reference, which may fail."""
+        self.referencing = False
+        """Whether a call that references is under way."""
+        self.turned_in_command: set[int] = set()
+        """Motors that a person has turned since the present command began."""
+        self.sagged_in_command: set[int] = set()
         """Motors that gave way since the present command began."""
-        self._turning = tuple(
+        self._motors_of_joint = tuple(
             (name, frozenset(motor for motor, share in enumerate(row) if share))
             for name, row in zip(world.joints.names, world.body.transmission.inverse, strict=False)
         )
-        """Each joint, and the motors that turn it."""
+        """The name of each joint, with the motors that turn it."""
         inverse = world.body.transmission.inverse[: len(world.joints)]
         steps_rad = [math.fsum(map(abs, row)) for row in inverse]
         self.speeds = SpeedWatch(
             speeds_rad_s,
             tuple(step_rad * on_the_step for step_rad in steps_rad),
             tuple(step_rad * slowest_hz for step_rad in steps_rad),
-            tuple(step_rad * setting_hz for step_rad in steps_rad),
+            tuple(step_rad * rounding_up_hz for step_rad in steps_rad),
         )
         world.watch = self
 
     # -- what is allowed ------------------------------------------------------------------------
 
     def begin(self, command: Command) -> None:
-        """Hear that a call may move the arm from now on."""
-        arm, joints = self._guarded.arm, self.world.supposed_joints
-        command.joints_beyond = {each.joint: each.excess_rad for each in arm.violations(joints)}
-        command.depth_mm = self.inside_mm(joints)
+        """Judge motions by this command from now on."""
+        arm, joints = self._guarded.arm, self.world.expected_joints
+        command.excess_rad_at_start = {
+            each.joint: each.excess_rad for each in arm.violations(joints)
+        }
+        command.depth_mm = self.guard_depth_mm(joints)
         if self._command is not None:
             self._earlier_speed, self._earlier_until_s = self._command.speed, self._until_s
         self._command, self._until_s = command, math.inf
-        self.disturbed.clear()
-        self.sagged.clear()
+        self.turned_in_command.clear()
+        self.sagged_in_command.clear()
         self.speeds.forget()
-        if self.unled is not None:
-            self.unled.begin()
-        self._last_what = command.what
+        if self.missed_orders is not None:
+            self.missed_orders.begin()
+        self._last_call = command.what
         self._bounds.clear()
 
     def end(self, now_s: float, runs_on_s: float) -> None:
-        """Hear that the call has ended; what it has sent may run on for so long."""
+        """Note that the call has ended; what it has sent may run on for `runs_on_s`."""
         self._until_s = now_s + runs_on_s + self.late_s + NOISE_S
 
-    def promise(self, bound: Bound) -> None:
-        """Hear how long and how far the tip may go on."""
+    def add_bound(self, bound: Bound) -> None:
+        """Judge motions by this bound as well, until the next command begins."""
         self._bounds.append(bound)
 
     @property
-    def promised(self) -> bool:
-        """Whether the tip is to come to rest."""
+    def must_stop(self) -> bool:
+        """Whether the arm has to come to rest: a bound holds."""
         return bool(self._bounds)
 
-    def let_go_on(self) -> None:
-        """Hear that what was promised to come to rest may go on."""
+    def clear_bounds(self) -> None:
+        """Drop all bounds: the motion may go on."""
         self._bounds.clear()
 
-    def referred(self, *, faultless: bool = True) -> None:
-        """Hear that somebody looks at the arm and is about to say where it stands.
+    def begin_reference(self, *, no_faults: bool = True) -> None:
+        """Start afresh, because a person is about to declare where the arm stands.
 
-        While faults go on, what they excuse of the wire and of the future stays excused.
+        Unless there are `no_faults`, sags, misdirected and late messages stay excused, and so do
+        changes whose evidence is still to come.
         """
-        self._before = (
-            self.slips | self.adrift,
-            set(self.sags),
-            self.stray,
+        self._before_reference = PriorExcuses(
+            self.slipped | self.expected_unknown,
+            set(self.sagged),
+            self.misdirected,
             self.late_s,
-            (self.changed_s, self.evidence_by_s, self.told_by_s),
+            self.changed_s,
+            self.evidence_by_s,
+            self.restart_shown_by_s,
         )
-        self.slips.clear()
-        self.adrift.clear()
-        self.world.suppose(self.world.motors)
-        if faultless:
-            self.stray = False
+        self.slipped.clear()
+        self.expected_unknown.clear()
+        self.world.set_expected(self.world.motors)
+        if no_faults:
+            self.misdirected = False
             self.late_s = 0.0
-            self.sags.clear()
-            self.changed_s = self.evidence_by_s = self.told_by_s = -math.inf
+            self.sagged.clear()
+            self.changed_s = self.evidence_by_s = self.restart_shown_by_s = -math.inf
 
-    def not_referred(self) -> None:
-        """Hear that nothing may have come of that: the old reference may hold, or the new one."""
-        if self._before is None:
+    def undo_reference(self) -> None:
+        """Excuse what was excused before as well: the old reference may hold, or the new one."""
+        before, self._before_reference = self._before_reference, None
+        if before is None:
             return
-        lost, sags, stray, late_s, (changed_s, evidence_by_s, told_by_s) = self._before
-        self._before = None
-        self.slips |= lost
-        self.adrift |= lost
-        self.sags |= sags
-        self.stray = self.stray or stray
-        self.late_s = max(self.late_s, late_s)
-        self.changed_s = max(self.changed_s, changed_s)
-        self.evidence_by_s = max(self.evidence_by_s, evidence_by_s)
-        self.told_by_s = max(self.told_by_s, told_by_s)
+        self.slipped |= before.lost
+        self.expected_unknown |= before.lost
+        self.sagged |= before.sagged
+        self.misdirected = self.misdirected or before.misdirected
+        self.late_s = max(self.late_s, before.late_s)
+        self.changed_s = max(self.changed_s, before.changed_s)
+        self.evidence_by_s = max(self.evidence_by_s, before.evidence_by_s)
+        self.restart_shown_by_s = max(self.restart_shown_by_s, before.restart_shown_by_s)
 
     @contextmanager
-    def referencing(self) -> Iterator[Callable[[], None]]:
-        """Hold a call that references; what this gives is to be called when it has ended well."""
-        self._before = None
+    def reference_attempt(self) -> Iterator[Callable[[], None]]:
+        """Surround a call that references; the caller calls what this yields if it succeeds."""
+        self._before_reference, self.referencing = None, True
         well = False
 
         def ended_well() -> None:
@@ -361,117 +361,124 @@ class Watch:
         try:
             yield ended_well
         finally:
+            self.referencing = False
             if not well:
-                self.not_referred()
+                self.undo_reference()
 
-    def change(self, now_s: float, known_by_s: float) -> None:
-        """Hear of a change that no command made, and when it can be known at the latest."""
+    def note_change(self, now_s: float, known_by_s: float) -> None:
+        """Note that the arm changes without a command, and by when the driver can know."""
         self.changed_s, self.evidence_by_s = now_s, max(self.evidence_by_s, known_by_s)
 
-    def asleep(self, now_s: float, for_s: float) -> None:
-        """Hear that the program is suspended for so long: it cannot look meanwhile."""
+    def note_suspension(self, now_s: float, for_s: float) -> None:
+        """Note that the program is suspended for `for_s`, and cannot poll the arm meanwhile."""
         self.evidence_by_s += for_s if now_s < self.evidence_by_s else 0.0
-        self.told_by_s += for_s if now_s < self.told_by_s else 0.0
+        self.restart_shown_by_s += for_s if now_s < self.restart_shown_by_s else 0.0
 
-    def untold(self, now_s: float | None = None, motors: Collection[int] | None = None) -> None:
-        """Hear that nobody can know of a restart at zeros, or not if it has not been told by now.
+    def excuse_restart(
+        self, now_s: float | None = None, motors: Collection[int] | None = None
+    ) -> None:
+        """Excuse the position of these motors, or of all, until the next reference.
 
-        The position of these motors, or of all, is nobody's promise until the next reference.
+        No driver can know of a restart that left the registers at zero. With `now_s`, the restart
+        is excused only if its evidence was still to come at that time, because it is lost then.
         """
-        if now_s is None or now_s < self.told_by_s:
+        if now_s is None or now_s < self.restart_shown_by_s:
             lost = set(range(len(self.world.motors)) if motors is None else motors)
-            self.slips |= lost
-            self.adrift |= lost
+            self.slipped |= lost
+            self.expected_unknown |= lost
 
     # -- what is seen ---------------------------------------------------------------------------
 
-    def slipped(self, motors: set[int], time_s: float) -> None:
-        """Note motors that did not follow."""
+    def note_slip(self, motors: set[int], time_s: float) -> None:
+        """Note motors that did not follow; judge whether they were driven into a stop."""
         failing = {motor for motor in range(len(self.world.motors)) if self.world.fails(motor)}
-        known = self.slips | self.sags | self.disturbed | failing
-        self.slips |= motors
+        known = self.slipped | self.sagged | self.turned_in_command | failing
+        self.slipped |= motors
         last = len(self.world.motors) - 1
         fingers = self.world.body.transmission.has_gripper and motors <= {last}
-        if fingers or not self._promised:
+        if fingers or not self._path_is_judged:
             return
-        blocked = self._blocked() - self._turned_by(known)
-        if self.unled is not None and self.unled.excuses(time_s):
-            blocked -= self.unled.joints  # they may go beyond their limits, and so to their stops
+        blocked = self._joints_at_stops() - self._joints_of(known)
+        if self.missed_orders is not None and self.missed_orders.excuses(time_s):
+            # these joints may pass their limits, and so reach their mechanical stops
+            blocked -= self.missed_orders.joints
         if blocked:
-            self._break(
+            self._violation(
                 f"{', '.join(sorted(blocked))}: driven into a mechanical stop: {self.world.joints}"
             )
 
-    def moved(self, time_s: float, motors: Collection[int], tip: Point) -> None:
-        """Weigh a motion of the physical arm, for which these motors have turned, from a tip."""
-        if self.world.sagging or self.world.by_person:
+    def judge_motion(self, time_s: float, motors: Collection[int], tip: Point) -> None:
+        """Judge a motion of the physical arm. `tip` is where the tip was before it."""
+        if self.world.sagging or self.world.moved_by_hand:
             self.speeds.forget()
-            self._stood = self.world.motors
+            self._rest_position = self.world.motors
         if self.world.sagging:
-            self.sags |= set(motors)
             self.sagged |= set(motors)
-            self._carry_bounds(tip)
+            self.sagged_in_command |= set(motors)
+            self._shift_bounds(tip)
             return
-        if self.world.by_person:
-            self.disturbed |= set(motors)  # the present command does not know of it
-            self._carry_bounds(tip)
+        if self.world.moved_by_hand:
+            self.turned_in_command |= set(motors)
+            self._shift_bounds(tip)
             return
         if self._is_excused(motors, time_s):
-            self._stood = self.world.motors
+            self._rest_position = self.world.motors
             return
-        if time_s > self._until_s and not self._trembles():
+        if time_s > self._until_s and not self._only_holds():
             late_s = time_s - self._until_s
-            self._break(f"it moved without a command, {late_s:.2f} s after: {self._last_what}")
-        self._keep_bounds(time_s)
+            self._violation(f"it moved without a command, {late_s:.2f} s after: {self._last_call}")
+        self._check_bounds(time_s)
         if self.may_move(time_s):
-            self._stood = self.world.motors
+            self._rest_position = self.world.motors
         share = 1.0 if self._command is None else self._command.speed
         if time_s <= self._earlier_until_s < math.inf:
             share = max(share, self._earlier_speed)
-        caught_up = self._turned_by(self.slips | self.sags | self.disturbed)
-        if sentence := self.speeds.too_fast(time_s, self.world.joints, share, caught_up):
-            self._break(sentence)
-        if self._promised:
-            self._keep_way(time_s)
+        caught_up = self._joints_of(self.slipped | self.sagged | self.turned_in_command)
+        if sentence := self.speeds.violation(time_s, self.world.joints, share, caught_up):
+            self._violation(sentence)
+        if self._path_is_judged:
+            self._check_path(time_s)
 
     def may_move(self, time_s: float) -> bool:
-        """Tell whether a command moves the arm, or it has not come to rest yet as promised."""
-        return time_s <= min((self._until_s, *map(self._ends_s, self._bounds)))
+        """Return whether a command may move the arm now, and no bound has ended."""
+        return time_s <= min((self._until_s, *map(self._rests_by_s, self._bounds)))
 
     def _is_excused(self, motors: Collection[int], time_s: float) -> bool:
-        """Tell whether no driver can know of a motion, or prevent it."""
-        if self.stray or self.freed.excuses(motors, time_s):
+        """Return whether no driver can know of a motion, or prevent it."""
+        if self.misdirected or self.spring_back.excuses(motors, time_s):
             return True
-        if self.turned is not None and self.turned.excuses(motors, self.world.motors, time_s):
+        if self.turned_by_hand is not None and self.turned_by_hand.excuses(
+            motors, self.world.motors, time_s
+        ):
             return True
-        # what still holds does so against what does not
-        return bool(self.sags) and not self.world.energised
+        # motors that still hold may give way to those that do not
+        return bool(self.sagged) and not self.world.energised
 
-    def _carry_bounds(self, before: Point) -> None:
-        """Have the bounds count from where the tip is carried that no command moves."""
+    def _shift_bounds(self, before: Point) -> None:
+        """Move the starts of the bounds along with a tip that no command moves."""
         by = tuple(b - a for a, b in zip(before, self.world.tip, strict=True))
         for bound in self._bounds:
             x, y, z = (at + way for at, way in zip(bound.tip, by, strict=True))
             bound.tip = (x, y, z)
 
     @property
-    def _promised(self) -> bool:
+    def _path_is_judged(self) -> bool:
         command = self._command
-        return command is not None and command.known and not self.stray
+        return command is not None and command.position_known and not self.misdirected
 
     @property
-    def excused(self) -> set[int]:
-        """Motors whose place on the way of the present command nobody can know.
+    def excused_motors(self) -> set[int]:
+        """Motors whose place on the path of the present command no driver can know.
 
-        Where drives measure their shafts, those that did not follow their drive, or gave way. A
-        stepper's commands are judged in place of its shaft.
+        With closed-loop drives, those that slipped or gave way. For steppers the path is judged by
+        the expected place, so only those whose expected place is unknown.
         """
-        lost = self.slips | self.sags if self.world.measured else self.adrift
-        return self.with_coupled(lost | self.disturbed)
+        lost = self.slipped | self.sagged if self.world.closed_loop else self.expected_unknown
+        return self.with_coupled(lost | self.turned_in_command)
 
     def with_coupled(self, motors: set[int]) -> set[int]:
-        """Return motors with those that see a joint which they turn: its angle decides of all."""
-        turned = self._turned_by(motors)
+        """Return motors, with all others that turn, or depend on, a joint that they turn."""
+        turned = self._joints_of(motors)
         matrix = self.world.body.transmission.matrix
         return motors | {
             motor
@@ -481,86 +488,92 @@ class Watch:
         }
 
     @property
-    def unknowable(self) -> set[int]:
-        """Motors of which nobody can know where they stand: no stepper notices that it slips."""
-        return self.adrift if self.world.measured else self.slips
+    def unknown_motors(self) -> set[int]:
+        """Motors whose physical place no driver can know; a slipped stepper gives no evidence."""
+        return self.expected_unknown if self.world.closed_loop else self.slipped
 
-    def overlooked(self, steps: Motors) -> None:
-        """Hear that somebody has turned motors of which no driver can know that they were."""
+    def excuse_hand_turn(self, steps: Motors) -> None:
+        """Excuse motors that a person has turned, if no driver can know of it."""
         turned = {motor for motor, count in enumerate(steps) if count}
-        self.slips |= turned
-        if self.world.measured:
-            self.adrift |= turned
+        self.slipped |= turned
+        if self.world.closed_loop:
+            self.expected_unknown |= turned
         else:
-            self.world.suppose(self.world.supposed - steps)
+            self.world.set_expected(self.world.expected - steps)
 
-    def _turned_by(self, motors: Collection[int]) -> set[str]:
+    def _joints_of(self, motors: Collection[int]) -> set[str]:
         """Return the joints that any of these motors turns."""
-        return {name for name, turning in self._turning if not turning.isdisjoint(motors)}
+        return {name for name, turning in self._motors_of_joint if not turning.isdisjoint(motors)}
 
-    def _blocked(self) -> set[str]:
+    def _joints_at_stops(self) -> set[str]:
         return {name for name in self.world._blocked if name not in ("gripper", "table")}
 
-    def _trembles(self) -> bool:
-        """Tell whether drives only hold: none is farther from where it stood than it may rest.
+    def _only_holds(self) -> bool:
+        """Return whether closed-loop drives only hold: each shaft is within its rest window.
 
-        Two that are coupled, and are sent to where their shafts stand against a stop, give way to
-        each other by some counts: their orders are frames that come one after the other.
+        Two coupled drives that are ordered to hold at a mechanical stop give way to each other by
+        some counts, because their orders are two frames, one after the other.
         """
-        pairs = zip(self.world.motors, self._stood, strict=True)
-        return self.world.measured and all(abs(a - b) <= self.on_the_step for a, b in pairs)
+        pairs = zip(self.world.motors, self._rest_position, strict=True)
+        return self.world.closed_loop and all(abs(a - b) <= self.on_the_step for a, b in pairs)
 
-    def _ends_s(self, bound: Bound) -> float:
-        """Return by when the arm is to stand."""
+    def _rests_by_s(self, bound: Bound) -> float:
+        """Return by when the arm has to stand."""
         return bound.since_s + bound.time_s + self.late_s + NOISE_S
 
-    def _keep_bounds(self, time_s: float) -> None:
+    def _check_bounds(self, time_s: float) -> None:
         for bound in self._bounds:
-            if time_s > self._ends_s(bound) and not self._trembles():
+            if time_s > self._rests_by_s(bound) and not self._only_holds():
                 after_s = time_s - bound.since_s
-                self._break(f"{bound.what}: it moved {after_s:.2f} s later, not {bound.time_s:.2f}")
+                self._violation(
+                    f"{bound.what}: it moved {after_s:.2f} s later, not {bound.time_s:.2f}"
+                )
             way_mm = math.dist(self.world.tip, bound.tip)
             if way_mm > bound.distance_mm + self._step_mm:
-                self._break(f"{bound.what}: it went {way_mm:.1f} mm, not {bound.distance_mm:.1f}")
+                self._violation(
+                    f"{bound.what}: it went {way_mm:.1f} mm, not {bound.distance_mm:.1f}"
+                )
 
-    def _keep_way(self, time_s: float) -> None:
+    def _check_path(self, time_s: float) -> None:
         command = self._command
         assert command is not None
-        excused = self.excused
+        excused = self.excused_motors
         if command.span is not None:
             near = self.on_the_step + self.overshoot_steps
             for motor, (here, a, b) in enumerate(
-                zip(self.world.supposed, *command.span, strict=True)
+                zip(self.world.expected, *command.span, strict=True)
             ):
                 if motor not in excused and not min(a, b) - near <= here <= max(a, b) + near:
-                    self._break(f"motor {motor + 1} was at {here}, commanded from {a} to {b}")
-        joints, free = self.world.supposed_joints, self._turned_by(excused)
+                    self._violation(f"motor {motor + 1} was at {here}, commanded from {a} to {b}")
+        joints, free = self.world.expected_joints, self._joints_of(excused)
         violations = [
             each for each in self._guarded.arm.violations(joints) if each.joint not in free
         ]
-        # a joint whose angle nobody can know leaves the tip's place unknown as well
-        depth_mm = 0.0 if free else self.inside_mm(joints)
-        if self.unled is not None and self.unled.excuses(time_s):
+        # if a joint's angle is unknown, so is the tip's place
+        depth_mm = 0.0 if free else self.guard_depth_mm(joints)
+        if self.missed_orders is not None and self.missed_orders.excuses(time_s):
             beyond_rad = {each.joint: each.excess_rad for each in violations}
-            self.unled.let_pass(command.joints_beyond, beyond_rad)
+            self.missed_orders.allow_excess(command.excess_rad_at_start, beyond_rad)
             command.depth_mm = max(command.depth_mm, depth_mm)
         for each in violations:
-            off_rad = ROUNDING_RAD + command.speed * self.lagging.allowed_rad(each.joint, time_s)
-            if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + off_rad:
+            off_rad = ROUNDING_RAD + command.speed * self.lost_targets.allowed_rad(
+                each.joint, time_s
+            )
+            if each.excess_rad > command.excess_rad_at_start.get(each.joint, 0.0) + off_rad:
                 beyond = math.degrees(each.excess_rad)
-                self._break(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
-        # within its tolerance a guard reports nothing, and just beyond it the whole depth
+                self._violation(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
+        # a guard reports nothing within its tolerance, and the whole depth just beyond it
         began_mm = max(command.depth_mm, self._guarded.guards.tolerance_mm)
         if depth_mm > began_mm + command.slack_mm + self._step_mm:
-            self._break(
+            self._violation(
                 f"it was {depth_mm:.3f} mm inside a guard, and began {command.depth_mm:.1f}"
             )
 
-    def inside_mm(self, joints: Joints) -> float:
-        """Return how deep a posture is inside a guard."""
+    def guard_depth_mm(self, joints: Joints) -> float:
+        """Return how deep a posture is inside a guard; 0 if it is in none."""
         broken = self._guarded.violations(joints)
         return max((each.excess_mm for each in broken), default=0.0)
 
-    def _break(self, sentence: str) -> None:
+    def _violation(self, sentence: str) -> None:
         if sentence not in self.broken:
             self.broken.append(sentence)

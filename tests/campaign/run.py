@@ -1,10 +1,10 @@
-"""Run thousands of missions on simulated time, with faults, and print what came of them.
+"""Run thousands of missions with faults in simulated time, and print their outcomes.
 
     python -m tests.campaign                              10,000 missions over all dialects
     python -m tests.campaign --missions 500 --seed 7
     python -m tests.campaign --dialect teachmover --only 123      one mission again, with its log
 
-Exit code 1 where any promise was broken; the command that repeats such a mission is printed.
+The exit code is 1 if a mission broke a law; the command that repeats this mission is printed.
 """
 
 from __future__ import annotations
@@ -34,16 +34,18 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.campaign", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--missions", type=int, default=MISSIONS, help="so many in all")
+    parser.add_argument("--missions", type=int, default=MISSIONS, help="their number")
     parser.add_argument("--seed", type=int, default=0, help="the first seed")
-    parser.add_argument("--only", type=int, metavar="SEED", help="this one alone, with its log")
+    parser.add_argument(
+        "--only", type=int, metavar="SEED", help="run this mission alone, and print its log"
+    )
     parser.add_argument("--dialect", action="append", choices=list(DIALECTS))
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
     return parser.parse_args(words)
 
 
 def tasks(dialects: Sequence[str], missions: int, seed: int) -> list[Task]:
-    """List the missions: the dialects take turns."""
+    """Return the missions to run; the dialects take turns."""
     return [(dialects[i % len(dialects)], seed + i // len(dialects)) for i in range(missions)]
 
 
@@ -53,7 +55,7 @@ def run_task(task: Task) -> Result:
 
 
 def results(wanted: Sequence[Task], jobs: int) -> Iterator[Result]:
-    """Run missions, in processes where there is more than one job."""
+    """Run missions, in processes of their own if there is more than one job."""
     if jobs <= 1:
         yield from map(run_task, wanted)
         return
@@ -62,7 +64,7 @@ def results(wanted: Sequence[Task], jobs: int) -> Iterator[Result]:
 
 
 def with_progress(found: Iterable[Result], total: int) -> Iterator[Result]:
-    """Show how far it is, and each broken promise as it comes."""
+    """Show the progress, and each violation as it comes."""
     began_s = shown_s = time.monotonic()
     broken = 0
     for number, each in enumerate(found, 1):
@@ -81,7 +83,7 @@ def with_progress(found: Iterable[Result], total: int) -> Iterator[Result]:
 
 
 def story(result: Result) -> str:
-    """Tell of a broken promise: what, how to repeat it, and the end of its log."""
+    """Return what a mission broke, how to repeat it, and the end of its log."""
     lines = [f"VIOLATION ({result.dialect}): {'; '.join(result.broken)}"]
     lines += [f"  repeat: {result.command}"]
     lines += [f"  {line}" for line in result.log[-LOG_LINES:]]
@@ -95,11 +97,11 @@ def table_of(found: Sequence[Result]) -> str:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run what is asked for."""
+    """Run the chosen missions; return the exit code."""
     chosen = options(words)
     dialects = chosen.dialect or list(DIALECTS)
     if chosen.only is not None:
-        return again(dialects, chosen.only)
+        return repeat(dialects, chosen.only)
     began_s = time.monotonic()
     wanted = tasks(dialects, chosen.missions, chosen.seed)
     found = list(with_progress(results(wanted, chosen.jobs), len(wanted)))
@@ -113,8 +115,8 @@ def main(words: Sequence[str] | None = None) -> int:
     return int(broken > 0)
 
 
-def again(dialects: Sequence[str], seed: int) -> int:
-    """Run one mission of each dialect, and tell all of it."""
+def repeat(dialects: Sequence[str], seed: int) -> int:
+    """Run one mission of each dialect, and print its log."""
     found = [run_mission(name, seed, keep_log=True) for name in dialects]
     for each in found:
         sys.stdout.write("\n".join(each.log) + f"\n{each.dialect} {seed}: {each.outcome.name}\n")

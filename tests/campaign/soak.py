@@ -1,12 +1,12 @@
-"""A day of mixed work on simulated time: memory stays flat, nothing drifts, no step is lost.
+"""A day of mixed work in simulated time: memory stays flat, nothing drifts, no step is lost.
 
     python -m tests.campaign.soak --jobs 2                   24 hours of each dialect
     python -m tests.campaign.soak --hours 1 --dialect grbl
     python -m tests.campaign.soak --lasting                one program all the time
 
-After every call the physical arm is compared with the position that is acknowledged, and every
-hour it goes back to where it began, where its motors have to stand on the very same steps. Exit
-code 1 where they do not, or where memory goes on growing.
+After every call the physical arm is compared with the acknowledged position. Every hour the arm
+returns to its start, where its motors must stand on the same steps. The exit code is 1 if they do
+not, or if memory keeps growing.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def wrong_with(found: Sequence[Figures], *, lasting: bool = False) -> list[str]:
 
 
 def row(dialect: str, found: Sequence[Figures]) -> str:
-    """Return a row of the table: what was seen when it was warm, and at the end."""
+    """Return a row of the table: the figures after the warm-up, and at the end."""
     first, last = found[0], found[-1]
     trend = trend_kb([(each.hours, each.memory_kb) for each in found])
     drift = max(each.drift_steps for each in found)
@@ -54,7 +54,7 @@ HEAD = (
 
 
 def soak(dialect: str, hours: float, *, lasting: bool = False) -> tuple[str, list[str]]:
-    """Work one arm and print its figures; return its row and what is wrong with them."""
+    """Run one arm and print its figures; return its row, and what is wrong."""
     found: list[Figures] = []
     work = None
     try:
@@ -65,14 +65,14 @@ def soak(dialect: str, hours: float, *, lasting: bool = False) -> tuple[str, lis
             sys.stdout.flush()
         wrong = wrong_with(found, lasting=lasting)
         if wrong:
-            wrong.append(f"what has grown: {work.grown()}")
+            wrong.append(f"grown most: {work.grown()}")
     except Broken as law:
         wrong = [f"{law}, after {work.calls if work else 0} calls"]
     return row(dialect, found) if found else "", [f"{dialect}: {line}" for line in wrong]
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Work the arms that are asked for, each in a process of its own."""
+    """Run the chosen arms, each in a process of its own; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.campaign.soak", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--hours", type=float, default=24.0)

@@ -1,9 +1,9 @@
-"""Whether memory grows: a trend in the later half of a run is a leak, a cache that fills is none.
+"""Whether memory leaks: it keeps growing in the later half of a run. A cache that fills is no leak.
 
-Figures are hours and kB. A bounded cache fills early, and slower and slower; what leaks goes on at
-the same rate for ever. So the trend is that of the later half alone, and it is the median of the
-slopes between all pairs of figures there (P. K. Sen, "Estimates of the regression coefficient based
-on Kendall's tau", 1968), which one or two figures that stand out do not move.
+Figures are hours and kB. A bounded cache fills early and then more slowly; a leak goes on at the
+same rate. So only the later half of the run gives the trend: the median of the slopes between all
+pairs of figures, which one or two outliers do not change (P. K. Sen, "Estimates of the regression
+coefficient based on Kendall's tau", 1968).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from itertools import combinations
 from statistics import median
 
 FEWEST = 4
-"""A trend is that of so many figures at least."""
+"""A trend needs at least this many figures."""
 
 Look = tuple[float, float]
 """Hours and kB."""
@@ -22,7 +22,7 @@ Look = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Allowance:
-    """What one kind of figure may rise by: in the later half, by its trend; and in all."""
+    """How much one kind of figure may rise: by its trend in the later half, and in all."""
 
     what: str
     trend_kb: float
@@ -30,16 +30,16 @@ class Allowance:
 
 
 BETWEEN = Allowance("memory between two programs", 24.0, 128.0)
-"""Nothing of a program is left then: figures differ by some 3 kB. Caches of ways and arms that fill
-late, and the figures of the run itself, take no more than the rest."""
+"""Nothing of a program is left between two programs: figures differ by some 3 kB. The rest is for
+caches that fill late, and for the figures themselves."""
 
 WITHIN = Allowance("memory of the running program", 256.0, 1024.0)
-"""The flight recorder keeps five minutes, which differ by some 100 kB; and settings, 250 kB at
-most, as they come."""
+"""The flight recorder keeps five minutes, which differ by some 100 kB, and up to 250 kB of
+settings."""
 
 PROCESS = Allowance("memory of the process", 2048.0, 4096.0)
-"""Python takes memory from the system by the MB, and what is seen is the most that it ever had:
-each maximum that comes seldom is kept."""
+"""Python takes memory from the system by the MB, and the figure is the most that it ever had, so
+each rare maximum stays."""
 
 
 def trend_kb(looks: Sequence[Look]) -> float:
@@ -52,18 +52,18 @@ def trend_kb(looks: Sequence[Look]) -> float:
 
 
 def risen_kb(looks: Sequence[Look]) -> float:
-    """Return by how much the last third of the figures is above the first figure, at its median."""
+    """Return by how much the median of the last third of the figures is above the first figure."""
     last = looks[-max(len(looks) // 3, 1) :]
     return median(kb for _, kb in last) - looks[0][1]
 
 
 def judged(looks: Sequence[Look], allowed: Allowance) -> list[str]:
-    """Return what is wrong with the figures of a run, from when it was warm."""
+    """Return what is wrong with the figures of a run after its warm-up."""
     wrong = []
     if (trend := trend_kb(looks)) > allowed.trend_kb:
         hours = looks[-1][0] - looks[len(looks) // 2][0]
         wrong.append(
-            f"{allowed.what} goes on growing: {trend:.0f} kB in the last {hours:.1f} h, "
+            f"{allowed.what} keeps growing: {trend:.0f} kB in the last {hours:.1f} h, "
             f"allowed {allowed.trend_kb:.0f}"
         )
     if (risen := risen_kb(looks)) > allowed.total_kb:

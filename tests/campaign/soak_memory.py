@@ -1,8 +1,7 @@
-"""How much memory this process has in use: by its living objects, and by the system's own count.
+"""How much memory this process uses: by its live objects, and by the system's own count.
 
-The objects are counted one by one, when asked and at no other time. (Python's tracemalloc makes
-everything else several times slower.) What they cannot show, such as memory that C
-code has lost, shows in the process as the system sees it.
+The objects are counted one by one on request. (Python's tracemalloc would make everything else
+several times slower.) Memory that C code has lost shows only in the system's count.
 """
 
 from __future__ import annotations
@@ -20,17 +19,17 @@ KB = 1024.0
 
 @dataclass(frozen=True, slots=True)
 class Census:
-    """The bytes of all living objects, by the names of their types."""
+    """The bytes of all live objects, by the names of their types."""
 
     sizes: Mapping[str, int]
 
     @property
     def total_kb(self) -> float:
-        """The bytes of all of them together."""
+        """The kB of all objects."""
         return sum(self.sizes.values()) / KB
 
     def since(self, before: Census, most: int = 4) -> str:
-        """Say which types have grown most."""
+        """Return the types that have grown most, in words."""
         grown = Counter(self.sizes)
         grown.subtract(before.sizes)
         rows = [(name, size / KB) for name, size in grown.most_common(most) if size > KB]
@@ -38,9 +37,9 @@ class Census:
 
 
 def census() -> Census:
-    """Count every object that can be reached from a container, once, and what it occupies itself.
+    """Count the bytes of every object that a container leads to, each once.
 
-    That is all but what C code holds without telling the collector.
+    This misses only objects that C code holds without telling the collector.
     """
     gc.collect()
     found: list[object] = gc.get_objects()
@@ -52,7 +51,7 @@ def census() -> Census:
             sizes[name] = sizes.get(name, 0) + sys.getsizeof(each, 0)
         reached, found = gc.get_referents(*found), []
         for each in reached:
-            # numbers, texts and tuples of them are no container's: only their owners know them
+            # the collector does not list numbers and texts: only their owners lead to them
             if id(each) not in seen:
                 seen.add(id(each))
                 found.append(each)
@@ -61,7 +60,7 @@ def census() -> Census:
 
 
 def process_kb() -> float:
-    """Return the most memory that the process has ever had from the system; 0 where none tells."""
+    """Return the most memory that the process ever had, in kB; 0 if the system does not tell."""
     try:
         resource = importlib.import_module("resource")
     except ImportError:  # Windows

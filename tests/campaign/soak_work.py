@@ -1,4 +1,4 @@
-"""One arm at work for hours, without faults, and what is seen of it now and then."""
+"""One arm at work for hours, without faults, and the figures that are taken of it."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
 
 from .actions import ACTIONS, connect
-from .laws import Broken, call, honest
+from .laws import Broken, call, check_trust
 from .physical import Command
 from .soak_memory import Census, census, process_kb
 from .stage import Stage
 
 HOUR_S = 3600.0
 LEFT_OUT = ("disable", "estop", "home", "hold and vanish")
-"""After these a person has to look at the arm, or it counts anew, or the program is gone."""
+"""Actions after which a person has to reference the arm, or the program is gone."""
 ENDING = "close and connect"
 WARM_SHARE = 0.1
-"""Memory is compared from here on: the first work fills caches."""
+"""The share of a run after which memory is compared: the first work fills caches."""
 LOOKS = 20
-"""A run shorter than so many hours is looked at more often, so that there is a trend to see."""
+"""The least number of figures. A run of fewer hours takes them more often than every hour."""
 
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What was seen at one look."""
+    """The figures of one look."""
 
     hours: float
     calls: int
@@ -49,7 +49,7 @@ class Figures:
 
 
 class Soak:
-    """One arm at work: one program after another, or one that lasts."""
+    """One arm at work, with one program after another, or with one that lasts."""
 
     def __init__(self, dialect: str, seed: int = 0, *, lasting: bool = False) -> None:
         self.stage = Stage(dialect, random.Random(f"soak {dialect} {seed}"), variant=0)
@@ -66,12 +66,12 @@ class Soak:
         self.start = self._go_home()
 
     def arm_deg(self) -> dict[str, float]:
-        """Return the angles at present."""
+        """Return the joint angles that the driver acknowledges."""
         joints = self.stage.arm.core.position.coordinates.joints
         return {name: math.degrees(rad) for name, rad in zip(joints.names, joints, strict=True)}
 
     def work(self, hours: float) -> Iterator[Figures]:
-        """Work for so many hours of the arm's time; give figures when warm, then each hour."""
+        """Work for some hours of the arm's time; yield figures after the warm-up, then hourly."""
         began_s, start_s = time.monotonic(), self.stage.now_s
         end_s, every_s = start_s + hours * HOUR_S, min(hours / LOOKS, 1.0) * HOUR_S
         next_s = start_s + hours * HOUR_S * WARM_SHARE
@@ -91,11 +91,11 @@ class Soak:
             )
             if next_s >= end_s:
                 return
-            # a look that the run's end would follow at once is left to the end
+            # leave out a look just before the end of the run
             next_s = end_s if next_s + 1.5 * every_s > end_s else next_s + every_s
 
     def grown(self) -> str:
-        """Say which types of objects have grown most since half of the run."""
+        """Return which types of objects have grown most since the middle of the run."""
         return self._last.since(self._half) if self._half and self._last else "unknown"
 
     def _one(self) -> None:
@@ -109,10 +109,10 @@ class Soak:
             raise Broken(f"{name}: {type(error).__name__}: {error}")
         if stage.arm.status.trust is not Trust.REFERENCED:
             self._ready()
-        honest(stage)
+        check_trust(stage)
 
     def _begin(self) -> None:
-        """Have a program begin; one that lasts has a flight recorder, as the desk's has."""
+        """Connect a program; one that lasts has a flight recorder, as the desk has."""
         if self._lasting:
             options = {"allow_restored": False, "automatic": True, "recorded": True}
             call(self.stage, lambda: self.stage.connect(**options))
@@ -121,7 +121,7 @@ class Soak:
         self._ready()
 
     def _ready(self) -> None:
-        """Have the arm ready: of a program that has just begun, its record is confirmed."""
+        """Make the arm ready; confirm the record of the program before."""
         stage, arm = self.stage, self.stage.arm
         if arm.status.state is State.DISABLED:
             call(stage, arm.enable)
@@ -134,7 +134,7 @@ class Soak:
             raise Broken(f"the position was lost: {arm.status.trust_reason}")
 
     def _memory_kb(self, *, early: bool) -> float:
-        """Return what is in use, between two programs where there is more than one."""
+        """Return the memory in use; between two programs if there is more than one."""
         if not self._lasting:
             call(self.stage, self.stage.arm.close)
             self.stage.arm = None
@@ -147,7 +147,7 @@ class Soak:
         return self._last.total_kb
 
     def _go_home(self) -> Motors:
-        """Go back to where it began, and look where the motors stand."""
+        """Return to the start, and return where the motors stand."""
         arm = self.stage.arm
         for act in (
             lambda: arm.move_j(**self.start_deg),

@@ -1,4 +1,4 @@
-"""How fast the joints of the physical arm turn, against the limits of the arm's model."""
+"""The law of speeds: no joint of the physical arm turns faster than its limit or the request."""
 
 from __future__ import annotations
 
@@ -10,40 +10,38 @@ from dataclasses import dataclass, field
 from kinematics import Joints
 
 WINDOW_S = 0.2
-"""A speed is a mean over at least this time: an arm is seen at moments, on whole steps."""
-FASTER = 1.2
-"""By what factor a joint may be faster than its limit.
-
-A device has a table of speeds, and a motor that is not coordinated with the others catches up.
-"""
+"""The shortest time over which a speed is averaged: motors make whole steps, seen at moments."""
+SPEED_TOLERANCE = 1.2
+"""By what factor a joint may exceed its limit: devices have tables of speeds, and motors that are
+not coordinated catch up."""
 
 
 @dataclass(slots=True)
 class SpeedWatch:
-    """The joints' angles at the latest moments. Seconds, rad."""
+    """The joint angles of the last `WINDOW_S`, and the speeds that they may show. Seconds, rad."""
 
     limits_rad_s: tuple[float, ...]
     rounding_rad: tuple[float, ...]
-    """What a step of every motor is worth to each joint."""
+    """How far each joint turns if every motor makes one step."""
     slowest_rad_s: tuple[float, ...]
-    """How fast each joint turns at the slowest speed of a device that has none between."""
-    setting_rad_s: tuple[float, ...] = ()
-    """How much faster each joint turns where drives that catch up round their speeds up."""
+    """How fast each joint turns at the slowest speed that the device has."""
+    rounding_up_rad_s: tuple[float, ...] = ()
+    """How much faster each joint turns because drives that catch up round their speeds up."""
     _seen: deque[tuple[float, Joints]] = field(default_factory=deque)
 
     def forget(self) -> None:
-        """Hear that what turned just now was turned by no command."""
+        """Forget the angles: no command made the last motion."""
         self._seen.clear()
 
-    def too_fast(self, time_s: float, joints: Joints, share: float, free: Collection[str]) -> str:
-        """Return what is wrong with how fast the joints turn: each at most at a share of its limit.
+    def violation(self, time_s: float, joints: Joints, share: float, free: Collection[str]) -> str:
+        """Return what is wrong with the joints' speeds; empty if nothing is.
 
-        Or as slowly as the device can turn it, in short bursts. Joints that are `free` are not
-        judged.
+        Each may turn at a share of its limit, or at the slowest speed that the device has. Joints
+        that are `free` are not judged.
         """
         seen = self._seen
         if seen and seen[-1][0] == time_s:
-            seen.pop()  # a long way is looked at in pieces that have one time
+            seen.pop()  # a long motion is reported in pieces with the same time
         seen.append((time_s, joints))
         while len(seen) > 1 and seen[1][0] <= time_s - WINDOW_S:
             seen.popleft()
@@ -51,18 +49,18 @@ class SpeedWatch:
         since_s = time_s - began_s
         if since_s < WINDOW_S:
             return ""
-        for name, a, b, limit, rounding, slowest, setting in zip(
+        for name, a, b, limit, rounding, slowest, rounding_up in zip(
             joints.names,
             before,
             joints,
             self.limits_rad_s,
             self.rounding_rad,
             self.slowest_rad_s,
-            self.setting_rad_s or (0.0,) * len(joints),
+            self.rounding_up_rad_s or (0.0,) * len(joints),
             strict=True,
         ):
             most_rad_s = max(share * limit, min(slowest, limit))
-            most_rad = (FASTER * most_rad_s + setting) * since_s + rounding
+            most_rad = (SPEED_TOLERANCE * most_rad_s + rounding_up) * since_s + rounding
             if name not in free and abs(b - a) > most_rad:
                 speed = math.degrees(abs(b - a) / since_s)
                 return (

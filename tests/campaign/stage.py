@@ -1,4 +1,8 @@
-"""One physical arm, its controller, its wire and a disk; and the programs that drive it in turn."""
+"""The stage of a mission: one physical arm with its controller, wire and disk.
+
+Programs drive the arm one after the other, and each leaves it as it is. A person at the arm turns
+motors and confirms postures. The stage also keeps what the faults excuse, and the announced bounds.
+"""
 
 from __future__ import annotations
 
@@ -32,22 +36,22 @@ from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
-from tests.conformance.seen import ON_THE_STEP, rests_within
+from tests.conformance.observation import ON_THE_STEP, rests_within
 
-from .clock import Agenda, CampaignPace
+from .clock import CampaignPace, Schedule
 from .disk import Disk
-from .lagging import Lagging
+from .excuses import LostTargets
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
 BOX = Box("post", (-60.0, 300.0, 0.0), (60.0, 360.0, 120.0))
 RADII_MM = (10.0, 10.0, 10.0)
-"""A thing beside the arm, and links that are thick, in a part of the missions."""
+"""An obstacle next to the arm, and the thickness of its links, in half of the missions."""
 
 
 @cache
 def config_of(name: str, variant: int) -> ArmConfig:
-    """Return the arm of a dialect; some have other bursts, a box to keep out of, no idle looks."""
+    """Return the arm of a dialect; variants have other bursts, an obstacle, or frequent polls."""
     config = simulated_config(name)
     motion, model = config.motion, config.model
     if variant & 1:
@@ -61,50 +65,50 @@ def config_of(name: str, variant: int) -> ArmConfig:
 
 VARIANTS = 8
 GRBL_BOARDS = ("mega5x", "grbl")
-"""The two 8-bit builds, which differ in their buffers, words and lines."""
+"""The two 8-bit builds of the firmware, which differ in their buffers, words and lines."""
 
 
 def board_of(name: str, variant: int) -> dict[str, str]:
-    """Return the options of the simulated device: half of the GRBL boards are of either build."""
+    """Return the options of the simulated device: half of the GRBL boards have each build."""
     return {"firmware": GRBL_BOARDS[variant // 4]} if name == "grbl" else {}
 
 
-GREETING = ("grbl",)
-"""Dialects whose boards greet whenever they begin anew."""
-CUT_OFF = ("E407", "E409", "E502")
-"""The errors of an arm whose wire was lost, or none of whose drives answers: none is told to hold
-where its shaft is until the arm is reset. A shaft that is blocked meanwhile springs when it comes
-free, as the page of MKS drives says.
-"""
-LOOKING = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
+GREETS = ("grbl",)
+"""Dialects whose boards send a greeting after every restart."""
+LINK_ERRORS = ("E407", "E409", "E502")
+"""The errors of an arm that lost its wire, or whose drives do not reply. Until the arm is reset,
+the driver does not order a drive to hold where its shaft is, so a blocked shaft springs back once
+it is free (docs/controllers/mks.md)."""
+POLLED_STATES = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 
 
-class Deadly(MemoryLink[PacedDevice]):
-    """A wire at which a program can be killed, having written a part of its message."""
+class KillableLink(MemoryLink[PacedDevice]):
+    """A wire that can kill the program while it writes, after a part of a message."""
 
     owner: CampaignPace | None = None
-    ends_in: int | None = None
-    """Messages until the program is killed; None for never."""
-    share = 0.5
-    torn: Callable[[], None] = staticmethod(lambda: None)
-    """Called as the program dies in the middle of a message."""
+    kill_after: int | None = None
+    """How many more messages the program sends before it is killed; None if it is not."""
+    sent_share = 0.5
+    """How much of the last message is sent."""
+    on_partial_write: Callable[[], None] = staticmethod(lambda: None)
+    """Called when the program is killed in the middle of a message."""
 
     def write(self, data: bytes, now_s: float) -> None:
-        """Send bytes, or a part of them as the last thing."""
+        """Send bytes, or a part of them and then kill the program."""
         if self.owner is not None:
-            self.owner.live()
-            if self.ends_in is not None:
-                self.ends_in -= 1
-                if self.ends_in < 0:
-                    super().write(data[: int(len(data) * self.share)], now_s)
-                    self.torn()
-                    self.owner.die()
-                    self.owner.live()
+            self.owner.check_alive()
+            if self.kill_after is not None:
+                self.kill_after -= 1
+                if self.kill_after < 0:
+                    super().write(data[: int(len(data) * self.sent_share)], now_s)
+                    self.on_partial_write()
+                    self.owner.kill()
+                    self.owner.check_alive()
         super().write(data, now_s)
 
 
 class Stage:
-    """The arm on its table. `arm` is the program that drives it at present, if there is one."""
+    """An arm with all around it. `arm` is the program that drives it now; None if there is none."""
 
     def __init__(self, name: str, draw: random.Random, variant: int | None = None) -> None:
         variant = draw.randrange(VARIANTS) if variant is None else variant
@@ -113,46 +117,47 @@ class Stage:
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         board = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
         device = SimDevice(board)
-        self.link = Deadly(device.line(), TITLE)
+        self.link = KillableLink(device.line(), TITLE)
         self.twin = SimulatedArm.of(self.config, device, self.link)
         self.disk = Disk()
-        self.agenda = Agenda()
+        self.schedule = Schedule()
         self.draw = draw
         self.arm: Arm | None = None
-        self.pace = CampaignPace(0.0, self.agenda)
-        self.jumped_s = 0.0
-        """How long programs have been suspended, since this was last set to 0."""
-        self.vouched_s = -math.inf
-        """When somebody last said where the arm stands."""
+        self.pace = CampaignPace(0.0, self.schedule)
+        self.suspended_s = 0.0
+        """How long programs were suspended since this was last set to 0."""
+        self.referenced_s = -math.inf
+        """When a person last declared or confirmed where the arm stands."""
         self.connecting = False
-        """Whether a program is connecting, which has no arm yet."""
-        self._left_at_zeros = False
-        """Whether the last program had been told zeros when it ended."""
+        """Whether a program is connecting: it has no `arm` yet."""
+        self._ended_at_zero = False
+        """Whether the last program had read zeros from all registers when it ended."""
         self._now_s = 0.0
         guarded = self.config.model.guards.over(self.config.model.arm)
         near = rests_within(self.config.device)
         self.near_steps = near
-        """How far from its target a drive may rest; 0 for steppers, which stand on it."""
+        """How far from its target a drive may rest, in counts; 0 for steppers."""
         near = max(ON_THE_STEP, near)
-        self.unheard_until_s = -math.inf
+        self.commands_lost_until_s = -math.inf
+        """Until when commands may reach no drive; the driver cannot know that at once."""
         self.late_orders_until_s = -math.inf
         """Until when frames of the host may come a period late."""
-        self._finishes = False
-        """Whether the last promise was that of a pause."""
-        self.untold_until_s: dict[int, float] = {}
-        """Until when drives cannot be told to hold where their shafts are, by motors from 0."""
+        self._pause_promised = False
+        """Whether the last bound was that of a pause."""
+        self.no_hold_until_s: dict[int, float] = {}
+        """Until when the driver cannot order a drive to hold, by its motor, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s
         slowest_hz = self._controller.usable_rate_hz(0.0)
-        # an MKS drive that catches up is told whole rpm: rounded up, and a little more
-        setting_hz = COUNTS_S_PER_RPM * (1 + CATCH_UP_RPM) if name == "mks" else 0.0
+        # the speed of an MKS drive that catches up is rounded up to whole rpm, and raised
+        rounding_up_hz = COUNTS_S_PER_RPM * (1 + CATCH_UP_RPM) if name == "mks" else 0.0
         tip_mm = self._step_mm() * near
-        self.watch = Watch(self.world, guarded, tip_mm, speeds, near, slowest_hz, setting_hz)
-        self.watch.lagging = Lagging.of(self.config)
-        # its firmware gives up the target of a motion that is stopped
+        self.watch = Watch(self.world, guarded, tip_mm, speeds, near, slowest_hz, rounding_up_hz)
+        self.watch.lost_targets = LostTargets.of(self.config)
+        # a stop may take an axis of a Robko beyond its target
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
-        if isinstance(self.twin.board, DrivesOnBus):  # others catch nothing up
-            self.watch.freed.hears = self._hears
-            self.world.measured = True
+        if isinstance(self.twin.board, DrivesOnBus):  # steppers make up for no lost steps
+            self.watch.spring_back.can_hold = self._can_hold
+            self.world.closed_loop = True
 
     @property
     def config_abilities(self) -> Abilities:
@@ -166,16 +171,16 @@ class Stage:
     # -- programs -------------------------------------------------------------------------------
 
     def connect(self, *, allow_restored: bool, automatic: bool, recorded: bool) -> Arm:
-        """Have a program connect, in place of the last one."""
-        self.pace = pace = CampaignPace(self.now_s, self.agenda)
-        pace.dying, pace.meanwhile = self._promise_silence, self.link.line.advance
+        """Connect a new program in place of the last one."""
+        self.pace = pace = CampaignPace(self.now_s, self.schedule)
+        pace.on_kill, pace.advance_world = self._add_killed_bound, self.link.line.advance
         self.link.owner = self.disk.owner = pace
-        self.link.reopen().read(self.now_s)  # what came while nobody listened is gone
+        self.link.reopen().read(self.now_s)  # drop what arrived without a program
         opened = getattr(self.twin.board, "opened", None)
         if opened is not None:
             opened()
-        self.leave()
-        self.watch.untold(self.now_s)
+        self.program_ended()
+        self.watch.excuse_restart(self.now_s)
         self.connecting = True
         try:
             self.arm = arm = Arm(
@@ -186,7 +191,7 @@ class Stage:
                     simulated=True,
                     recorder=FileRecorder(STATE, self.disk),
                     allow_restored=allow_restored,
-                    operator=self._look_and_vouch,
+                    operator=self._confirm_posture,
                     tracer=FlightRecorder() if recorded else NO_TRACER,
                     rewiring=NewLink(self.link.reopen, automatic=automatic),
                 )
@@ -196,33 +201,33 @@ class Stage:
         arm.twin = self.twin
         return arm
 
-    def leave(self) -> None:
+    def program_ended(self) -> None:
         """Note that no program drives the arm any more."""
         if self.arm is not None:
-            self._left_at_zeros = self.told_zeros
+            self._ended_at_zero = self.reads_zero
             self.arm = None
 
     @property
-    def alive(self) -> bool:
-        """Whether there is a program, that connects or is connected."""
+    def has_program(self) -> bool:
+        """Whether a program is connected or connecting."""
         return (self.arm is not None or self.connecting) and not self.pace.dead
 
-    def bury(self) -> None:
-        """Take away a program that was killed: the arm lives on."""
+    def remove_killed_program(self) -> None:
+        """Remove a program that was killed; the arm's time goes on."""
         self._now_s = self.now_s
-        self.leave()
+        self.program_ended()
         self.disk.owner = self.link.owner = None
-        self.disk.ends_in = self.link.ends_in = None
+        self.disk.kill_after = self.link.kill_after = None
 
     # -- time -----------------------------------------------------------------------------------
 
     @property
     def now_s(self) -> float:
-        """The time of this arm's world."""
+        """The simulated time."""
         return max(self._now_s, self.pace.now_s())
 
     def look(self) -> Motors:
-        """Look at the physical arm as it is now."""
+        """Bring the physical arm to the present time, and return where its motors stand."""
         self.link.line.advance(self.now_s)
         return self.world.motors
 
@@ -233,136 +238,136 @@ class Stage:
             self.arm.sleep(time_s)
         self._now_s = max(self._now_s, until_s)
         if self.arm is None:
-            self.agenda.pass_to(self._now_s)
+            self.schedule.run_due(self._now_s)
         self.look()
 
-    # -- the person beside the arm ----------------------------------------------------------------
+    # -- the person at the arm --------------------------------------------------------------------
 
-    def _look_and_vouch(self, request: PostureRequest) -> bool:
-        """Bring the arm to a posture, and say so."""
+    def _confirm_posture(self, request: PostureRequest) -> bool:
+        """Bring the arm to a requested posture, and return whether that is confirmed."""
         confirmed = self.twin.operator(request)
         if confirmed:
-            self.watch.referred(faultless=self.faultless)
-        self.vouched_s = self.now_s
+            self.watch.begin_reference(no_faults=self.no_faults)
+        self.referenced_s = self.now_s
         return confirmed
 
     @property
-    def faultless(self) -> bool:
-        """Whether no fault is under way, or about to come on the wire."""
+    def no_faults(self) -> bool:
+        """Whether no fault is active, and none waits on the wire."""
         return not self.twin.faults.active and self.link.line.faults.next_s > 1e9
 
     @property
-    def hears_greetings(self) -> bool:
-        """Whether the board says by itself that it begins anew, and a program hears it."""
+    def receives_greeting(self) -> bool:
+        """Whether a program would receive the greeting of a board that restarts now."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        return there and self.config.connection.dialect in GREETING
+        return there and self.config.connection.dialect in GREETS
 
-    def _hears(self, motor: int, time_s: float) -> bool:
-        """Tell whether a program is there, and hears a motor's drive and may tell it to hold."""
+    def _can_hold(self, motor: int, time_s: float) -> bool:
+        """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        there = there and self.arm.core.diagnostics.error_code not in CUT_OFF
-        return there and time_s >= self.untold_until_s.get(motor, -math.inf)
+        there = there and self.arm.core.diagnostics.error_code not in LINK_ERRORS
+        return there and time_s >= self.no_hold_until_s.get(motor, -math.inf)
 
     @property
-    def looks(self) -> bool:
-        """Whether a program is there that looks at the arm by and by, or moves it."""
-        return self.arm is not None and not self.pace.dead and self.arm.core.state in LOOKING
+    def polls_arm(self) -> bool:
+        """Whether a program polls or moves the arm."""
+        return self.arm is not None and not self.pace.dead and self.arm.core.state in POLLED_STATES
 
     @property
-    def told_zeros(self) -> bool:
-        """Whether all that the program has been told of the registers last is that they are 0."""
+    def reads_zero(self) -> bool:
+        """Whether the program last read zero from all registers."""
         if self.arm is None:
-            return self._left_at_zeros
+            return self._ended_at_zero
         core = self.arm.core
         return not (
             (core.position.read_back or core.position.acknowledged) - core.position.offset
         ).largest
 
     def turn_by_hand(self, steps: Motors) -> bool:
-        """Have somebody move the arm at its pendant; False where it is busy."""
+        """Turn motors at the arm's pendant; return False if the arm is busy."""
         device = self.twin.device
         if device.moving or not device.powered or not hasattr(device, "jog"):
             return False
-        self.world.by_person = True
+        self.world.moved_by_hand = True
         try:
             device.jog(steps)
         finally:
-            self.world.by_person = False
+            self.world.moved_by_hand = False
         return True
 
-    def bring_to(self, joints: Joints, opening_mm: float) -> None:
-        """Have somebody bring the arm to a posture."""
-        self.world.by_person = True
+    def place_by_hand(self, joints: Joints, opening_mm: float) -> None:
+        """Bring the arm to a posture by hand."""
+        self.world.moved_by_hand = True
         try:
-            if isinstance(self.twin.board, DrivesOnBus):  # which would turn their shafts back
+            if isinstance(self.twin.board, DrivesOnBus):  # these would turn their shafts back
                 self.twin.device.bring_to(joints, opening_mm)
             else:
                 self.world.drive_to(self.world.body.transmission.to_motors(joints, opening_mm))
         finally:
-            self.world.by_person = False
+            self.world.moved_by_hand = False
 
     def posture(self) -> tuple[Joints, float]:
-        """Return how the arm is seen to stand."""
+        """Return the joint angles and the opening at which the physical arm stands."""
         return self.world.body.transmission.to_joints(self.look())
 
-    def promise(
-        self, what: str, time_s: float, distance_mm: float, *, finishes: bool = False
+    def add_bound(
+        self, what: str, time_s: float, distance_mm: float, *, is_pause: bool = False
     ) -> None:
-        """Note a promise from now on; while nobody hears the driver, that of silence.
+        """Add a bound that holds from now on; while commands are lost, that of a silent program.
 
-        Where drives hear it one without the other, the motion is not the planned one any more. A
-        pause `finishes` what was planned ahead: that is said again and again to drives that have
-        not heard it, and they begin as soon as they do.
+        While commands are lost, some drives may stop without the others, so the motion is not the
+        planned one. A pause (`is_pause`) finishes what was planned ahead: the driver repeats these
+        orders, and a drive that missed them starts as soon as it gets them.
         """
         self.look()
-        self._finishes = finishes or (self._finishes and self.watch.promised)
-        if self.arm is not None and self.unheard:
+        self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
+        if self.arm is not None and self.commands_lost:
             core = self.arm.core
             joints = core.position.coordinates.joints
             bound = core.stops.bound(core.controller, joints, lost=False, slowed=True)
             time_s = max(time_s, bound.silent_time_s)
-            if self._finishes:
-                time_s += self.unheard_until_s - self.now_s
+            if self._pause_promised:
+                time_s += self.commands_lost_until_s - self.now_s
             distance_mm = max(distance_mm, bound.silent_distance_mm)
-        if self.catches_up:
+        if self.stops_late:
             time_s, distance_mm = 2.0 * time_s, 4.0 * distance_mm
-        self.watch.promise(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
+        self.watch.add_bound(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
 
     @property
-    def catches_up(self) -> bool:
+    def stops_late(self) -> bool:
         """Whether a SYNC may be a period late, so that drives catch up at twice the speed.
 
-        A stop in that period brakes from there, which takes twice the time and four times the way:
-        the exception that docs/controllers/can.md states.
+        A stop in that period brakes from twice the speed: it takes twice the time and four times
+        the distance. docs/controllers/can.md states this exception.
         """
         return self.config.connection.dialect == "cia402" and self.now_s < self.late_orders_until_s
 
     @property
-    def unheard(self) -> bool:
-        """Whether what the driver says reaches nobody, which it cannot know at once."""
-        return self.now_s < self.unheard_until_s
+    def commands_lost(self) -> bool:
+        """Whether the commands of the driver may reach no drive."""
+        return self.now_s < self.commands_lost_until_s
 
-    def promise_stop(self, what: str) -> None:
-        """Note what the status announces of a motion that is to end now."""
+    def add_stop_bound(self, what: str) -> None:
+        """Add the bound that the status announces for a stop now."""
         if self.arm is not None and self.arm.core.state is not State.DISCONNECTED:
             bound = self.arm.core.stop_bound()
-            self.promise(what, bound.time_s, bound.distance_mm)
+            self.add_bound(what, bound.time_s, bound.distance_mm)
 
-    def promise_silence(self, what: str, more_s: float = 0.0) -> None:
-        """Note what the status announces of a program that falls silent now."""
+    def add_silence_bound(self, what: str, more_s: float = 0.0) -> None:
+        """Add the bound that the status announces for a program that falls silent now."""
         if self.arm is not None:
             bound = self.arm.core.stop_bound()
             if self.arm.core.state is not State.DISCONNECTED:
-                self.watch.let_go_on()  # a stop that was about to be asked for will not be
-            self.promise(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
+                self.watch.clear_bounds()  # a silent program does not request the stop any more
+            self.add_bound(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
 
-    def _promise_silence(self) -> None:
-        self.promise_silence("the program was killed")
+    def _add_killed_bound(self) -> None:
+        self.add_silence_bound("the program was killed")
 
     def _step_mm(self) -> float:
-        """Return how far the tip is off at most where every motor is one step off."""
+        """Return how far the tip is off at most if every motor is one step off."""
         levers = self.config.model.arm.levers_mm(None)
         transmission = self.world.body.transmission
         turns = (sum(map(abs, row)) for row in transmission.inverse)
@@ -370,10 +375,11 @@ class Stage:
 
 
 def suspend(stage: Stage, by_s: float) -> None:
-    """Have the program stand still for so long, as a computer that sleeps does."""
-    if stage.told_zeros and not stage.hears_greetings:
-        stage.watch.untold()  # a power failure that nobody was awake for may leave what was told
-    stage.watch.asleep(stage.now_s, by_s)
-    stage.promise_silence("the program stood still", by_s)
-    stage.pace.jump(by_s)
-    stage.jumped_s += by_s
+    """Suspend the program for `by_s`, as a computer does that sleeps."""
+    if stage.reads_zero and not stage.receives_greeting:
+        # a power failure meanwhile may leave the registers as the program read them last
+        stage.watch.excuse_restart()
+    stage.watch.note_suspension(stage.now_s, by_s)
+    stage.add_silence_bound("the program stood still", by_s)
+    stage.pace.suspend(by_s)
+    stage.suspended_s += by_s

@@ -1,4 +1,4 @@
-"""A seeded sample of the campaign, that it repeats, and that it sees a driver without its care."""
+"""A sample of the campaign, its repeatability, and faulty drivers that it has to find."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ from .outcome import Outcome, Result
 from .run import main, story, table_of, tasks
 
 SAMPLE = {"mks": 4, "teachmover": 20}
-"""Missions of an everyday run; 8 of those that take neither so long nor so little."""
+"""Missions of an everyday run, for the slowest and the quickest dialect; 8 of every other one."""
 ENOUGH = 60
-"""So many missions find any of the flaws below."""
+"""This many missions find each of the faulty drivers below."""
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
@@ -53,16 +53,16 @@ def test_what_a_motion_has_sent_may_run_on_at_its_own_speed():
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_a_mission_comes_again_by_its_seed(dialect):
+def test_a_seed_repeats_its_mission(dialect):
     first, second = (run_mission(dialect, 3, keep_log=True) for _ in range(2))
     assert first == second
     assert first.log
 
 
 def found_by_the_campaign(dialect="teachmover", first=0):
-    """Return what a mission has found that broke a promise; nothing where none has.
+    """Return the violations of the first mission that has any; empty if none has.
 
-    `first` is the seed of the one that found the flaw when the test was written.
+    `first` is the seed that found the faulty driver when the test was written.
     """
     results = (run_mission(dialect, seed) for seed in range(first, first + ENOUGH))
     return "; ".join(next((each.broken for each in results if each.broken), ()))
@@ -74,7 +74,7 @@ def test_a_driver_without_an_audit_is_found_out(monkeypatch):
     assert found_by_the_campaign(first=10)
 
 
-def test_limits_that_are_moved_by_three_degrees_are_found_out(monkeypatch):
+def test_limits_that_are_three_degrees_too_wide_are_found_out(monkeypatch):
     monkeypatch.setattr(planning, "SLACK_RAD", math.radians(3.0))
     assert "beyond its limit" in found_by_the_campaign(first=10)
 
@@ -97,7 +97,7 @@ def test_a_driver_that_sends_all_at_once_is_found_out(monkeypatch):
 
 
 def ignoring(monkeypatch, *ignored):
-    """Have the driver keep its trust whatever these kinds of evidence say."""
+    """Make the driver ignore these kinds of evidence."""
     after = Belief.after
 
     def trusting(self, evidence, now_s, detail=""):
@@ -106,7 +106,7 @@ def ignoring(monkeypatch, *ignored):
     monkeypatch.setattr(Belief, "after", trusting)
 
 
-def test_a_driver_that_trusts_on_is_found_out(monkeypatch):
+def test_a_driver_that_keeps_its_trust_is_found_out(monkeypatch):
     ignoring(monkeypatch, Evidence.ANSWER_LOST, Evidence.READ_BACK_DIFFERS, Evidence.SILENT)
     assert found_by_the_campaign(first=3)
 
@@ -122,11 +122,11 @@ def test_a_driver_that_trusts_a_board_that_was_reset_is_found_out(monkeypatch, d
 
 
 DRIVES_LEGS = (motion, jogging, gripping)
-"""Every module that has a motion driven."""
+"""Every module that calls `drive_legs`."""
 
 
 def with_legs(monkeypatch, change):
-    """Have each motion drive other legs than were planned, and report success all the same."""
+    """Make each motion drive other legs than planned, and report success all the same."""
     drive_legs = motion.drive_legs
 
     def drive(wire, legs, burst_s, *, let_go=None):
@@ -168,7 +168,7 @@ def test_a_grasp_that_does_nothing_is_found_out(monkeypatch):
 
 
 def only(monkeypatch, action):
-    """Have missions draw one action alone."""
+    """Make missions draw one action only."""
     monkeypatch.setattr(mission, "ACTIONS", {action: ACTIONS[action]})
 
 

@@ -1,6 +1,6 @@
-"""Files that people and disks have spoiled: whatever they hold ends in a typed error, or works.
+"""Damaged files: each is refused with a typed error, or it works.
 
-Arm files are driven as well: a number that is taken must be one that an arm can be moved with.
+An arm file that is accepted must also drive an arm: no accepted number may break a motion.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ QUICK = settings(max_examples=40, suppress_health_check=[HealthCheck.function_sc
 
 @st.composite
 def spoilt(draw, text):
-    """Return a text with a piece of it replaced, or its end cut off."""
+    """Return a text with a part replaced, or its end cut off."""
     at = draw(st.integers(0, len(text) - 1))
     if draw(st.booleans()):
         return text[:at]
@@ -120,7 +120,7 @@ def test_a_number_that_no_arm_can_be_driven_with_is_refused_by_name(section, key
 
 @pytest.fixture(scope="module")
 def left():
-    """What a program has left: its arm, and the state file."""
+    """Return what a program leaves behind: its arm, and the state file."""
     config, disk = simulated_config("teachmover"), Disk()
     twin = simulate(config)
     arm = Arm(
@@ -155,7 +155,7 @@ def test_a_spoilt_state_file_is_refused_or_true(left, data):
 
 @pytest.fixture(scope="module", params=DIALECTS)
 def recording(request, tmp_path_factory):
-    """The text of a short recording."""
+    """Return the text of a short recording."""
     arm = Arm(connect_simulated(simulated_config(request.param), tracer=FlightRecorder()))
     arm.jog_j(base_deg=0.2) if arm.status.state is State.STANDBY else arm.enable()
     path = arm.save_recording(tmp_path_factory.mktemp("recording") / "it.jsonl")

@@ -1,4 +1,4 @@
-"""A driver that hangs, in each way, is a named violation; and a paused arm is none."""
+"""A driver that hangs, in each way, is a violation `hangs`; a paused arm is not."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from armdrive.tasks import SleepUntil
 
 from . import clock
 from .actions import move_j
-from .clock import Hangs, Patience
+from .clock import Deadlines, Hang
 from .laws import LONGEST_S, Broken, call
 from .mission import Mission, run_mission
 from .outcome import Outcome
@@ -29,7 +29,7 @@ def test_no_time_passes(monkeypatch):
     assert "hangs: the engine was called" in result.broken[0]
 
 
-def test_a_flow_goes_round_without_waiting(monkeypatch):
+def test_a_task_loops_without_waiting(monkeypatch):
     def circling(wire, plan):
         while True:
             yield SleepUntil(wire.now_s)
@@ -42,7 +42,7 @@ def test_a_flow_goes_round_without_waiting(monkeypatch):
 
 
 def test_time_passes_for_ever(monkeypatch):
-    """A motion whose end never comes, of a call that never gives up."""
+    """A motion never ends, and its call never gives up."""
 
     def waiting(wire, plan):
         while not wire.stopping:
@@ -59,8 +59,8 @@ def test_time_passes_for_ever(monkeypatch):
     assert "(" in found.broken[0].partition("hangs: ")[2]  # the call, with its goal
 
 
-def test_a_pause_is_waited_in_for_ever(monkeypatch):
-    """The hang of old: the driver without its limit, and a mission that does not resume."""
+def test_a_call_waits_for_ever_in_a_pause(monkeypatch):
+    """An earlier bug: the driver has no limit, and the mission does not resume."""
     monkeypatch.setattr(SpeedOverride, "nap", lambda *_: None)
     mission = ready()
     mission.stage.arm.pause()
@@ -80,7 +80,7 @@ def test_a_driver_that_never_lets_the_engine_take_a_turn(monkeypatch):
 
 
 def ready() -> Mission:
-    """Return a mission whose arm stands in standby, referenced."""
+    """Return a mission whose arm is in standby and referenced."""
     mission = Mission("teachmover", SEED)
     stage = mission.stage
     stage.connect(allow_restored=False, automatic=False, recorded=False)
@@ -90,7 +90,7 @@ def ready() -> Mission:
 
 
 def moved(mission):
-    """Ask for a motion that is within the limits; return the error that it ended with."""
+    """Move within the limits; return the error, if any."""
     stage = mission.stage
     while True:
         error = move_j(stage)
@@ -98,7 +98,7 @@ def moved(mission):
             return error
 
 
-def test_a_motion_asked_for_in_a_pause_ends_and_says_how_to_resume(monkeypatch):
+def test_a_motion_requested_in_a_pause_ends_and_says_how_to_resume(monkeypatch):
     monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", lambda _: None)
     mission = ready()
     arm = mission.stage.arm
@@ -114,37 +114,37 @@ def test_a_motion_asked_for_in_a_pause_ends_and_says_how_to_resume(monkeypatch):
 
 
 @pytest.mark.parametrize("seed", [9800394, 9801417, 77100004])
-def test_a_program_that_is_suspended_in_a_pause_comes_to_its_end(seed):
+def test_a_program_that_is_suspended_in_a_pause_ends(seed):
     assert not run_mission("teachmover", seed).broken
 
 
 def test_turns_and_time_are_counted_for_a_call_and_for_a_mission(monkeypatch):
     monkeypatch.setattr(clock, "CALL_TURNS", 10)
     monkeypatch.setattr(clock, "MISSION_TURNS", 25)
-    patience = Patience()
+    deadlines = Deadlines()
     for _ in range(2):
-        patience.begin("look", 100.0)
+        deadlines.begin("look", 100.0)
         for _ in range(10):
-            patience.turn(1.0)
-    with pytest.raises(Hangs, match="look had not ended"):
-        patience.turn(1.0)
-    patience.end()
+            deadlines.turn(1.0)
+    with pytest.raises(Hang, match="look had not ended"):
+        deadlines.turn(1.0)
+    deadlines.end()
     for _ in range(4):
-        patience.turn(1.0)
-    with pytest.raises(Hangs, match="the mission had not ended"):
-        patience.turn(1.0)
+        deadlines.turn(1.0)
+    with pytest.raises(Hang, match="the mission had not ended"):
+        deadlines.turn(1.0)
 
 
-def test_a_suspension_is_no_part_of_a_calls_time():
-    patience = Patience()
-    patience.begin("look", LONGEST_S)
-    patience.postpone(4000.0)
-    patience.turn(4010.0)
-    with pytest.raises(Hangs):
-        patience.turn(4100.0)
+def test_a_suspension_does_not_count_as_time_of_a_call():
+    deadlines = Deadlines()
+    deadlines.begin("look", LONGEST_S)
+    deadlines.postpone(4000.0)
+    deadlines.turn(4010.0)
+    with pytest.raises(Hang):
+        deadlines.turn(4100.0)
 
 
-def test_a_call_that_ends_late_is_told_by_how_much():
+def test_a_late_call_is_reported_with_how_late_it_was():
     mission = ready()
     with pytest.raises(Broken, match=r"it lasted 2\d\.\d s"):
         call(mission.stage, lambda: mission.stage.arm.sleep(LONGEST_S + 1.0))

@@ -1,4 +1,4 @@
-"""The soak's judge tells a leak from a cache that fills; its census sees what is kept."""
+"""The soak's judge tells a leak from a cache that fills; its census sees objects that are kept."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def figures(memory_kb=lambda _: 0.0, process_kb=lambda _: 0.0, drift_steps=0):
 def test_a_leak_is_refused(allowed):
     a_day_kb = 4 * allowed.trend_kb
     wrong = judged(looks(lambda h: a_day_kb * h / 24, allowed.trend_kb / 4), allowed)
-    assert any("goes on growing" in line for line in wrong)
+    assert any("keeps growing" in line for line in wrong)
 
 
 def test_a_leak_of_one_byte_a_call_is_refused():
@@ -58,19 +58,19 @@ def test_a_ring_whose_content_comes_and_goes_is_not_refused():
     assert not judged(looks(lambda _: draw.uniform(0.0, 250.0)), WITHIN)
 
 
-def test_figures_that_stand_out_are_no_trend_and_hide_none():
+def test_outliers_are_no_trend_and_hide_none():
     steady = looks(lambda h: 200.0 if h > 22.5 else 0.0)
     leaking = looks(lambda h: -400.0 if h > 22.5 else 5.0 * h)
     assert not judged(steady, BETWEEN)
     assert judged(leaking, BETWEEN)
 
 
-def test_what_grew_early_and_for_good_is_refused_where_it_is_too_much():
+def test_too_much_early_growth_is_refused():
     wrong = judged(looks(lambda h: 300.0 if h > 6.0 else 0.0), BETWEEN)
     assert [line for line in wrong if "since it was warm" in line] == wrong != []
 
 
-def test_memory_that_is_given_back_is_no_fault():
+def test_memory_that_is_released_is_allowed():
     falling = looks(lambda h: -20.0 * h)
     assert trend_kb(falling) < 0.0
     assert risen_kb(falling) < 0.0
@@ -98,8 +98,8 @@ assert process_kb() >= 0.0
 """
 
 
-def test_a_census_sees_what_is_kept_and_that_it_has_gone():
-    """In a process of its own: that of a whole suite has far more in it to be counted."""
+def test_a_census_sees_objects_while_they_are_kept():
+    """It runs in a process of its own, because that of a whole suite has too many objects."""
     run = subprocess.run(
         [sys.executable, "-c", WHAT_IS_KEPT],
         cwd=ROOT,

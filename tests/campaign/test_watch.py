@@ -1,4 +1,4 @@
-"""What the watch sees of the physical arm: a slip excuses one motor, and a sag no bound."""
+"""The watch judges the physical arm: a slip excuses one motor, and a sag excuses no bound."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from kinematics import Motors
 
 from .actions import connect
 from .arrival import GraspAim, JointsAim, PoseAim
-from .goals import certain_goal, stand_beside_limits
-from .laws import FRESH_S, Broken, arrived, call
+from .goals import certain_goal, place_near_limits
+from .laws import FRESH_S, Broken, call, check_arrival
 from .mission import Mission
 from .physical import Bound, Command
-from .speeds import FASTER, WINDOW_S
+from .speeds import SPEED_TOLERANCE, WINDOW_S
 from .stage import VARIANTS, Stage
 
 BASE, SHOULDER, ELBOW, FINGERS = 0, 1, 2, 5
@@ -31,23 +31,23 @@ def steps(**counts: int) -> Motors:
 
 
 def commanded(stage: Stage, by: Motors, **words) -> None:
-    """Begin a command that goes by some steps from where the arm stands."""
-    here = stage.world.supposed
-    stage.watch.begin(Command("move_j", known=True, span=(here, here + by), **words))
+    """Begin a command that moves the arm by some steps from where it stands."""
+    here = stage.world.expected
+    stage.watch.begin(Command("move_j", position_known=True, span=(here, here + by), **words))
 
 
-def test_a_slipped_motor_leaves_the_others_on_their_way():
+def test_a_slipped_motor_leaves_the_others_on_their_path():
     stage = a_stage()
     stage.world.lose(ELBOW, 20)
     commanded(stage, steps(base=30, elbow=20))
     stage.world.drive(steps(base=30, elbow=20), 1.0)
-    assert stage.watch.slips == {ELBOW}
+    assert stage.watch.slipped == {ELBOW}
     assert not stage.watch.broken
     stage.world.drive(steps(base=5), 2.0)
     assert "motor 1 was at" in stage.watch.broken[0]
 
 
-def test_what_a_slipped_motor_is_told_is_judged_as_well():
+def test_the_orders_of_a_slipped_motor_are_judged_as_well():
     stage = a_stage()
     stage.world.lose(ELBOW, 20)
     commanded(stage, steps(elbow=20))
@@ -58,16 +58,16 @@ def test_what_a_slipped_motor_is_told_is_judged_as_well():
 
 
 @pytest.mark.parametrize(("well", "left"), [(True, set()), (False, {ELBOW})])
-def test_a_slip_is_over_only_when_a_reference_was_taken(well, left):
+def test_a_slip_ends_only_with_a_successful_reference(well, left):
     stage = a_stage()
     stage.world.lose(ELBOW, 20)
     stage.world.drive(steps(elbow=20), 1.0)
-    with stage.watch.referencing() as ended_well:
-        stage.watch.referred()
-        assert stage.world.supposed == stage.world.motors
+    with stage.watch.reference_attempt() as ended_well:
+        stage.watch.begin_reference()
+        assert stage.world.expected == stage.world.motors
         if well:
             ended_well()
-    assert stage.watch.slips == stage.watch.adrift == left
+    assert stage.watch.slipped == stage.watch.expected_unknown == left
 
 
 def test_the_limits_hold_for_joints_that_a_slipped_motor_does_not_turn():
@@ -75,17 +75,17 @@ def test_the_limits_hold_for_joints_that_a_slipped_motor_does_not_turn():
     limit = stage.config.model.arm.limits[BASE].high_rad
     transmission = stage.world.body.transmission
     stage.world.lose(FINGERS, 3)
-    stage.watch.begin(Command("move_j", known=True))
+    stage.watch.begin(Command("move_j", position_known=True))
     stage.world.drive(steps(fingers=3), 1.0)
     there = transmission.to_motors(stage.world.joints.replace(base=limit + 0.03), 0.0)
     stage.world.drive(steps(base=there[BASE] - stage.world.motors[BASE]), 9.0)
     assert any("base was" in each and "beyond its limit" in each for each in stage.watch.broken)
 
 
-def test_a_restarted_drive_leaves_the_joints_of_the_others_their_limits():
+def test_a_restarted_drive_excuses_only_its_own_joints_from_their_limits():
     stage = a_stage("mks")
-    stage.watch.untold(motors={BASE})
-    stage.watch.begin(Command("move_j", known=True))
+    stage.watch.excuse_restart(motors={BASE})
+    stage.watch.begin(Command("move_j", position_known=True))
     transmission, arm = stage.world.body.transmission, stage.config.model.arm
 
     def turn(joint: int) -> None:
@@ -100,12 +100,12 @@ def test_a_restarted_drive_leaves_the_joints_of_the_others_their_limits():
     assert any("shoulder" in each for each in stage.watch.broken)
 
 
-def test_a_sag_is_not_a_way_and_leaves_the_bounds_in_force():
+def test_a_sag_is_no_motion_and_leaves_the_bounds_in_force():
     stage = a_stage()
     stage.world.energised = True
-    stage.watch.promise(Bound("stop", 1.0, stage.world.tip, 0.5, 5.0))
+    stage.watch.add_bound(Bound("stop", 1.0, stage.world.tip, 0.5, 5.0))
     stage.world.cut_current(1.1)
-    assert stage.watch.sags
+    assert stage.watch.sagged
     assert not stage.watch.broken
     stage.world.energised = True
     stage.world.drive(steps(base=3), 1.2)
@@ -118,20 +118,20 @@ def test_a_sag_is_not_a_way_and_leaves_the_bounds_in_force():
     ("after_s", "suspended_s", "excused"),
     [(0.01, 0.0, True), (FRESH_S + 0.1, 0.0, False), (FRESH_S + 0.1, 0.2, True)],
 )
-def test_an_arm_that_sags_as_its_command_ends_had_arrived(after_s, suspended_s, excused):
+def test_an_arm_that_sags_when_its_command_ends_has_arrived(after_s, suspended_s, excused):
     stage = a_stage("cia402")
-    stage.jumped_s = suspended_s
+    stage.suspended_s = suspended_s
     commanded(stage, steps())
     assert stage.watch._command is not None
-    aim = JointsAim(stage.world.supposed, {})
+    aim = JointsAim(stage.world.expected, {})
     stage.world.give_way(steps(elbow=200), stage.now_s)
-    stage.watch.change(stage.now_s, math.inf)
+    stage.watch.note_change(stage.now_s, math.inf)
     stage.sleep(after_s)
     if excused:
-        arrived(stage, stage.watch._command, aim, None)
+        check_arrival(stage, stage.watch._command, aim, None)
     else:
         with pytest.raises(Broken, match="ended well, but"):
-            arrived(stage, stage.watch._command, aim, None)
+            check_arrival(stage, stage.watch._command, aim, None)
 
 
 def at_rest(dialect: str) -> Stage:
@@ -146,7 +146,7 @@ def at_rest(dialect: str) -> Stage:
     ("dialect", "way", "moves"),
     [("mks", 1, False), ("mks", 8, False), ("mks", 9, True), ("teachmover", 1, True)],
 )
-def test_only_drives_that_hold_may_turn_without_a_command_and_only_as_far_as_they_rest(
+def test_only_drives_that_hold_may_turn_without_a_command_and_only_in_their_rest_window(
     dialect, way, moves
 ):
     stage = at_rest(dialect)
@@ -165,7 +165,7 @@ def test_a_drive_that_creeps_is_seen_to_move():
 def test_a_drive_that_trembles_has_come_to_rest():
     stage = a_stage("mks")
     stage.watch.begin(Command("move_j"))
-    stage.watch.promise(Bound("stop", 1.0, stage.world.tip, 0.5, 50.0))
+    stage.watch.add_bound(Bound("stop", 1.0, stage.world.tip, 0.5, 50.0))
     stage.world.drive(steps(right=800), 1.2)
     for at_s, count in ((1.6, 3), (1.7, -3)):
         stage.world.drive(steps(right=count), at_s)
@@ -174,15 +174,13 @@ def test_a_drive_that_trembles_has_come_to_rest():
     assert any("stop: it moved" in each for each in stage.watch.broken)
 
 
-@pytest.mark.parametrize(("finishes", "bound_s"), [(False, 0.5), (True, 2.5)])
-def test_a_pause_may_begin_late_what_was_sent_on_a_spoilt_line_and_a_stop_may_not(
-    finishes, bound_s
-):
+@pytest.mark.parametrize(("is_pause", "bound_s"), [(False, 0.5), (True, 2.5)])
+def test_on_a_damaged_line_a_pause_may_finish_late_and_a_stop_may_not(is_pause, bound_s):
     stage = a_stage("mks")
     connect(stage)
-    stage.unheard_until_s = stage.now_s + 2.0
+    stage.commands_lost_until_s = stage.now_s + 2.0
     silent_s = stage.arm.status.silent_time_s
-    stage.promise("a pause or a stop", 0.1, 50.0, finishes=finishes)
+    stage.add_bound("a pause or a stop", 0.1, 50.0, is_pause=is_pause)
     (bound,) = stage.watch._bounds
     assert bound.time_s == pytest.approx(silent_s + bound_s - 0.5, abs=1e-6)
 
@@ -190,13 +188,13 @@ def test_a_pause_may_begin_late_what_was_sent_on_a_spoilt_line_and_a_stop_may_no
 @pytest.mark.parametrize(
     ("dialect", "longer", "farther"), [("cia402", 2.0, 4.0), ("mks", 1.0, 1.0)]
 )
-def test_only_drives_that_a_late_sync_makes_catch_up_may_stop_from_twice_the_speed(
+def test_only_drives_that_catch_up_after_a_late_sync_may_stop_from_twice_the_speed(
     dialect, longer, farther
 ):
     stage = a_stage(dialect)
     stage.late_orders_until_s = stage.now_s + 0.5
     for _ in range(2):
-        stage.promise("a stop", 0.1, 5.0)
+        stage.add_bound("a stop", 0.1, 5.0)
         stage.sleep(1.0)
     assert [(each.time_s, each.distance_mm) for each in stage.watch._bounds] == [
         (pytest.approx(0.1 * longer), pytest.approx(5.0 * farther)),
@@ -204,7 +202,7 @@ def test_only_drives_that_a_late_sync_makes_catch_up_may_stop_from_twice_the_spe
     ]
 
 
-def test_a_joint_is_no_faster_than_its_limit_nor_than_was_asked_for():
+def test_a_joint_is_no_faster_than_its_limit_or_the_request():
     stage = a_stage("mks")
     limit, name = stage.config.model.joint_speeds_rad_s[BASE], "base"
     per_rad = stage.world.body.transmission.matrix[BASE][BASE]
@@ -218,12 +216,12 @@ def test_a_joint_is_no_faster_than_its_limit_nor_than_was_asked_for():
         return [each for each in found if name in each]
 
     assert not turn(1.0, 1.0)
-    assert turn(1.2 * FASTER, 1.0)
+    assert turn(1.2 * SPEED_TOLERANCE, 1.0)
     assert turn(1.0, 0.5)
     assert not turn(0.5, 0.5)
 
 
-def test_a_goal_is_missed_by_a_step_more_than_rounding_explains():
+def test_a_goal_is_missed_by_one_step_more_than_rounding():
     stage = a_stage()
     world, arm = stage.world, stage.config.model.arm
     aim = JointsAim(world.motors, {"base": world.joints[BASE] + 0.2})
@@ -239,7 +237,7 @@ def test_a_goal_is_missed_by_a_step_more_than_rounding_explains():
     assert "mm from" in pose.missed(world, None, ())
 
 
-def test_a_pose_is_missed_where_the_hand_points_elsewhere():
+def test_a_pose_is_missed_if_the_hand_points_elsewhere():
     stage = a_stage()
     world = stage.world
     pose = PoseAim(world.motors, stage.config.model.arm.fk(world.joints))
@@ -252,26 +250,26 @@ def test_a_grasp_of_nothing_is_no_grasp():
     assert "hold nothing" in GraspAim().missed(stage.world, 12.0, ())
 
 
-def test_a_command_that_comes_while_the_arm_stops_has_no_ends_of_its_own():
+def test_a_command_that_begins_while_the_arm_stops_promises_no_range():
     stage = a_stage("grbl")
     arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
     joints, opening_mm = stage.posture()
     arm.declare_posture(joints, opening_mm=opening_mm)
-    stage.watch.begin(Command("move_j", known=True))
+    stage.watch.begin(Command("move_j", position_known=True))
     arm.move_j(wait=False, **certain_goal(stage))
     arm.sleep(0.3)
     here = stage.look()
-    call(stage, arm.stop, Command("stop", known=True, span=(here, here)))
+    call(stage, arm.stop, Command("stop", position_known=True, span=(here, here)))
     assert stage.look() != here
     assert not stage.watch.broken
     arm.close()
 
 
 @pytest.mark.parametrize("variant", range(VARIANTS))
-def test_the_last_goal_is_one_that_the_driver_allows(variant):
+def test_the_driver_allows_the_last_goal(variant):
     for seed in range(3):
         stage = Stage("teachmover", random.Random(seed), variant)
-        stand_beside_limits(stage)
+        place_near_limits(stage)
         goal = certain_goal(stage)
         arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
         joints, opening_mm = stage.posture()
@@ -300,9 +298,9 @@ def test_faults_strike_while_a_program_connects_and_between_programs():
 
 def test_a_program_fault_needs_a_program():
     stage = a_stage()
-    assert not stage.alive
+    assert not stage.has_program
     stage.connect(allow_restored=False, automatic=False, recorded=False)
-    assert stage.alive
-    stage.bury()
-    assert not stage.alive
+    assert stage.has_program
+    stage.remove_killed_program()
+    assert not stage.has_program
     assert math.isfinite(stage.now_s)

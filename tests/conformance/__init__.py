@@ -1,1 +1,1 @@
-"""One suite of behaviours that every dialect keeps, on simulated arms and on real ones."""
+"""One suite of behaviours that every dialect has, on simulated arms and on real ones."""

@@ -1,9 +1,9 @@
-"""Run the whole table: every behaviour, dialect and transport; print it, and write its page.
+"""Run every behaviour on every dialect and transport; print the table, or write its page.
 
     python -m tests.conformance
     python -m tests.conformance --write docs/background/conformance.md
 
-Exit code 1 where anything is not as promised.
+The exit code is 1 if a behaviour is not as promised.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 
 from armdrive.registry import DIALECTS
 
-from .running import BEHAVIOURS, BENCHES, Result, Verdict, run_row, stands_on
+from .running import BEHAVIOURS, BENCHES, RowResult, Verdict, is_reachable, run_row
 from .table import page, text
 
 COMMAND = "python -m tests.conformance --write docs/background/conformance.md"
@@ -35,25 +35,25 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--write", metavar="PAGE", type=Path, help="write the page as well")
     parser.add_argument("--dialect", action="append", choices=list(DIALECTS))
     parser.add_argument("--transport", action="append", choices=list(BENCHES))
-    parser.add_argument("--only", default="", metavar="TEXT", help="behaviours that have this text")
-    parser.add_argument("--jobs", type=int, default=JOBS, help="so many rows at a time")
+    parser.add_argument("--only", default="", metavar="TEXT", help="behaviours with this text")
+    parser.add_argument("--jobs", type=int, default=JOBS, help="rows at a time")
     return parser.parse_args(words)
 
 
 def tasks(chosen: argparse.Namespace) -> list[Task]:
-    """List the rows that are asked for."""
+    """Return the chosen rows."""
     return [
         (row.name, dialect, transport)
         for transport in chosen.transport or BENCHES
         for row in BEHAVIOURS
-        if chosen.only in row.name and row.meant_for(transport)
+        if chosen.only in row.name and row.runs_over(transport)
         for dialect in chosen.dialect or DIALECTS
-        if stands_on(dialect, transport)
+        if is_reachable(dialect, transport)
     ]
 
 
-def run_task(task: Task) -> Result:
-    """Run one row, with a home of its own: nothing is remembered from one to the next."""
+def run_task(task: Task) -> RowResult:
+    """Run one row with a home folder of its own, so that rows share no records."""
     name, dialect, transport = task
     behaviour = next(row for row in BEHAVIOURS if row.name == name)
     with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
@@ -62,8 +62,8 @@ def run_task(task: Task) -> Result:
         return run_row(behaviour, dialect, transport, BENCHES[transport])
 
 
-def results(wanted: Sequence[Task], jobs: int) -> Iterator[Result]:
-    """Run the rows, several at a time, each in its own process: nearly all of it is waiting."""
+def results(wanted: Sequence[Task], jobs: int) -> Iterator[RowResult]:
+    """Run the rows in several processes, because nearly all of their time is waiting."""
     with ProcessPoolExecutor(jobs) as pool:
         for number, result in enumerate(pool.map(run_task, wanted), 1):
             if result.verdict is Verdict.BROKEN:
@@ -76,7 +76,7 @@ def results(wanted: Sequence[Task], jobs: int) -> Iterator[Result]:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run what is asked for."""
+    """Run the chosen rows; return the exit code."""
     chosen = options(words)
     began_s = time.monotonic()
     found = list(results(tasks(chosen), max(chosen.jobs, 1)))

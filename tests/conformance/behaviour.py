@@ -1,7 +1,7 @@
-"""A row of the table of behaviours, and the rules that say which arm cannot have it.
+"""A row of the table of behaviours, and the rules that tell which arms a row applies to.
 
-A rule asks the abilities of the dialect, the arm's model or the class of the simulated device;
-none asks for a name. It returns why the row is not applicable, or nothing.
+A rule returns why a row is not applicable to an arm, or an empty text. It looks at the abilities of
+the dialect, the arm's model or the class of the simulated device, never at a name.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from .bench import Bench
 Rule = Callable[[Bench], str]
 
 EVERYWHERE = ("memory", "pty", "tcp", "port")
-"""The transports of a row that names none; others are only for the rows that name them."""
+"""The transports of a row that names none."""
 IN_SIMULATION = ("memory", "pty", "tcp")
 """The transports of a row that needs a simulated device."""
 
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """What an arm shall do, as a function that raises `Broken` where it does not.
+    """One behaviour of an arm, as a function that raises `Broken` if the arm behaves otherwise.
 
-    `watched` rows are safe on a real arm beside which a person stands with a hand on its switch.
-    `smoke` rows are run over a pty every day.
+    `watched` rows are safe on a real arm if a person stands next to it with a hand on its power
+    switch. The everyday tests run `smoke` rows over a pty as well.
     """
 
     name: str
@@ -38,13 +38,13 @@ class Behaviour:
     smoke: bool = False
     transports: tuple[str, ...] = EVERYWHERE
 
-    def meant_for(self, transport: str) -> bool:
-        """Tell whether this row is one for a transport at all."""
+    def runs_over(self, transport: str) -> bool:
+        """Return whether this row runs over a transport."""
         return transport in self.transports
 
-    def lacking(self, bench: Bench) -> str:
-        """Return why this row is not applicable to the arm on a bench; empty where it is."""
-        if not self.meant_for(bench.transport):
+    def why_not_applicable(self, bench: Bench) -> str:
+        """Return why this row is not applicable to the arm on a bench; empty if it is."""
+        if not self.runs_over(bench.transport):
             return f"only over {' and '.join(self.transports)}"
         if bench.simulated or self.watched:
             return next((why for rule in self.needs if (why := rule(bench))), "")
@@ -52,25 +52,25 @@ class Behaviour:
 
 
 def cartesian(bench: Bench) -> str:
-    """Cartesian goals are refused where nobody has verified the numbers of a real arm."""
-    known = bench.config.model.verified or bench.knows_geometry
-    return "" if known else "the arm's numbers are a template"
+    """Require dimensions that are verified: Cartesian motion of other real arms is refused."""
+    known = bench.config.model.verified or bench.trusts_geometry
+    return "" if known else "the arm's dimensions are a template"
 
 
 def finger_motor(bench: Bench) -> str:
-    """Fingers that are moved step by step."""
+    """Require fingers with a stepped motor."""
     transmission = bench.config.model.transmission
     able = transmission is not None and transmission.has_gripper
     return "" if able else "no motor for the fingers"
 
 
 def grip_switch(bench: Bench) -> str:
-    """Fingers that feel."""
+    """Require a grip switch."""
     return "" if bench.abilities.grip_switch else "no grip switch"
 
 
 def switches_current(bench: Bench) -> str:
-    """Motors that the host can let go."""
+    """Require motors whose current the host can switch off."""
     if not bench.sees_current:
         return "the bench does not see the motors' current"
     able = bench.abilities.current is not Switching.NONE
@@ -78,39 +78,39 @@ def switches_current(bench: Bench) -> str:
 
 
 def starts_disabled(bench: Bench) -> str:
-    """Motors that are off until somebody switches them on."""
+    """Require motors that are off until they are enabled."""
     able = bench.abilities.current is Switching.BOTH
-    return "" if able else "its motors cannot be switched on by themselves"
+    return "" if able else "its motors cannot be switched on by command"
 
 
 def board_reset(bench: Bench) -> str:
-    """A board that begins anew without losing its power."""
-    return "" if _is(bench, Resettable) else "its board has no reset of its own"
+    """Require a board that can be reset without losing its power."""
+    return "" if _is(bench, Resettable) else "its board cannot be reset on its own"
 
 
 def on_bus(bench: Bench) -> str:
-    """Drives of their own on a CAN bus."""
+    """Require drives on a CAN bus."""
     return "" if bench.row.can else "it is not on a CAN bus"
 
 
 def own_homing(bench: Bench) -> str:
-    """A controller that homes by switches."""
+    """Require a controller that homes by switches."""
     return "" if bench.abilities.own_homing else "its controller does not home by switches"
 
 
 def servo(bench: Bench) -> str:
-    """A controller that can be told where a servo goes."""
+    """Require a controller that can drive a servo."""
     able = hasattr(bench.config.device, "servo")
     return _unseen(bench) if able else "no servo on its controller"
 
 
 def no_servo(bench: Bench) -> str:
-    """A controller whose motors are all that moves the arm."""
-    return "its controller can move one" if hasattr(bench.config.device, "servo") else ""
+    """Require a controller that cannot drive a servo."""
+    return "its controller can move a servo" if hasattr(bench.config.device, "servo") else ""
 
 
 def valve(bench: Bench) -> str:
-    """A controller with an output that can be wired to a gripper."""
+    """Require a controller with an output for a gripper's valve."""
     able = hasattr(bench.config.device, "gripper_output")
     return _unseen(bench) if able else "no output for a gripper"
 
@@ -120,7 +120,7 @@ def _unseen(bench: Bench) -> str:
 
 
 def limit_switches(bench: Bench) -> str:
-    """Limit switches that can stick."""
+    """Require limit switches, which can stick."""
     return "" if _is(bench, HasSwitches) else "no limit switches"
 
 

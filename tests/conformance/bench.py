@@ -1,4 +1,4 @@
-"""A bench: one dialect on one transport, and a person who sees the arm that stands on it."""
+"""A bench: one dialect on one transport, and a view of the physical arm."""
 
 from __future__ import annotations
 
@@ -16,43 +16,43 @@ from armdrive.registry import dialect
 from armdrive.status import Current, State, Trust
 from kinematics import Joints, Motors
 
-from .seen import ON_THE_STEP, Point, Rest, Seen, check
+from .observation import ON_THE_STEP, Observation, Point, Standstill, check
 
 QUIET_S = 0.6
-"""An arm that has not moved for this long stands."""
+"""An arm stands if it has not moved for this long."""
 
 
 class Bench(abc.ABC):
-    """One dialect on one transport. Behaviours ask it alone, so that they run on all of them."""
+    """One dialect on one transport. Behaviours use only this class, so that they run on each."""
 
     transport: ClassVar[str]
     real_time: ClassVar[bool]
     look_s: ClassVar[float]
-    """How often the arm is looked at while it moves."""
+    """The time between two looks at a moving arm."""
     noise_s: ClassVar[float]
-    """What a busy computer may add to a time that was announced."""
+    """How much a busy computer may add to an announced time."""
     punctual: ClassVar[bool] = True
-    """Whether driver, device and test keep time well enough to be held to a bound."""
-    moments_s: ClassVar[tuple[float, ...]] = (0.4,)
-    """When a fault comes, after a motion has been asked for: one time after the other."""
+    """Whether driver, device and test keep time well enough to check a bound."""
+    fault_moments_s: ClassVar[tuple[float, ...]] = (0.4,)
+    """When a fault strikes after the request of a motion; each in a motion of its own."""
     stops_after_s: ClassVar[tuple[float, ...]] = (0.03, 0.2, 0.55)
-    """How long a motion has been seen before it is stopped: one time after the other."""
+    """How long a motion lasts before it is stopped; each in a motion of its own."""
     on_bus: ClassVar[bool] = False
-    """Whether drives on a CAN bus can stand on it as well."""
+    """Whether the bench can have drives on a CAN bus."""
     simulated: ClassVar[bool] = True
-    """Whether the arm itself is one that nobody can hurt or be hurt by."""
-    knows_geometry: ClassVar[bool] = False
-    """Whether the driver takes the arm's numbers for true, whoever has verified them."""
+    """Whether the arm is simulated, so that it can come to no harm and do none."""
+    trusts_geometry: ClassVar[bool] = False
+    """Whether the driver uses the arm's dimensions even if no one has verified them."""
 
     sees_outputs: ClassVar[bool] = True
-    """Whether fingers that hang on an output are seen to move."""
+    """Whether the bench sees fingers move that are wired to an output."""
 
     sees_motion: ClassVar[bool] = True
-    """Whether the motors are seen while they turn."""
+    """Whether the bench sees the motors while they turn."""
 
     @property
     def sees_current(self) -> bool:
-        """Whether motors without current are told from those that are held."""
+        """Whether the bench sees if the motors have current."""
         return True
 
     def __init__(self, dialect_name: str) -> None:
@@ -61,23 +61,23 @@ class Bench(abc.ABC):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the arm goes by in tables, the most particular name first."""
+        """The names of the arm in tables, the most specific one first."""
         return (self.row.name,)
 
-    # -- what a transport says ----------------------------------------------------------------
+    # -- each transport's own -----------------------------------------------------------------
 
     @property
     @abc.abstractmethod
     def config(self) -> ArmConfig:
-        """The arm, as the driver is told of it."""
+        """The configuration that the driver gets."""
 
     @abc.abstractmethod
     def _open(self, **options: Any) -> Arm:
         """Connect a driver."""
 
     @abc.abstractmethod
-    def look(self) -> Seen:
-        """Look at the physical arm."""
+    def look(self) -> Observation:
+        """Observe the physical arm now."""
 
     @abc.abstractmethod
     def sleep(self, time_s: float) -> None:
@@ -85,87 +85,87 @@ class Bench(abc.ABC):
 
     @abc.abstractmethod
     def operator(self) -> Operator:
-        """Return somebody who sees the arm and brings it to its reference posture."""
+        """Return an operator who brings the arm to its reference posture."""
 
     def open_another(self) -> Arm:
-        """Have another program connect as well."""
+        """Connect a second driver while the first one is connected."""
         return self._open()
 
     @abc.abstractmethod
     def fault(self, words: str) -> None:
-        """Have a fault of the simulator's table happen."""
+        """Inject a fault of the simulator's table."""
 
-    def fit(self, lines: str) -> None:
-        """Put an arm on the bench whose file says more than its preset: `lines` of TOML."""
+    def use_arm_file(self, lines: str) -> None:
+        """Use an arm whose file has more `lines` of TOML than its preset."""
         raise NotImplementedError
 
-    def turned_by_hand(self) -> bool:
-        """Turn the motors before anything connects, so that none counts zero, if that is quick."""
+    def turn_by_hand(self) -> bool:
+        """Turn the motors by hand so that no register is zero, if that is quick; return if done."""
         return False
 
-    def later(self, time_s: float, call: Callable[[], object]) -> None:
-        """Have something done by somebody else while a call waits."""
+    def call_later(self, time_s: float, call: Callable[[], object]) -> None:
+        """Call a function in `time_s`, from outside the driver, while the driver is in a call."""
         raise NotImplementedError
 
     def replug_elsewhere(self) -> None:
-        """Have the cable put back, and the port be called by another name from then on."""
+        """Put the cable back; the port has another name from now on."""
         raise NotImplementedError
 
     @abc.abstractmethod
     def heal(self) -> None:
-        """Undo every fault: the wire carries all again, and the power is on."""
+        """End every fault: the wire works, and the power is on."""
 
     @property
     def abilities(self) -> Abilities:
-        """What the arm's controller can do, by the settings of this arm."""
+        """What the controller can do with the settings of this arm."""
         return self.row.controller(self.config).abilities
 
     @property
     def board(self) -> type | None:
-        """The class of the simulated board, which tells what it can do; None of a real one."""
+        """The class of the simulated board, which has its abilities; None for a real board."""
         return None
 
-    # -- what every bench does alike ----------------------------------------------------------
+    # -- common to all benches ----------------------------------------------------------------
 
     def connect(self, **options: Any) -> Arm:
         """Connect a driver in place of the last one."""
-        self.leave()
+        self.disconnect()
         self.arm = self._open(**options)
         return self.arm
 
     def ready(self, **options: Any) -> Arm:
-        """Connect, switch the motors on and say where the arm is, as a person sees it."""
+        """Connect, switch the motors on, and reference the arm where it stands."""
         arm = self.connect(**options)
-        self.refer(arm)
+        self.reference(arm)
         return arm
 
-    def refer(self, arm: Arm) -> None:
-        """Make an arm ready for planned motion, by the posture in which it is seen to stand."""
+    def reference(self, arm: Arm) -> None:
+        """Declare the posture in which the physical arm stands, so that it can be moved."""
         self.switch_on(arm)
         joints, opening_mm = self.posture(self.look().motors)
         arm.declare_posture(joints, opening_mm=opening_mm)
         check(arm.status.trust is Trust.REFERENCED, "a declared posture was not taken")
 
     def switch_on(self, arm: Arm) -> None:
-        """Switch the motors on, where that can be done and they are not held for certain."""
+        """Switch the motors on, unless they surely hold or cannot be switched."""
         status = arm.status
         off = status.current is not Current.HELD and self.abilities.current is Switching.BOTH
         if off or status.state is State.DISABLED:
             arm.enable()
 
-    def begin_anew(self) -> None:
-        """Begin with an arm as one finds it in the morning, where that costs nothing."""
-        self.leave()
+    def start_afresh(self) -> None:
+        """Disconnect, and use an arm without a history if the bench can make one quickly."""
+        self.disconnect()
 
-    def leave(self) -> None:
+    def disconnect(self) -> None:
         """Close the driver, if there is one."""
         arm, self.arm = self.arm, None
         if arm is not None:
             arm.close()
 
     def close(self) -> None:
-        """Take the bench down."""
-        self.leave()
+        """Close the driver, and release what the bench uses."""
+        self.disconnect()
 
     def __enter__(self) -> Bench:
         return self
@@ -175,18 +175,18 @@ class Bench(abc.ABC):
             self.close()
 
     def posture(self, motors: Motors) -> tuple[Joints, float]:
-        """Return the joints and the pull of the fingers at which motors stand."""
+        """Return the joint angles and the opening of the fingers at some motor steps."""
         transmission = self.config.model.transmission
         assert transmission is not None
         return transmission.to_joints(motors)
 
     def tip(self, motors: Motors) -> Point:
-        """Return where motors have the tip."""
+        """Return the place of the tip at some motor steps."""
         pose = self.config.model.arm.fk(self.posture(motors)[0])
         return pose.x_mm, pose.y_mm, pose.z_mm
 
     def step_mm(self, motors: Motors) -> float:
-        """Return how far the tip is off at most where every motor is one step off."""
+        """Return how far the tip is off at most if every motor is one step off."""
         here = self.tip(motors)
         count = len(motors)
         ones = (Motors(int(i == k) for i in range(count)) for k in range(count))
@@ -194,8 +194,8 @@ class Bench(abc.ABC):
 
     # -- watching -----------------------------------------------------------------------------
 
-    def watch(self, done: Callable[[], bool], longest_s: float) -> Iterator[Seen]:
-        """Look at the arm again and again until `done()`; a check fails after `longest_s`."""
+    def watch(self, done: Callable[[], bool], longest_s: float) -> Iterator[Observation]:
+        """Yield observations until `done()`. Raises `Broken` after `longest_s`."""
         seen = self.look()
         end_s = seen.time_s + longest_s
         while True:
@@ -206,10 +206,10 @@ class Bench(abc.ABC):
             self.sleep(self.look_s)
             seen = self.look()
 
-    def rest(self, start: Seen | None = None, longest_s: float = 30.0) -> Rest:
-        """Watch until the arm has stood for a while; say when it stopped, and how far off.
+    def rest(self, start: Observation | None = None, longest_s: float = 30.0) -> Standstill:
+        """Watch until the arm stands; return when it stopped, and how far the tip went.
 
-        Where it sags, since it was switched off, nobody has announced how far.
+        A sag without current does not count: no bound is announced for it.
         """
         first = last = moved = start or self.look()
         way_mm, sagged = 0.0, False
@@ -222,9 +222,9 @@ class Bench(abc.ABC):
             way_mm = way_mm if sagged else max(way_mm, last.off_mm(first))
             if last.motors != moved.motors:
                 moved = last
-        return Rest(moved.time_s - first.time_s, way_mm, moved)
+        return Standstill(moved.time_s - first.time_s, way_mm, moved)
 
-    def stands(self, for_s: float, why: str) -> Seen:
+    def check_stands(self, for_s: float, why: str) -> Observation:
         """Check that the arm does not move for a while."""
         before = self.look()
         self.sleep(for_s)
@@ -236,14 +236,14 @@ class Bench(abc.ABC):
         return after
 
     @contextlib.contextmanager
-    def unmoved(self, what: str) -> Iterator[None]:
-        """Check that no motor turns within a block."""
+    def check_unmoved(self, what: str) -> Iterator[None]:
+        """Check that no motor has turned at the end of a block."""
         before = self.look().motors
         yield
         check(self.look().motors == before, f"{what} moved the arm")
 
-    def honest(self, arm: Arm) -> None:
-        """Check that a referenced arm stands where it says that it stands."""
+    def check_trust(self, arm: Arm) -> None:
+        """Check that a referenced arm stands where its status says."""
         status, seen = arm.status, self.look()
         if status.trust is not Trust.REFERENCED or status.acknowledged is None:
             return

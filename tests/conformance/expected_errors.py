@@ -1,7 +1,7 @@
-"""What each arm reports after a fault: the error's code, its words, and the trust that is left.
+"""The error that each arm reports after a fault: its code, its words, and the remaining trust.
 
-On simulated time, with the arm well under way or at rest. A fault that has no row here, or strikes
-at another moment, may end in any way that the law of faults allows.
+The rows hold in simulated time, for an arm that is well under way or at rest. A fault without a
+row, or at another moment, may end in any way that the law of faults allows (`rows_faults`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from types import MappingProxyType
 from armdrive.status import Trust
 
 STRIKES_S = 0.3
-"""The moment after the call for a motion at which these rows hold: the arm is well under way."""
+"""How long after the request of a motion a fault strikes an arm that is well under way."""
 LOST, FAULT, SILENT, RESTARTED, OFF = "E407", "E501", "E502", "E718", "E714"
 BURSTS, DRIVES = ("teachmover", "robko01", "armdroid"), ("mks", "cia402")
 PROFILE = "CiA 402 drives in profile position"
@@ -35,7 +35,7 @@ class Moment(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ExpectedError:
-    """The code of an error, a pattern that its words match, and the trust in the position."""
+    """The code of an error, a pattern for its words, and the trust in the position."""
 
     code: str
     words: str
@@ -43,13 +43,13 @@ class ExpectedError:
 
 
 MOVING, STANDING = Moment.MOVING, Moment.STANDING
-MUTE, PULLED, STALLED = ("the device falls mute",), ("the cable is pulled",), ("a motor stalls",)
+MUTE, PULLED, STALLED = ("the device goes mute",), ("the cable is pulled",), ("a motor stalls",)
 POWER, BOARD = ("the power fails and comes back",), ("the board resets",)
 RESTARTS = (*POWER, *BOARD)
-BUS_OFF, ALONE = ("the adapter leaves the bus",), ("nobody acknowledges on the bus",)
-GONE = ("a drive falls mute", "a drive loses its supply")
-ANEW, OTHER_MODE = ("a drive begins anew",), ("a drive is given another mode",)
-TWO_IDS = ("two drives have one id",)
+BUS_OFF, ALONE = ("the adapter leaves the bus",), ("no node acknowledges on the bus",)
+GONE = ("a drive goes mute", "a drive loses its supply")
+DRIVE_RESTARTS, OTHER_MODE = ("a drive restarts",), ("a drive is switched to another mode",)
+TWO_IDS = ("two drives share an id",)
 
 _Row = tuple[tuple[str, ...], Moment, tuple[str, ...], ExpectedError]
 ROWS: tuple[_Row, ...] = (
@@ -85,9 +85,10 @@ ROWS: tuple[_Row, ...] = (
     ((*GONE, *TWO_IDS), MOVING, DRIVES, ExpectedError(FAULT, CHECK_DRIVE)),
     (GONE, STANDING, ("mks",), ExpectedError(FAULT, CHECK_DRIVE)),
     (GONE, STANDING, ("cia402",), ExpectedError(OFF, r"drive 2 \(shoulder\) no longer answers")),
-    (ANEW, MOVING, DRIVES, ExpectedError(FAULT, rf"drive 2 \(shoulder\) .*{RESET}")),
-    (ANEW, MOVING, (PROFILE,), ExpectedError(FAULT, CHECK_DRIVE)),
-    (ANEW, STANDING, DRIVES, ExpectedError(RESTARTED, rf"drive 2 \(shoulder\) was {RESET}")),
+    (DRIVE_RESTARTS, MOVING, DRIVES, ExpectedError(FAULT, rf"drive 2 \(shoulder\) .*{RESET}")),
+    (DRIVE_RESTARTS, MOVING, (PROFILE,), ExpectedError(FAULT, CHECK_DRIVE)),
+    (DRIVE_RESTARTS, STANDING, DRIVES,
+     ExpectedError(RESTARTED, rf"drive 2 \(shoulder\) was {RESET}")),
     (OTHER_MODE, MOVING, ("mks",),
      ExpectedError(FAULT, r"drive 2 \(shoulder\) is in mode 2.*set mode 5")),
     (OTHER_MODE, MOVING, ("cia402",), ExpectedError(FAULT, r"drive 2 \(shoulder\) to mode 2")),
@@ -100,10 +101,10 @@ EXPECTED_ERRORS: Mapping[tuple[str, str, Moment], ExpectedError] = MappingProxyT
         for dialect in dialects
     }
 )
-"""By the dialect or variant, the name of the fault, and what the arm does when it strikes."""
+"""The error by dialect or variant, name of the fault, and what the arm does when it strikes."""
 
 
 def expected_error(names: tuple[str, ...], fault: str, moment: Moment) -> ExpectedError | None:
-    """Return what an arm reports, by the first of its names that has a row."""
+    """Return the error of the first of an arm's names that has a row; None without one."""
     found = (EXPECTED_ERRORS.get((name, fault, moment)) for name in names)
     return next((error for error in found if error is not None), None)

@@ -1,7 +1,7 @@
 """The table of faults that every arm has to survive, in the words of the simulator's console.
 
-`strays` says where a fault may make a device do what nobody commanded, and no driver can prevent
-it: that is then found out, or the position is no longer trusted.
+Some faults may make a device do what the driver did not command (`misdirects`). No driver can
+prevent that, but it has to notice it, or stop trusting the position.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ def _never(_: Bench) -> bool:
 
 
 def _unchecked(bench: Bench) -> bool:
-    """A changed number is a number: without check bytes the device obeys it."""
+    """Return whether the device obeys changed numbers, because messages have no check bytes."""
     return not bench.abilities.check_bytes
 
 
@@ -28,15 +28,15 @@ def _always(_: Bench) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault: what the console is told, and what may come of it.
+    """One fault: the requests to the console, and the possible effects.
 
-    `evident` is False where no device of this kind can notice anything: a stepper that slips.
-    `idle` is True of one that can befall a standing arm as well.
+    `evident` is False if no device can notice the fault: a stepper that slips. `idle` is True if
+    the fault can strike a standing arm as well.
     """
 
     name: str
     words: tuple[str, ...]
-    strays: Callable[[Bench], bool] = _never
+    misdirects: Callable[[Bench], bool] = _never
     evident: bool = True
     idle: bool = True
     needs: tuple[Rule, ...] = ()
@@ -44,28 +44,32 @@ class Fault:
 
 HOST, DEVICE = "--from host", "--from device"
 HALF_A_LINE = 8
-"""So many bytes are lost in a row: more than the end of a short answer."""
+"""How many bytes in a row are lost: more than the rest of a short reply."""
 
 FAULTS: tuple[Fault, ...] = (
     Fault("a message to the device is lost", (f"drop next {HOST}",)),
     Fault("a message from the device is lost", (f"drop next {DEVICE}",)),
-    Fault("a byte to the device is lost", (f"drop #6 {HOST}",), strays=_unchecked),
+    Fault("a byte to the device is lost", (f"drop #6 {HOST}",), misdirects=_unchecked),
     Fault("a byte from the device is lost", (f"drop #2 {DEVICE}",)),
-    Fault("a byte to the device is changed", (f"corrupt next {HOST}",), strays=_unchecked),
+    Fault("a byte to the device is changed", (f"corrupt next {HOST}",), misdirects=_unchecked),
     Fault("a byte from the device is changed", (f"corrupt next {DEVICE}",)),
-    Fault("a message to the device comes twice", (f"duplicate next {HOST}",), strays=_always),
-    Fault("a message from the device comes twice", (f"duplicate next {DEVICE}",)),
+    Fault("a message to the device arrives twice", (f"duplicate next {HOST}",), misdirects=_always),
+    Fault("a message from the device arrives twice", (f"duplicate next {DEVICE}",)),
     Fault("a message to the device is late", (f"delay 0.4 next {HOST}",)),
     Fault("a message from the device is late", (f"delay 0.4 next {DEVICE}",)),
-    Fault("a message to the device is very late", (f"delay 2.5 next {HOST}",), strays=_always),
+    Fault("a message to the device is very late", (f"delay 2.5 next {HOST}",), misdirects=_always),
     Fault("a message from the device is very late", (f"delay 2.5 next {DEVICE}",)),
-    Fault("half a line goes to the device", (f"drop #4 {HOST}",) * HALF_A_LINE, strays=_unchecked),
-    Fault("half a line comes from the device", (f"drop #2 {DEVICE}",) * HALF_A_LINE),
-    Fault("a noisy line to the device", (f"corrupt 0.03 {HOST} --for 1",), strays=_unchecked),
+    Fault(
+        "half a line to the device is lost",
+        (f"drop #4 {HOST}",) * HALF_A_LINE,
+        misdirects=_unchecked,
+    ),
+    Fault("half a line from the device is lost", (f"drop #2 {DEVICE}",) * HALF_A_LINE),
+    Fault("a noisy line to the device", (f"corrupt 0.03 {HOST} --for 1",), misdirects=_unchecked),
     Fault("a noisy line from the device", (f"corrupt 0.03 {DEVICE} --for 1",)),
-    Fault("a line that loses bytes both ways", ("drop 0.03 --for 1",), strays=_unchecked),
+    Fault("a line that loses bytes both ways", ("drop 0.03 --for 1",), misdirects=_unchecked),
     Fault("garbage from the device", ("garbage 40",)),
-    Fault("the device falls mute", ("mute",)),
+    Fault("the device goes mute", ("mute",)),
     Fault("the device is mute for a second", ("mute --for 1",)),
     Fault("the cable is pulled", ("unplug",)),
     Fault("the power fails and comes back", ("brown-out",)),
@@ -74,21 +78,21 @@ FAULTS: tuple[Fault, ...] = (
     Fault("a motor stalls", ("stall 1",), evident=False, idle=False),
     Fault("a limit switch sticks closed", ("switch 1 closed",), needs=(limit_switches,)),
     Fault("a limit switch sticks open", ("switch 1 open",), needs=(limit_switches,)),
-    # what is told to the one moves the other
-    Fault("two drives have one id", ("drive-id 2 3",), strays=_always, needs=(on_bus,)),
+    # orders for one drive move the other
+    Fault("two drives share an id", ("drive-id 2 3",), misdirects=_always, needs=(on_bus,)),
     *(
         Fault(name, tuple(words), needs=(on_bus,))
         for name, *words in (
             ("frames are lost on the bus", "lose-frame 0.1 --for 1"),
-            ("frames come twice on the bus", "double-frame 0.3 --for 1"),
+            ("frames arrive twice on the bus", "double-frame 0.3 --for 1"),
             ("frames overtake each other on the bus", "overtake 0.3 --for 1"),
             ("the adapter leaves the bus", "bus-off"),
-            ("nobody acknowledges on the bus", "alone"),
-            ("a drive falls mute", "drive-mute 2"),
+            ("no node acknowledges on the bus", "alone"),
+            ("a drive goes mute", "drive-mute 2"),
             ("a drive loses its supply", "drive-dead 2"),
-            ("a drive begins anew", "drive-reset 2"),
-            ("a drive is given another mode", "drive-mode 2 2"),
-            ("a drive does not say done", "no-done 2"),
+            ("a drive restarts", "drive-reset 2"),
+            ("a drive is switched to another mode", "drive-mode 2 2"),
+            ("a drive does not report done", "no-done 2"),
         )
     ),
 )

@@ -1,4 +1,4 @@
-"""A bench within this process: the dialect's twin on simulated time, as fast as can be."""
+"""A bench in this process: the dialect's simulated device, in simulated time."""
 
 from __future__ import annotations
 
@@ -21,20 +21,22 @@ from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
+from .custom_arm import custom_config
 from .expected_errors import PROFILE, STRIKES_S
-from .fitted import fitted_config
-from .seen import Seen
+from .observation import Observation
 
 WAKES_S = 0.001
+"""How much later a driver in real time wakes after an event from outside."""
 BY_HAND = (7000, -4000, 2500, 1500, -1500, 900)
-"""Counts: some degrees of each joint."""
+"""The counts by which a hand turns the motors: some degrees of each joint."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
     """An arm of a dialect with another board, other firmware or another way to drive it.
 
-    `device` are settings of the dialect's section of the arm file, `board` those of the twin.
+    `device` has settings of the dialect's section in the arm file, `board` those of the simulated
+    device.
     """
 
     name: str
@@ -42,23 +44,23 @@ class Variant:
     device: Mapping[str, Any] = field(default_factory=dict)
     board: Mapping[str, Any] = field(default_factory=dict)
     differs: tuple[str, ...] = ()
-    """The families of rows in which it is unlike the dialect's other arms; of all, if empty."""
+    """The families of rows in which this arm behaves in its own way; all if empty."""
 
     def of(self, config: ArmConfig) -> ArmConfig:
-        """Return the arm of a file, set up like this."""
+        """Return a configuration with the settings of this variant."""
         return replace(config, device=replace(config.device, **self.device))
 
 
 class MemoryBench(Bench):
-    """The twin in this process."""
+    """The simulated device in this process."""
 
     transport: ClassVar[str] = "memory"
     real_time: ClassVar[bool] = False
     on_bus: ClassVar[bool] = True
     look_s: ClassVar[float] = 0.02
     noise_s: ClassVar[float] = 0.021  # one look late
-    knows_geometry: ClassVar[bool] = True
-    moments_s: ClassVar[tuple[float, ...]] = (0.0, STRIKES_S)
+    trusts_geometry: ClassVar[bool] = True
+    fault_moments_s: ClassVar[tuple[float, ...]] = (0.0, STRIKES_S)
 
     def __init__(self, dialect_name: str, variant: Variant | None = None) -> None:
         super().__init__(dialect_name)
@@ -66,7 +68,7 @@ class MemoryBench(Bench):
         self._config = self._variant.of(simulated_config(dialect_name))
         self._folder = tempfile.TemporaryDirectory(prefix="conformance-")
         self._record_file = Path(self._folder.name) / "record.json"
-        self.begin_anew()
+        self.start_afresh()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -80,15 +82,15 @@ class MemoryBench(Bench):
 
     @property
     def board(self) -> type:
-        """The class of the twin's board."""
+        """The class of the simulated board."""
         return type(self.twin.board)
 
     def operator(self) -> Operator:
-        """Return the twin's operator."""
+        """Return the operator of the simulated arm."""
         return self.twin.operator
 
     def _open(self, *, reconnect: bool = False, **options: Any) -> Arm:
-        # by the constructor, since a later driver has to go on in the device's own time
+        # not by `Arm.connect`: the driver has to start at the device's present time
         arm = Arm(
             assemble(
                 self._config,
@@ -104,11 +106,11 @@ class MemoryBench(Bench):
         arm.twin = self.twin
         return arm
 
-    def look(self) -> Seen:
-        """Look at the twin's world, at the driver's present time."""
+    def look(self) -> Observation:
+        """Observe the simulated arm at the driver's present time."""
         self._keep_time()
         world = self.twin.world
-        return Seen(
+        return Observation(
             self._now_s,
             world.motors,
             world.tip,
@@ -118,7 +120,7 @@ class MemoryBench(Bench):
         )
 
     def sleep(self, time_s: float) -> None:
-        """Let the driver's time pass, and the device's own where no driver keeps it."""
+        """Let time pass for the driver, and for a device without a driver."""
         until_s = self._now_s + time_s
         if self.arm is not None:
             self.arm.sleep(time_s)
@@ -127,39 +129,39 @@ class MemoryBench(Bench):
         if self.arm is None or self.arm.engine.broken is not None:
             self.twin.link.line.advance(self._now_s)
 
-    def begin_anew(self) -> None:
-        """Put a new twin on the bench, of which nothing is recorded."""
-        super().leave()
+    def start_afresh(self) -> None:
+        """Use a new simulated device, and forget all records."""
+        super().disconnect()
         self._record_file.unlink(missing_ok=True)
         self._now_s = 0.0
         self.twin: SimulatedArm = simulate(self._config, **self._variant.board)
 
-    def fit(self, lines: str) -> None:
-        """Put the twin of an arm file on the bench."""
-        self._config = self._variant.of(fitted_config(self.row, lines, self._config.name))
-        self.begin_anew()
+    def use_arm_file(self, lines: str) -> None:
+        """Use the simulated device of an arm file with more lines."""
+        self._config = self._variant.of(custom_config(self.row, lines, self._config.name))
+        self.start_afresh()
 
-    def turned_by_hand(self) -> bool:
-        """Turn the shafts of drives on a bus, of which simulated motions take the longest."""
+    def turn_by_hand(self) -> bool:
+        """Turn the shafts of drives on a bus, whose simulated motions take the longest."""
         if self.row.can:
             self.twin.device.jog(BY_HAND)
         return self.row.can
 
-    def later(self, time_s: float, call: Callable[[], object]) -> None:
-        """Have it done on the device's clock; the driver wakes a moment later, as in real time."""
+    def call_later(self, time_s: float, call: Callable[[], object]) -> None:
+        """Call a function by the device's clock; the driver wakes a moment later."""
         self._keep_time()
         self.twin.device.at(self._now_s + time_s, call)
         self.twin.device.at(self._now_s + time_s + WAKES_S, lambda: None)
 
-    def leave(self) -> None:
-        """Close the driver, and put a new wire in its place."""
+    def disconnect(self) -> None:
+        """Close the driver, and connect a new wire to the device."""
         if (arm := self.arm) is not None:
-            super().leave()
+            super().disconnect()
             self._now_s = max(self._now_s, arm.pace.now_s())
             self.twin = SimulatedArm.of(self._config, self.twin.device)
 
     def close(self) -> None:
-        """Forget the twin and its record."""
+        """Close the driver, and remove its records."""
         try:
             super().close()
         finally:
@@ -170,7 +172,7 @@ class MemoryBench(Bench):
             self._now_s = max(self._now_s, self.arm.pace.now_s())
 
     def fault(self, words: str) -> None:
-        """Have a fault, in the words of the console."""
+        """Inject a fault, in the words of the console."""
         self.twin.faults.ask(parse_words(words.split()))
 
     def heal(self) -> None:
@@ -183,9 +185,9 @@ class MemoryBench(Bench):
 
 
 class ThoroughMemoryBench(MemoryBench):
-    """The same with faults at more moments, for the whole table."""
+    """The same bench with faults at more moments, for the whole table."""
 
-    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, STRIKES_S, 0.45, 0.67)
+    fault_moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, STRIKES_S, 0.45, 0.67)
 
 
 MOTION, STOPS = ("move", "Cartesian", "gripper"), ("jog", "stop", "pause")
@@ -206,4 +208,4 @@ VARIANTS = (
     Variant("MKS drives in bursts", "mks", {"segment_s": 0.0}, differs=("fault",)),
     Variant(PROFILE, "cia402", {"strategy": "profile"}, differs=("fault",)),
 )  # fmt: skip
-"""Arms that the suite is held against besides the one of each dialect's preset."""
+"""The arms that the suite tests besides each dialect's preset."""

@@ -1,7 +1,7 @@
-"""How long and how far the physical arm goes on, in real time, beside what was announced.
+"""How long and how far the physical arm goes on in real time, compared with the announced bounds.
 
-The arm is a twin in another process, over a pty; the program that drives it is a third process,
-which lets go of a jog, stops a motion, or is killed outright.
+The arm is simulated in another process, over a pty. A third process drives it, and releases a jog,
+stops a motion, or is killed.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from .observation import Observation
 from .real_time_bench import ProcessBench, PtyBench
-from .seen import Seen
 
 ROOT = Path(__file__).parents[2]
 SEED = 1982
 MOMENTS_S = (0.15, 0.6)
-"""The arm moves for so long, drawn anew each time, before it is to end."""
+"""The range from which it is drawn how long the arm moves before it is stopped."""
 
 LOOK_S = PtyBench.look_s
-"""The resolution of what is measured."""
+"""The resolution of the measured times."""
 
 
 @dataclass(frozen=True, slots=True)
-class Overrun:
-    """One time: what was announced when it was asked for, and what came."""
+class StopMeasurement:
+    """One stop: the bounds announced at its beginning, and what the arm did."""
 
     announced_s: float
     announced_mm: float
@@ -40,56 +40,56 @@ class Overrun:
 
     @property
     def kept(self) -> bool:
-        """Whether the promise was kept."""
+        """Whether the arm stayed within the bounds."""
         return self.time_s <= self.announced_s and self.way_mm <= self.announced_mm
 
 
-class Host:
-    """The program that drives, in a process of its own."""
+class DriverProcess:
+    """The program that drives the arm (`driver_program`), in a process of its own."""
 
     def __init__(self, port: str, dialect: str) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tests.conformance.host", port, dialect],
+            [sys.executable, "-m", "tests.conformance.driver_program", port, dialect],
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             bufsize=1,
         )
-        self.answered()
+        self.read_reply()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
         with contextlib.suppress(BrokenPipeError):
-            self._process.communicate(timeout=30.0)  # the end of its input ends it
+            self._process.communicate(timeout=30.0)  # closing its input ends the program
 
     def ask(self, *words: object) -> Any:
-        """Give a command and wait for its answer."""
-        self.tell(*words)
-        return self.answered()
+        """Send a command, and return its result."""
+        self.send(*words)
+        return self.read_reply()
 
-    def tell(self, *words: object) -> None:
-        """Give a command."""
+    def send(self, *words: object) -> None:
+        """Send a command."""
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps(words) + "\n")
 
     def kill(self) -> None:
-        """End the program without a chance to say anything."""
+        """Kill the program, so that it cannot stop the arm."""
         self._process.kill()
         self._process.wait()
 
     def suspend(self) -> None:
-        """Have the program stand still in whatever it is doing, as by Ctrl-Z."""
+        """Suspend the program, as Ctrl-Z does."""
         self._process.send_signal(signal.SIGSTOP)
 
     def resume(self) -> None:
-        """Let it go on."""
+        """Resume the program."""
         self._process.send_signal(signal.SIGCONT)
 
-    def answered(self) -> Any:
-        """Wait for the answer to a command that was told."""
+    def read_reply(self) -> Any:
+        """Wait for the result of a command that was sent, and return it."""
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
@@ -99,33 +99,36 @@ class Host:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """One way to end a motion: how it begins, what ends it, which pair of bounds holds for it."""
+    """One way to end a motion: how the motion begins, what ends it, and which bounds hold.
+
+    `silent`: the bounds of a silent program hold, else those of a stop.
+    """
 
     what: str
     begin: str
-    end: Callable[[Host], None]
+    end: Callable[[DriverProcess], None]
     silent: bool = False
 
 
 ENDINGS = (
-    Ending("a jog is released", "jog", lambda host: host.tell("release")),
-    Ending("a motion is stopped", "move", lambda host: host.tell("stop")),
-    Ending("the program is killed in a jog", "jog", Host.kill, silent=True),
-    Ending("the program is killed in a motion", "move", Host.kill, silent=True),
+    Ending("a jog is released", "jog", lambda host: host.send("release")),
+    Ending("a motion is stopped", "move", lambda host: host.send("stop")),
+    Ending("the program is killed in a jog", "jog", DriverProcess.kill, silent=True),
+    Ending("the program is killed in a motion", "move", DriverProcess.kill, silent=True),
 )
 
 
-def measure(dialect: str, ending: Ending, times: int) -> list[Overrun]:
-    """Measure one way to end a motion, several times."""
+def measure(dialect: str, ending: Ending, times: int) -> list[StopMeasurement]:
+    """Measure one way to end a motion several times."""
     chance = random.Random(f"{SEED} {dialect} {ending.what}")
-    host: Host | None = None
+    host: DriverProcess | None = None
     found = []
     with PtyBench(dialect) as bench:
         try:
             for index in range(times):
-                host = host or Host(bench.port, dialect)
+                host = host or DriverProcess(bench.port, dialect)
                 after_s = chance.uniform(*MOMENTS_S)
-                found.append(once(bench, host, ending, (-1.0) ** index, after_s))
+                found.append(measure_once(bench, host, ending, (-1.0) ** index, after_s))
                 if ending.silent:
                     host.__exit__()
                     host = None
@@ -135,23 +138,23 @@ def measure(dialect: str, ending: Ending, times: int) -> list[Overrun]:
     return found
 
 
-def once(
-    bench: ProcessBench, host: Host, ending: Ending, direction: float, after_s: float
-) -> Overrun:
-    """Move, end it, and watch the physical arm come to rest."""
+def measure_once(
+    bench: ProcessBench, host: DriverProcess, ending: Ending, direction: float, after_s: float
+) -> StopMeasurement:
+    """Begin a motion, end it, and watch until the physical arm stands."""
     start = bench.look()
-    host.ask("refer", list(start.motors))
+    host.ask("reference", list(start.motors))
     host.ask(ending.begin, direction)
     for _ in bench.watch(lambda: bench.look().motors != start.motors, 10.0):
         pass
     bench.sleep(after_s)
     bounds = host.ask("bounds")
-    seen: Seen = bench.look()
+    seen: Observation = bench.look()
     ending.end(host)
     rest = bench.rest(seen)
     if not ending.silent:
-        host.answered()
+        host.read_reply()
         while host.ask("state") != "standby":
             bench.sleep(bench.look_s)
     time_s, way_mm = bounds[2:] if ending.silent else bounds[:2]
-    return Overrun(time_s, way_mm, rest.after_s, rest.way_mm)
+    return StopMeasurement(time_s, way_mm, rest.after_s, rest.way_mm)

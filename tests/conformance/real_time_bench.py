@@ -1,4 +1,4 @@
-"""Benches in real time: a port, and behind it the device in another process, or a real arm.
+"""Benches in real time: a port with a device in another process, or with a real arm.
 
 They wait on the wall clock. Drivers and devices may be late on a busy computer.
 """
@@ -30,8 +30,8 @@ from armdrive.status import State, Status, Trust
 from kinematics import Joints, Motors
 
 from .bench import Bench
-from .fitted import arm_file
-from .seen import Seen
+from .custom_arm import arm_file
+from .observation import Observation
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from sim_process import SimProcess
@@ -39,8 +39,8 @@ from sim_process import SimProcess
 ROOT = Path(__file__).parents[2]
 
 
-class SeenWorld:
-    """As much of an arm's world as an operator has to see, on a bench that sees the motors."""
+class ObservedWorld:
+    """The part of an arm's world that an operator needs, observed by a bench."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
@@ -48,17 +48,17 @@ class SeenWorld:
 
     @property
     def motors(self) -> Motors:
-        """Where the motors are, physically."""
+        """Where the physical motors stand."""
         return self._bench.look().motors
 
     @property
     def joints(self) -> Joints:
-        """The joint angles, physically."""
+        """The joint angles of the physical arm."""
         return self._bench.posture(self.motors)[0]
 
 
 class RealTimeBench(Bench):
-    """A device on a port of this computer. `port` is what a driver opens: a port or an arm file."""
+    """A device on a port of this computer. A driver opens `port`: a port or an arm file."""
 
     real_time: ClassVar[bool] = True
     look_s: ClassVar[float] = 0.002
@@ -66,7 +66,7 @@ class RealTimeBench(Bench):
 
     port: str
     device_port: str
-    """The port itself, where drivers open an arm file."""
+    """The device's port, also if drivers open an arm file."""
     _config: ArmConfig
 
     def __init__(self, dialect_name: str) -> None:
@@ -75,13 +75,13 @@ class RealTimeBench(Bench):
         self._home = Path(self._folder.name)
         self._timers: list[threading.Timer] = []
 
-    def take_port(self, port: str) -> None:
-        """Have drivers open a port, as somebody does who has no arm file."""
+    def set_port(self, port: str) -> None:
+        """Make drivers open a port without an arm file."""
         self.port = self.device_port = port
         self._config = find(port, dialect_name=self.row.name).config
 
-    def take_arm_file(self, lines: str, port: str) -> None:
-        """Have drivers open an arm file that says more than its preset: `lines` of TOML."""
+    def set_arm_file(self, lines: str, port: str) -> None:
+        """Make drivers open an arm file with more `lines` of TOML than its preset."""
         path = self._home / "bench.toml"
         path.write_text(arm_file(self.row, lines, port), encoding="utf-8")
         self.port, self.device_port = str(path), port
@@ -89,7 +89,7 @@ class RealTimeBench(Bench):
 
     @property
     def config(self) -> ArmConfig:
-        """The arm as the driver is told of it."""
+        """The configuration that the driver gets."""
         return self._config
 
     def _open(self, **options: Any) -> Arm:
@@ -99,8 +99,8 @@ class RealTimeBench(Bench):
         """Sleep."""
         time.sleep(time_s)
 
-    def later(self, time_s: float, call: Callable[[], object]) -> None:
-        """Have a thread do it."""
+    def call_later(self, time_s: float, call: Callable[[], object]) -> None:
+        """Call a function from another thread, in `time_s`."""
         timer = threading.Timer(time_s, call)
         timer.daemon = True
         timer.start()
@@ -108,11 +108,11 @@ class RealTimeBench(Bench):
 
     def operator(self) -> Operator:
         """Return a simulated operator who looks at the arm on the bench."""
-        world = cast(World, SeenWorld(self))
+        world = cast(World, ObservedWorld(self))
         return SimulatedOperator(world, backlash_steps=self.config.backlash_steps)
 
     def end_device(self) -> None:
-        """End the device, where the bench has begun it."""
+        """End the device if the bench has started it."""
 
     def close(self) -> None:
         """End the driver and the device, and forget the arm file."""
@@ -126,11 +126,14 @@ class RealTimeBench(Bench):
 
 
 SCHEMES = {"--pty": "", "--slcan": "", "--tcp": "socket://", "--udp": "udp://"}
-"""What a program opens, before the address that the device names."""
+"""The prefix that makes the address of a device a port, by the option of `armdrive sim`."""
 
 
 class DeviceProcess(SimProcess):
-    """`program` with one door, `--pty PATH` say; its `port` is what a driver opens."""
+    """A program that serves a device by one option and address; a driver opens its `port`.
+
+    `door` is the option with its address, such as `--pty PATH`.
+    """
 
     def __init__(self, program: Sequence[str], door: tuple[str, str], dialect: str) -> None:
         self.process = subprocess.Popen(
@@ -147,42 +150,42 @@ class DeviceProcess(SimProcess):
 
 
 class ProcessBench(RealTimeBench):
-    """`armdrive sim` in a process of its own, steered and looked at through its console."""
+    """`armdrive sim` in a process of its own, controlled and observed through its console."""
 
     def __init__(self, dialect_name: str) -> None:
         super().__init__(dialect_name)
         self._sim = self._start("armdrive", "sim", dialect_name)
-        self.take_port(self._sim.port)
+        self.set_port(self._sim.port)
 
     def _door(self) -> tuple[str, str]:
-        """Return the option of `armdrive sim` that offers the device, and its address."""
+        """Return the option of `armdrive sim` that serves the device, and its address."""
         raise NotImplementedError
 
     def _start(self, *program: str) -> DeviceProcess:
         return DeviceProcess(program, self._door(), self.row.name)
 
-    def fit(self, lines: str, *settings: str) -> None:
-        """End the device, and begin one of an arm file, by whose path the driver connects.
+    def use_arm_file(self, lines: str, *settings: str) -> None:
+        """Start another device, with an arm file of more lines; the driver connects by this file.
 
-        The `settings` of the device are written NAME=VALUE.
+        The device's `settings` are written NAME=VALUE.
         """
-        self.leave()
+        self.disconnect()
         self._sim.__exit__()
         path = self._home / "device.toml"
         path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
-        self._sim = self._start("tests.conformance.fitted", str(path), *settings)
-        self.take_arm_file(lines, self._sim.port)
+        self._sim = self._start("tests.conformance.custom_arm", str(path), *settings)
+        self.set_arm_file(lines, self._sim.port)
 
     @property
     def board(self) -> type:
         """The class of the simulated board."""
         return simulated_kind(self.row.name).board
 
-    def look(self) -> Seen:
+    def look(self) -> Observation:
         """Ask the console for the physical state."""
         state = self._sim.state()
         motors = Motors(state["motors"])
-        return Seen(
+        return Observation(
             time.monotonic(),
             motors,
             self.tip(motors),
@@ -196,7 +199,7 @@ class ProcessBench(RealTimeBench):
         self._sim.__exit__()
 
     def fault(self, words: str) -> None:
-        """Have a fault, at the console."""
+        """Inject a fault through the console."""
         self._tell(f"fault {words}")
 
     def heal(self) -> None:
@@ -204,13 +207,13 @@ class ProcessBench(RealTimeBench):
         self._tell("fault off")
 
     def replug_elsewhere(self) -> None:
-        """Put the cable back under another name."""
+        """Put the cable back; the port has another name from now on."""
         there = str(self._home / "elsewhere")
         self.port = self.port.replace(str(self._home / "arm"), there)
         self._tell(f"replug as {there}")
 
     def _tell(self, line: str) -> str:
-        """Give the console a command; raises `BadRequest` where it was refused."""
+        """Send the console a command. Raises `BadRequest` if the console refuses it."""
         answer = self._sim.say(f"{line} --json")
         if '"ok": false' in answer:
             raise BadRequest(answer)
@@ -237,7 +240,7 @@ class TcpBench(ProcessBench):
 
 
 class UdpBench(ProcessBench):
-    """Over UDP: datagrams that nobody paces, and that nobody knows to have arrived."""
+    """Over UDP: datagrams without pacing or acknowledgement."""
 
     transport: ClassVar[str] = "udp"
 
@@ -246,19 +249,20 @@ class UdpBench(ProcessBench):
 
 
 SLOWLY = 0.3
+"""The speed of a real arm's first motion."""
 
 
 def port_lock(port: str) -> FileLock:
-    """Return the lock of a port: tests take turns on it, whichever process they run in.
+    """Return the lock by which tests in all processes take turns on a port.
 
-    The driver's own lock lies under `ARMDRIVE_HOME`, of which every test has another one.
+    The driver's own lock is under `ARMDRIVE_HOME`, which differs between tests.
     """
     name = hashlib.sha256(str(Path(port).resolve()).encode()).hexdigest()[:16]
     return FileLock(Path(tempfile.gettempdir()) / f"armdrive-bench-{name}.lock")
 
 
 class PortBench(RealTimeBench):
-    """A real arm, which stands in its reference posture when the first row begins."""
+    """A real arm, which has to stand in its reference posture when the first row begins."""
 
     transport: ClassVar[str] = "port"
     look_s: ClassVar[float] = 0.02
@@ -270,24 +274,26 @@ class PortBench(RealTimeBench):
         super().__init__(dialect_name)
         self._lock = port_lock(port)
         self._lock.acquire()
-        self.take_port(port)
+        self.set_port(port)
         self._last = Motors([0] * self.row.abilities.motors)
 
     def end_device(self) -> None:
-        """Let others have the port."""
+        """Release the port."""
         self._lock.release()
 
-    def look(self) -> Seen:
-        """Ask a standing arm for its registers; of a moving one, take what was told last."""
+    def look(self) -> Observation:
+        """Read the registers of a standing arm; of a moving arm, use the last ones."""
         if self.arm is not None:
-            self._last = _told(self.arm, self._last)
-        return Seen(time.monotonic(), self._last, self.tip(self._last), self.posture(self._last)[1])
+            self._last = _read_back(self.arm, self._last)
+        return Observation(
+            time.monotonic(), self._last, self.tip(self._last), self.posture(self._last)[1]
+        )
 
-    def refer(self, arm: Arm) -> None:
-        """Confirm what the last row has left behind; of the first, the reference posture.
+    def reference(self, arm: Arm) -> None:
+        """Confirm the position that the last row left; for the first row, the reference posture.
 
-        Before the run the person beside the arm has brought it to its reference posture. It then
-        goes to where simulated arms are found: raised, and clear of the table.
+        A person has brought the arm to its reference posture before the run. The arm then moves to
+        where simulated arms begin: raised, and clear of the table.
         """
         self.switch_on(arm)
         trust = arm.status.trust
@@ -297,26 +303,26 @@ class PortBench(RealTimeBench):
             arm.confirm_reference()
         else:
             raise Refused(
-                f"the position is {trust.value}: bring the arm to its reference posture and begin "
-                "anew with the rows that are left"
+                f"the position is {trust.value}: bring the arm to its reference posture, and run "
+                "the remaining rows"
             )
         type(self)._begun = True
         found = found_posture(arm.model.arm)
         arm.move_j(speed=SLOWLY, **{f"{name}_deg": angle for name, angle in found.deg.items()})
 
     def operator(self) -> Operator:
-        """Nobody is asked in the middle of a test."""
+        """Raise `Refused`: no person is asked in the middle of a test."""
         raise Refused("a real arm is referenced by `armdrive home`")
 
     def fault(self, words: str) -> None:
-        """Nobody harms a real arm."""
-        raise Refused(f"no fault is made on a real arm: {words}")
+        """Raise `Refused`: no fault is injected into a real arm."""
+        raise Refused(f"no fault is injected into a real arm: {words}")
 
     def heal(self) -> None:
-        """Nothing was harmed."""
+        """Do nothing: there are no faults."""
 
 
-def _told(arm: Arm, last: Motors) -> Motors:
+def _read_back(arm: Arm, last: Motors) -> Motors:
     status: Status = arm.status
     if status.state in (State.STANDBY, State.DISABLED):
         try:

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+import os
+
 from armdrive.abilities import Switching
 from armdrive.errors import ArmInUse, NotReferenced, Refused, WrongState
 from armdrive.status import State, Trust
 
 from .behaviour import Behaviour, starts_disabled
 from .bench import Bench
-from .going import jog_first, joints_from, planned, refused
-from .seen import ON_THE_STEP, check
+from .motions import check_refused, jog_first_joint, joints_from, planned_motions
+from .observation import ON_THE_STEP, check
 
 
 def connect_moves_nothing(bench: Bench) -> None:
-    with bench.unmoved("connecting or idling"):
+    with bench.check_unmoved("connecting or idling"):
         arm = bench.connect()
         wanted = State.DISABLED if bench.abilities.current is Switching.BOTH else State.STANDBY
         check(arm.status.state is wanted, f"connected to {arm.status.state}, not {wanted}")
         check(arm.status.trust is Trust.UNKNOWN, "an arm without a saved position is trusted")
         bench.sleep(1.5)
-    with bench.unmoved("switching the motors on"):
+    with bench.check_unmoved("switching the motors on"):
         bench.switch_on(arm)
-    with bench.unmoved("leaving"):
-        bench.leave()
+    with bench.check_unmoved("leaving"):
+        bench.disconnect()
 
 
-def status_is_told(bench: Bench) -> None:
+def status_names_the_arm(bench: Bench) -> None:
     status = bench.connect().status
     check(status.dialect == bench.row.name, "the status names another dialect")
     check(status.stop_time_s > 0.0 and status.silent_time_s > 0.0, "no stopping time is announced")
@@ -33,25 +35,27 @@ def status_is_told(bench: Bench) -> None:
         status.stop_distance_mm > 0.0 and status.silent_distance_mm > 0.0,
         "no stopping distance is announced",
     )
-    check(status.which in str(status), "the status does not say which arm it is of")
+    check(status.which in str(status), "the status does not name its arm")
 
 
 def planned_motion_is_refused_unreferenced(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
-    with bench.unmoved("a refused motion"):
-        for name, call in planned(arm).items():
-            refused(call, Refused, f"{name} without a reference")
-        refused(planned(arm)["move_j"], NotReferenced, "move_j without a reference")
+    with bench.check_unmoved("a refused motion"):
+        for name, call in planned_motions(arm).items():
+            check_refused(call, Refused, f"{name} without a reference")
+        check_refused(planned_motions(arm)["move_j"], NotReferenced, "move_j without a reference")
         bench.sleep(0.5)
 
 
 def nothing_moves_while_disabled(bench: Bench) -> None:
     arm = bench.connect()
     still = [0] * len(bench.look().motors)
-    with bench.unmoved("a refused call"):
-        refused(lambda: jog_first(arm), WrongState, "a jog of a disabled arm")
-        refused(lambda: arm.move_motors(1, *still[1:]), WrongState, "motors of a disabled arm")
+    with bench.check_unmoved("a refused call"):
+        check_refused(lambda: jog_first_joint(arm), WrongState, "a jog of a disabled arm")
+        check_refused(
+            lambda: arm.move_motors(1, *still[1:]), WrongState, "motors of a disabled arm"
+        )
         bench.sleep(0.5)
 
 
@@ -65,53 +69,55 @@ def home_by_operator(bench: Bench) -> None:
     wanted = bench.config.model.transmission.to_motors(request.joints, request.opening_mm)
     off = bench.look().off_steps(wanted)
     check(off <= ON_THE_STEP, f"referenced {off} steps from where the arm stands")
-    bench.honest(arm)
+    bench.check_trust(arm)
 
 
 def an_unconfirmed_home_references_nothing(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
-    with bench.unmoved("a home that nobody confirmed"):
-        refused(lambda: arm.home(operator=lambda request: False), Refused, "an unconfirmed home")
-    check(arm.status.trust is Trust.UNKNOWN, "an unconfirmed posture was taken")
+    with bench.check_unmoved("a home that was not confirmed"):
+        check_refused(
+            lambda: arm.home(operator=lambda request: False), Refused, "an unconfirmed home"
+        )
+    check(arm.status.trust is Trust.UNKNOWN, "an unconfirmed posture was accepted")
     check(arm.status.state is State.STANDBY, f"left in {arm.status.state}")
 
 
 def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
     arm = bench.ready()
     arm.move_j(**joints_from(arm))
-    told = arm.status.acknowledged
-    bench.leave()
+    left_at = arm.status.acknowledged
+    bench.disconnect()
     bench.sleep(0.5)
     arm = bench.connect()
     restored = arm.status.trust
     forgets = bench.abilities.resets_on_open
     allowed = {Trust.RESTORED, Trust.SUSPECT} if forgets else {Trust.RESTORED}
     check(restored in allowed, f"reconnected, and the position is {restored}")
-    check(arm.status.acknowledged == told, "the restored position is another one")
+    check(arm.status.acknowledged == left_at, "the restored position is another one")
     bench.switch_on(arm)
-    refused(planned(arm)["move_j"], NotReferenced, "a motion from a restored position")
+    check_refused(
+        planned_motions(arm)["move_j"], NotReferenced, "a motion from a restored position"
+    )
     if restored is Trust.RESTORED:
         arm.confirm_restored()
         check(arm.status.trust is Trust.REFERENCED, "a confirmed position is not referenced")
         arm.move_j(**joints_from(arm, -10.0, 5.0))
-    bench.honest(arm)
+    bench.check_trust(arm)
 
 
-def a_second_program_is_told_who_holds_the_arm(bench: Bench) -> None:
-    import os
-
+def a_second_program_learns_who_holds_the_arm(bench: Bench) -> None:
     arm = bench.connect()
     state = arm.status.state
-    told = refused(bench.open_another, ArmInUse, "a second connection")
-    check(str(os.getpid()) in str(told), f"the refusal does not say who holds the arm: {told}")
+    refusal = check_refused(bench.open_another, ArmInUse, "a second connection")
+    check(str(os.getpid()) in str(refusal), f"the refusal does not name the holder: {refusal}")
     check(arm.status.state is state, "the second connection changed the first")
     arm.read_inputs()
 
 
 def the_next_program_gets_the_arm(bench: Bench) -> None:
     bench.connect()
-    bench.leave()
+    bench.disconnect()
     arm = bench.connect()
     arm.read_inputs()
 
@@ -119,19 +125,19 @@ def the_next_program_gets_the_arm(bench: Bench) -> None:
 ROWS = (
     Behaviour("connecting, idling and leaving move nothing", "connect", connect_moves_nothing,
               smoke=True),
-    Behaviour("the status names the arm and bounds its stop", "connect", status_is_told,
+    Behaviour("the status names the arm and bounds its stop", "connect", status_names_the_arm,
               watched=True),
     Behaviour("planned motion is refused while unreferenced", "connect",
               planned_motion_is_refused_unreferenced, watched=True),
     Behaviour("a disabled arm refuses to move", "connect", nothing_moves_while_disabled,
               needs=(starts_disabled,), watched=True),
     Behaviour("an operator references the arm", "reference", home_by_operator),
-    Behaviour("an unconfirmed reference is none", "reference",
+    Behaviour("an unconfirmed posture references nothing", "reference",
               an_unconfirmed_home_references_nothing, watched=True),
     Behaviour("a record is restored, and trusted only when confirmed", "reconnect",
               a_record_is_restored_but_not_trusted, watched=True),
-    Behaviour("a second program is told who holds the arm", "reconnect",
-              a_second_program_is_told_who_holds_the_arm, watched=True, smoke=True,
+    Behaviour("a second program learns who holds the arm", "reconnect",
+              a_second_program_learns_who_holds_the_arm, watched=True, smoke=True,
               transports=("pty", "tcp", "port")),
     Behaviour("the next program gets the arm", "reconnect", the_next_program_gets_the_arm,
               watched=True),

@@ -1,8 +1,8 @@
-"""Behaviours under faults, over UDP too, and the law that holds for every fault at every moment.
+"""Behaviours under faults, also over UDP, and the law that holds for every fault at every moment.
 
-Nothing moves that was not commanded. The call ends in time, with what was asked for or with a
-typed error. The arm is not referenced where it does not stand. Once the fault is over, a reset (or
-connecting again) and a reference make the arm work as before, and they move nothing.
+Nothing moves without a command. The call ends in time, with its result or with a typed error. The
+arm is not referenced where it does not stand. Once the fault is over, a reset (or a new connection)
+and a reference make the arm work as before; they move nothing.
 """
 
 from __future__ import annotations
@@ -21,41 +21,41 @@ from .behaviour import IN_SIMULATION, Behaviour
 from .bench import Bench
 from .expected_errors import MOVING, STANDING, STRIKES_S, Moment, expected_error
 from .faults import FAULTS, Fault
-from .going import begin_joints, joints_from, motors_at_end
+from .motions import begin_joints, joints_from, motors_at_end
+from .observation import ON_THE_STEP, Observation, check
 from .rows_connecting import connect_moves_nothing
 from .rows_jogging import a_held_jog_expires_by_itself
-from .rows_moving import a_joint_motion_arrives, arrived
-from .rows_reconnecting import a_wire_that_is_back_moves_nothing
+from .rows_moving import a_joint_motion_arrives, check_arrived
+from .rows_reconnecting import a_wire_that_comes_back_moves_nothing
 from .rows_stopping import a_joint_motion_stops_within_its_bound
-from .seen import ON_THE_STEP, Seen, check
 
 ENDS_S = 15.0
-"""A motion of about a second that is disturbed has ended, well or not, after this long."""
+"""A disturbed motion of about a second has ended within this time, with or without success."""
 IDLE_S = 3.0
-"""A standing arm has been looked at by then, more than once."""
+"""The driver polls a standing arm more than once within this time."""
 LOOK_S = 0.1
 STATUSES = 4
-"""The bound of a motion is announced at its beginning; so many looks take it in."""
+"""How many looks at the start of a motion read its announced bound."""
 NOTICED_S = 0.6
-"""A single drive that is missing is noticed within this time; the others stop then."""
+"""The driver notices a missing drive within this time, and stops the others."""
 ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 
 
 def survives_in_motion(bench: Bench, fault: Fault) -> None:
-    """Hold the law for a fault that comes while the arm moves."""
-    for moment_s in bench.moments_s:
-        bench.begin_anew()
+    """Check the law for a fault that strikes a moving arm."""
+    for moment_s in bench.fault_moments_s:
+        bench.start_afresh()
         arm = _ready(bench)
-        sagged = _disturbed(bench, arm, fault, moment_s)
+        sagged = _move_under(bench, arm, fault, moment_s)
         bench.heal()
-        _aftermath(bench, arm, fault, sagged=sagged, reconnects=True)
+        _check_recovery(bench, arm, fault, sagged=sagged, reconnects=True)
 
 
 def survives_while_idle(bench: Bench, fault: Fault) -> None:
-    """Hold the law for a fault that comes while the arm stands."""
+    """Check the law for a fault that strikes a standing arm."""
     arm = _ready(bench)
     before = bench.look()
-    cause(bench, fault)
+    inject(bench, fault)
     sagged = False
     for _ in range(round(IDLE_S / LOOK_S)):
         bench.sleep(LOOK_S)
@@ -64,29 +64,29 @@ def survives_while_idle(bench: Bench, fault: Fault) -> None:
         check(sagged or seen.motors == before.motors, "a standing arm moved")
     reports_as_expected(bench, arm, fault, STANDING)
     bench.heal()
-    _aftermath(bench, arm, fault, sagged=sagged)
+    _check_recovery(bench, arm, fault, sagged=sagged)
 
 
-def cause(bench: Bench, fault: Fault, after_s: float = 0.0) -> None:
-    """Have a fault come, now or later."""
+def inject(bench: Bench, fault: Fault, after_s: float = 0.0) -> None:
+    """Inject a fault, now or later."""
     when = f" @{after_s:g}" if after_s else ""
     for words in fault.words:
         bench.fault(words + when)
 
 
 def _ready(bench: Bench) -> Arm:
-    """Return an arm that is referenced, with registers that are not zero."""
-    if bench.turned_by_hand():
+    """Return a referenced arm whose registers are not zero."""
+    if bench.turn_by_hand():
         return bench.ready()
     arm = bench.ready()
     arm.move_j(**joints_from(arm, 3.0, -2.0))
     return arm
 
 
-def _disturbed(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
-    """Move, and be disturbed; tell whether the motors were without current at any time."""
+def _move_under(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
+    """Move the arm under a fault; return whether the motors lost their current at any time."""
     start = bench.look()
-    cause(bench, fault, moment_s)
+    inject(bench, fault, moment_s)
     goal = motors_at_end(arm)
     handle = begin_joints(arm)
     seen, silent_s = [], 0.0
@@ -102,24 +102,24 @@ def _disturbed(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
         on_s, most_s = last_s - start.time_s - moment_s, silent_s + NOTICED_S + bench.noise_s
         check(on_s <= most_s, f"it moved on for {on_s:.2f} s after the fault, not {most_s:.2f}")
     sagged = not all(each.energised for each in seen)
-    if not (fault.strays(bench) or sagged):
+    if not (fault.misdirects(bench) or sagged):
         check(
             rest.after_s <= silent_s + bench.noise_s,
             f"the call had ended, and the arm moved on for {rest.after_s:.2f} s",
         )
         for each in seen:
-            between(each, start.motors, goal)
+            check_between(each, start.motors, goal)
     return sagged
 
 
-def between(seen: Seen, start: Motors, goal: Motors) -> None:
+def check_between(seen: Observation, start: Motors, goal: Motors) -> None:
     for here, a, b in zip(seen.motors, start, goal, strict=True):
         inside = min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP
         check(inside, f"a motor was at {here}, and was commanded from {a} to {b}")
 
 
 def _only_typed(call: Callable[[], object]) -> str:
-    """Let a call succeed, or fail with an error that says what is wrong; return its words."""
+    """Make a call that may raise a typed error with words; return these words."""
     try:
         call()
     except ArmError as error:
@@ -131,9 +131,10 @@ def _only_typed(call: Callable[[], object]) -> str:
 def reports_as_expected(
     bench: Bench, arm: Arm, fault: Fault, moment: Moment, error: str | None = None
 ) -> bool:
-    """Check what is said of a fault, if the table of expected errors has a row for it.
+    """Check the error that is reported, if the table of expected errors has a row for the fault.
 
-    `error` are the words of the call that the fault ended. Real ports have words of their own.
+    Return whether it has. `error` has the words of the call that the fault ended. Real ports have
+    words of their own, which are not checked.
     """
     expected = expected_error(bench.names, fault.name, moment)
     if expected is None or bench.real_time:
@@ -149,47 +150,53 @@ def reports_as_expected(
     return True
 
 
-def _aftermath(
+def _check_recovery(
     bench: Bench, arm: Arm, fault: Fault, *, sagged: bool, reconnects: bool = False
 ) -> None:
-    """Look at the arm that is left behind, bring it back, and have it work."""
+    """Check the arm after the fault, bring it back, and check that it moves."""
     before = bench.look()
     bench.sleep(IDLE_S)
-    if not (sagged or fault.strays(bench)):
+    if not (sagged or fault.misdirects(bench)):
         check(bench.look().motors == before.motors, "the arm moved by itself after the fault")
     if fault.evident:
-        bench.honest(arm)
-    arm = brought_back(bench, arm, reconnects=reconnects)
-    bench.refer(arm)
+        bench.check_trust(arm)
+    arm = bring_back(bench, arm, reconnects=reconnects)
+    bench.reference(arm)
     try:
-        works(bench, arm)
+        check_moves(bench, arm)
     except ArmError:
-        if not fault.strays(bench):
+        if not fault.misdirects(bench):
             raise
-        # what was left in the device's ear has spoiled the first line: once more, then it is gone
-        arm = brought_back(bench, arm)
-        bench.refer(arm)
-        works(bench, arm)
+        # a damaged line in the device's buffer may spoil the first motion after a fault
+        arm = bring_back(bench, arm)
+        bench.reference(arm)
+        check_moves(bench, arm)
 
 
-def works(bench: Bench, arm: Arm) -> None:
+def check_moves(bench: Bench, arm: Arm) -> None:
     arm.move_j(**joints_from(arm, -6.0, 3.0))
-    arrived(bench, arm)
+    check_arrived(bench, arm)
 
 
-def brought_back(bench: Bench, arm: Arm, *, reconnects: bool = False) -> Arm:
-    """Reset, or connect again where the wire broke; neither moves anything.
+def bring_back(bench: Bench, arm: Arm, *, reconnects: bool = False) -> Arm:
+    """Reset the arm, or connect again after a lost wire; check that neither moves anything.
 
-    The same program `reconnects`, or another one connects.
+    `reconnects`: the same program reconnects, else another one connects.
     """
     before = bench.look()
     if arm.status.state is State.DISCONNECTED and reconnects:
         arm.reconnect()
-        check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without asking")
+        check(
+            arm.status.trust is not Trust.REFERENCED,
+            "a position was trusted without a confirmation",
+        )
         arm.reset()
     elif arm.status.state is State.DISCONNECTED:
         arm = bench.connect()
-        check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without asking")
+        check(
+            arm.status.trust is not Trust.REFERENCED,
+            "a position was trusted without a confirmation",
+        )
     elif arm.status.state is State.ERROR_STOP:
         trust = arm.status.trust
         arm.reset()
@@ -210,14 +217,14 @@ def replugged_under_another_name(bench: Bench) -> None:
     check(arm.status.state is State.DISCONNECTED, f"the cable is out: {arm.status.state}")
     bench.replug_elsewhere()
     arm = bench.connect()
-    check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without asking")
-    bench.refer(arm)
+    check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without a confirmation")
+    bench.reference(arm)
     arm.move_j(**joints_from(arm, -10.0, 5.0))
-    arrived(bench, arm)
+    check_arrived(bench, arm)
 
 
 DATAGRAMS = tuple(fault for fault in FAULTS if fault.name.startswith("a message "))
-"""What a network does to a datagram, as faults of the simulator."""
+"""The faults of the simulator that a network can cause."""
 
 
 def _udp(name: str, run: Callable[[Bench], None]) -> Behaviour:
@@ -229,7 +236,7 @@ OVER_UDP = (
     _udp("a joint motion arrives", a_joint_motion_arrives),
     _udp("a joint motion stops within its bound", a_joint_motion_stops_within_its_bound),
     _udp("a held jog expires by itself", a_held_jog_expires_by_itself),
-    _udp("a port that was closed and is back moves nothing", a_wire_that_is_back_moves_nothing),
+    _udp("a reopened port moves nothing", a_wire_that_comes_back_moves_nothing),
     *(_udp(each.name, partial(survives_in_motion, fault=each)) for each in DATAGRAMS),
 )
 
@@ -245,7 +252,7 @@ ROWS = (
         for fault in FAULTS
         if fault.idle
     ),
-    Behaviour("plugged in again under another name", "fault", replugged_under_another_name,
+    Behaviour("the cable is back under another port name", "fault", replugged_under_another_name,
               transports=("memory", "pty")),
     *OVER_UDP,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Behaviours of fingers that are commanded and not stepped: a servo's, and those on an output."""
+"""Behaviours of fingers without a stepped motor: on a servo, or on an output."""
 
 from __future__ import annotations
 
@@ -8,99 +8,103 @@ from armdrive.status import State
 
 from .behaviour import IN_SIMULATION, Behaviour, no_servo, servo, valve
 from .bench import Bench
-from .going import begin_sweep, joints_from, refused
-from .rows_moving import FINGERS_MM, arrived
-from .rows_stopping import settled, under_way
-from .seen import check
+from .motions import begin_sweep, check_refused, joints_from
+from .observation import check
+from .rows_moving import FINGERS_MM, check_arrived
+from .rows_stopping import check_settled, wait_until_moving
 
 WIDTH_MM = 24.0
 FURTHER_MM = 8.0
 
 
-def _fitted(bench: Bench, kind: str) -> Arm:
-    bench.fit(f'[gripper]\nkind = "{kind}"')
+def _arm_with(bench: Bench, kind: str) -> Arm:
+    bench.use_arm_file(f'[gripper]\nkind = "{kind}"')
     arm = bench.ready()
-    refused(lambda: arm.gripper.opening_mm, Refused, "an opening that nobody has commanded yet")
+    check_refused(lambda: arm.gripper.opening_mm, Refused, "an opening that was not commanded yet")
     return arm
 
 
-def _whole_way(bench: Bench, arm: Arm) -> None:
-    """Wait for as long as the fingers would take from one end to the other, and a little more."""
+def _wait_whole_stroke(bench: Bench, arm: Arm) -> None:
+    """Wait a little longer than the fingers take from one end to the other."""
     narrow_mm, wide_mm = arm.model.gripper_range_mm
     bench.sleep(1.1 * (wide_mm - narrow_mm) / arm.model.gripper_speed_mm_s)
 
 
-def _fingers_at(bench: Bench, arm: Arm, wanted_mm: float) -> None:
+def _check_fingers(bench: Bench, arm: Arm, wanted_mm: float) -> None:
     off_mm = abs(bench.look().opening_mm - wanted_mm)
     check(off_mm <= FINGERS_MM, f"the fingers are {off_mm:.1f} mm from {wanted_mm} mm")
-    check(arm.gripper.opening_mm == wanted_mm, f"they are said to be at {arm.gripper.opening_mm}")
+    check(arm.gripper.opening_mm == wanted_mm, f"the driver says {arm.gripper.opening_mm} mm")
     check(arm.status.state is State.STANDBY, f"gripped, and in {arm.status.state}")
 
 
-def _keeps(bench: Bench, arm: Arm, wanted_mm: float) -> None:
-    """Check that neither a motion nor a stop moves the fingers for long."""
+def _check_fingers_stay(bench: Bench, arm: Arm, wanted_mm: float) -> None:
+    """Check that after a motion and a stop the fingers are where they were."""
     arm.move_j(**joints_from(arm, 4.0, -2.0))
-    arrived(bench, arm)
-    _fingers_at(bench, arm, wanted_mm)
+    check_arrived(bench, arm)
+    _check_fingers(bench, arm, wanted_mm)
     begin_sweep(arm)
-    under_way(bench)
+    wait_until_moving(bench)
     arm.stop()
-    settled(bench, arm)
-    _whole_way(bench, arm)
-    _fingers_at(bench, arm, wanted_mm)
+    check_settled(bench, arm)
+    _wait_whole_stroke(bench, arm)
+    _check_fingers(bench, arm, wanted_mm)
 
 
-def a_servo_goes_where_it_is_told(bench: Bench) -> None:
-    arm = _fitted(bench, "servo")
-    with bench.unmoved("a servo"):
+def a_servo_moves_to_the_requested_opening(bench: Bench) -> None:
+    arm = _arm_with(bench, "servo")
+    with bench.check_unmoved("a servo"):
         for opening_mm in (WIDTH_MM, FURTHER_MM):
             arm.gripper.move(opening_mm)
-            _fingers_at(bench, arm, opening_mm)
+            _check_fingers(bench, arm, opening_mm)
     widest_mm = arm.model.gripper_range_mm[1]
-    refused(lambda: arm.gripper.move(widest_mm + 5.0), OutOfBounds, "wider than the fingers open")
-    _keeps(bench, arm, FURTHER_MM)
+    check_refused(
+        lambda: arm.gripper.move(widest_mm + 5.0), OutOfBounds, "wider than the fingers open"
+    )
+    _check_fingers_stay(bench, arm, FURTHER_MM)
 
 
 def an_output_opens_and_closes(bench: Bench) -> None:
-    arm = _fitted(bench, "output")
+    arm = _arm_with(bench, "output")
     narrow_mm, wide_mm = arm.model.gripper_range_mm
-    with bench.unmoved("an output"):
+    with bench.check_unmoved("an output"):
         arm.gripper.open()
-        _fingers_at(bench, arm, wide_mm)
-        arm.gripper.close()  # by an output that is on: a reset would switch it off
-        _fingers_at(bench, arm, narrow_mm)
-        refused(lambda: arm.gripper.move(WIDTH_MM), BadRequest, "half open by an output")
-    _keeps(bench, arm, narrow_mm)
+        _check_fingers(bench, arm, wide_mm)
+        arm.gripper.close()  # this output is on, and a reset would switch it off
+        _check_fingers(bench, arm, narrow_mm)
+        check_refused(lambda: arm.gripper.move(WIDTH_MM), BadRequest, "half open by an output")
+    _check_fingers_stay(bench, arm, narrow_mm)
 
 
-def connecting_lets_nothing_go(bench: Bench) -> None:
-    """A servo that is told nothing stays where it is here; a real one may go limp."""
-    arm = _fitted(bench, "output")
+def connecting_does_not_release_an_output(bench: Bench) -> None:
+    """A simulated servo without a command stays where it is; a real one may go limp."""
+    arm = _arm_with(bench, "output")
     arm.gripper.close()
     held_mm = bench.look().opening_mm
-    bench.leave()
+    bench.disconnect()
     arm = bench.connect()
-    _whole_way(bench, arm)
+    _wait_whole_stroke(bench, arm)
     off_mm = abs(bench.look().opening_mm - held_mm)
     check(off_mm <= FINGERS_MM, f"connecting has moved the fingers by {off_mm:.0f} mm")
-    refused(lambda: arm.gripper.opening_mm, ArmError, "an opening that another program commanded")
+    check_refused(
+        lambda: arm.gripper.opening_mm, ArmError, "an opening that another program commanded"
+    )
 
 
-def a_servo_that_nothing_drives_is_refused(bench: Bench) -> None:
-    bench.fit('[gripper]\nkind = "servo"')
-    with bench.unmoved("a refused connection"):
-        told = refused(bench.connect, Refused, "an arm whose controller has no servo")
-    check("gripper.kind" in str(told), f"the refusal does not name what is wrong: {told}")
+def a_servo_that_the_controller_cannot_drive_is_refused(bench: Bench) -> None:
+    bench.use_arm_file('[gripper]\nkind = "servo"')
+    with bench.check_unmoved("a refused connection"):
+        refusal = check_refused(bench.connect, Refused, "an arm whose controller has no servo")
+    check("gripper.kind" in str(refusal), f"the refusal does not name the key: {refusal}")
 
 
 ROWS = (
-    Behaviour("a servo goes where it is told", "gripper", a_servo_goes_where_it_is_told,
-              needs=(servo,), transports=IN_SIMULATION),
+    Behaviour("a servo moves to the requested opening", "gripper",
+              a_servo_moves_to_the_requested_opening, needs=(servo,), transports=IN_SIMULATION),
     Behaviour("an output opens and closes the fingers", "gripper", an_output_opens_and_closes,
               needs=(valve,), transports=IN_SIMULATION),
-    Behaviour("connecting lets nothing go that an output holds", "gripper",
-              connecting_lets_nothing_go, needs=(valve,), transports=IN_SIMULATION),
-    Behaviour("a servo that nothing drives is refused", "gripper",
-              a_servo_that_nothing_drives_is_refused, needs=(no_servo,),
+    Behaviour("connecting does not release an output gripper", "gripper",
+              connecting_does_not_release_an_output, needs=(valve,), transports=IN_SIMULATION),
+    Behaviour("a servo that the controller cannot drive is refused", "gripper",
+              a_servo_that_the_controller_cannot_drive_is_refused, needs=(no_servo,),
               transports=IN_SIMULATION),
 )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Behaviours of homing by switches, on an arm whose file says where its controller's homing ends.
+"""Behaviours of homing by switches, on an arm whose file says where homing ends.
 
-The switches are a little beyond where the arm is found, one motor after the other.
+Each switch is a little beyond the place where its motor begins.
 """
 
 from __future__ import annotations
@@ -16,34 +16,34 @@ from kinematics import Motors
 
 from .behaviour import IN_SIMULATION, Behaviour, limit_switches, own_homing
 from .bench import Bench
-from .going import joints_from, refused
-from .rows_moving import arrived
-from .seen import ON_THE_STEP, Seen, check
+from .motions import check_refused, joints_from
+from .observation import ON_THE_STEP, Observation, check
+from .rows_moving import check_arrived
 
 TRAVEL, SEARCH_S, TURN = 400, 3.0, 16384
 
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """How a controller looks for a switch: in motor steps, and in the words of its arm file.
+    """How a controller seeks a switch, in motor steps.
 
-    `ahead` is how far each motor is from its switch, `most` how far one is looked for that never
-    closes, and `beside` how far a motor that leaves its switch may be seen from where it ends.
+    `lines` are for the arm file. `ahead` is the distance of each motor from its switch, and `most`
+    how far a motor seeks a switch that never closes; it may be seen `tolerance` steps beyond that.
     """
 
     lines: str
     ahead: int
     most: float
-    beside: int
+    tolerance: int
 
 
 SEARCHES: Mapping[str, Search] = MappingProxyType(
     {
-        # in its own units, which are steps: one and a half times the travel; back by two steps
+        # GRBL seeks one and a half times the travel, in steps, and backs off by two steps
         "grbl": Search(f"homing = true\ntravel = {[TRAVEL] * 6}", 80, 1.5 * TRAVEL, 4),
-        # a search at a turn a second, by the drive itself
+        # the drive itself seeks, at one turn per second
         "mks": Search(f"homing_s = {SEARCH_S}", TURN, (SEARCH_S + 0.5) * TURN, 1),
-        # the same by drives that count in other units
+        # so do these, which count in other units
         "cia402": Search(
             f"homing_s = {SEARCH_S}\nhoming_methods = {[18] * 6}",
             10_000,
@@ -52,75 +52,77 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
         ),
     }
 )
-"""By the dialect, which names the section of the arm file."""
+"""The search of each dialect, which is also the name of its section in the arm file."""
 ORDER = ((3,), (2,), (1,))
 STUCK = 2
 STOPPED_AFTER_S = 0.25
 
 
-def fitted(bench: Bench, order: tuple[tuple[int, ...], ...] = ORDER) -> tuple[Arm, Motors]:
-    """Return an arm with switches, and where its motors stand once it has homed."""
+def arm_with_switches(
+    bench: Bench, order: tuple[tuple[int, ...], ...] = ORDER
+) -> tuple[Arm, Motors]:
+    """Return an arm with switches, and where its motors stand after homing."""
     start = bench.look().motors
     homes = [motor - 1 for group in order for motor in group]
     search = SEARCHES[bench.row.name]
     goal = Motors(at + search.ahead * (index in homes) for index, at in enumerate(start))
     joints, opening_mm = bench.posture(goal)
     angles = "\n".join(f"{name} = {angle!r}" for name, angle in joints.deg.items())
-    bench.fit(
+    bench.use_arm_file(
         f"[{bench.row.name}]\n{search.lines}\n"
         f"[homing]\ngroups = {[list(group) for group in order]}\nopening_mm = {opening_mm!r}\n"
         f"[homing.joints_deg]\n{angles}"
     )
     arm = bench.connect()
-    if arm.status.state is State.ERROR_STOP:  # it boots locked
+    if arm.status.state is State.ERROR_STOP:  # the board is locked after it boots
         arm.reset()
     if arm.status.state is State.DISABLED:
         arm.enable()
     return arm, goal
 
 
-def homed(bench: Bench, arm: Arm, goal: Motors) -> None:
-    """Home, and check that the arm stands where its file says, and works."""
+def check_homing(bench: Bench, arm: Arm, goal: Motors) -> None:
+    """Home, and check that the arm stands where its file says, and moves."""
     arm.home()
     status = arm.status
     check(status.trust is Trust.REFERENCED, f"homed, and {status.trust}: {status.trust_reason}")
     check(status.state is State.STANDBY, f"homed, and in {status.state}")
     off = bench.look().off_steps(goal)
     check(off <= ON_THE_STEP, f"homed, and {off} steps from where the arm file says")
-    bench.honest(arm)
+    bench.check_trust(arm)
     arm.move_j(**joints_from(arm, -4.0, 2.0))
-    arrived(bench, arm)
+    check_arrived(bench, arm)
 
 
-def the_switches_are_sought_in_order(bench: Bench) -> None:
+def homing_seeks_the_switches_in_order(bench: Bench) -> None:
     start = bench.look().motors
-    arm, goal = fitted(bench)
-    told: list[tuple[tuple[str, ...], Seen]] = []
+    arm, goal = arm_with_switches(bench)
+    reports: list[tuple[tuple[str, ...], Observation]] = []
     check(bench.look().motors == start, "connecting moved an arm that homes")
-    arm.home(report=lambda group: told.append((group, bench.look())))
-    names, expected = [group for group, _ in told], arm.referencing.homing_groups
+    arm.home(report=lambda group: reports.append((group, bench.look())))
+    names, expected = [group for group, _ in reports], arm.referencing.homing_groups
     check(
         names == list(expected),
         f"it homed {names}, and was to home {expected}",
     )
-    for count, (_, seen) in enumerate(told, 1):
+    for count, (_, seen) in enumerate(reports, 1):
         done = [motor - 1 for group in ORDER[:count] for motor in group]
         for index, here in enumerate(seen.motors):
             wanted = (goal if index in done else start)[index]
             check(
                 abs(here - wanted) <= ON_THE_STEP, f"motor {index + 1} is at {here}, not {wanted}"
             )
-    homed(bench, arm, goal)
+    check_homing(bench, arm, goal)
 
 
-def _fails(bench: Bench, fault: str) -> tuple[Arm, Motors, Seen, Seen]:
-    """Have homing fail at a switch; return the arm, its goal, and how it stood before and after."""
-    arm, goal = fitted(bench)
+def _make_homing_fail(bench: Bench, fault: str) -> tuple[Arm, Motors, Observation, Observation]:
+    """Make homing fail at a switch; return the arm, its goal, and how it stood before and after."""
+    arm, goal = arm_with_switches(bench)
     start = bench.look()
     bench.fault(f"switch {STUCK} {fault}")
-    told = refused(arm.home, DeviceFault, f"homing with a switch that is stuck {fault}")
-    check("homing failed" in str(told), f"the error does not say what failed: {told}")
-    status, after = arm.status, bench.stands(0.5, "homing has failed")
+    error = check_refused(arm.home, DeviceFault, f"homing with a switch that is stuck {fault}")
+    check("homing failed" in str(error), f"the error does not say what failed: {error}")
+    status, after = arm.status, bench.check_stands(0.5, "homing has failed")
     check(status.state is State.ERROR_STOP, f"homing failed, and it is in {status.state}")
     check(status.trust is not Trust.REFERENCED, "homing failed, and the position is referenced")
     last = ORDER[-1][0] - 1
@@ -128,8 +130,8 @@ def _fails(bench: Bench, fault: str) -> tuple[Arm, Motors, Seen, Seen]:
     return arm, goal, start, after
 
 
-def _mended(bench: Bench, arm: Arm, goal: Motors, start: Seen) -> None:
-    """Mend the switch, bring back a motor that ran away from it, and home."""
+def _check_recovery(bench: Bench, arm: Arm, goal: Motors, start: Observation) -> None:
+    """End the fault, move back a motor that ran past its switch, and home."""
     before = bench.look()
     bench.heal()
     arm.reset()
@@ -138,46 +140,46 @@ def _mended(bench: Bench, arm: Arm, goal: Motors, start: Seen) -> None:
     back = start.motors - before.motors
     if back.largest > SEARCHES[bench.row.name].ahead:
         arm.move_motors(*back)
-    homed(bench, arm, goal)
+    check_homing(bench, arm, goal)
 
 
 def a_switch_that_sticks_ends_homing(bench: Bench) -> None:
-    arm, goal, start, _ = _fails(bench, "closed")
-    _mended(bench, arm, goal, start)
+    arm, goal, start, _ = _make_homing_fail(bench, "closed")
+    _check_recovery(bench, arm, goal, start)
 
 
 def a_switch_that_never_closes_ends_homing(bench: Bench) -> None:
-    arm, _, start, after = _fails(bench, "open")
+    arm, _, start, after = _make_homing_fail(bench, "open")
     made = abs(after.motors[STUCK - 1] - start.motors[STUCK - 1])
     search = SEARCHES[bench.row.name]
-    most = search.most + search.beside
-    check(made <= most, f"it looked for a switch over {made} steps, and {most:.0f} were to be made")
+    most = search.most + search.tolerance
+    check(made <= most, f"it sought a switch for {made} steps, not {most:.0f}")
     bench.heal()
     arm.reset()
-    bench.stands(0.5, "reset")
+    bench.check_stands(0.5, "reset")
 
 
 def a_stop_ends_homing(bench: Bench) -> None:
-    """Somebody else stops it, and looks at the arm when that should have ended."""
-    arm, goal = fitted(bench)
-    seen: list[Seen] = []
+    """A stop comes from outside, and the arm is observed when it should have come to rest."""
+    arm, goal = arm_with_switches(bench)
+    seen: list[Observation] = []
 
     def stop() -> None:
         seen.append(bench.look())
-        bench.later(arm.status.stop_time_s + bench.noise_s, lambda: seen.append(bench.look()))
+        bench.call_later(arm.status.stop_time_s + bench.noise_s, lambda: seen.append(bench.look()))
         arm.request_stop()
 
     start = bench.look()
-    bench.later(STOPPED_AFTER_S, stop)
-    refused(arm.home, Stopped, "homing that was stopped")
+    bench.call_later(STOPPED_AFTER_S, stop)
+    check_refused(arm.home, Stopped, "homing that was stopped")
     bench.sleep(arm.status.stop_time_s + 2.0 * bench.noise_s)
     check(seen[0].motors not in (start.motors, goal), "it was not stopped on its way")
-    off = bench.stands(0.5, "homing was stopped").off_steps(seen[1].motors)
-    check(off <= ON_THE_STEP, f"homing was stopped, and went on by {off} steps behind its bound")
+    off = bench.check_stands(0.5, "homing was stopped").off_steps(seen[1].motors)
+    check(off <= ON_THE_STEP, f"homing was stopped, and moved {off} steps after its bound")
     status = arm.status
     check(status.state is State.STANDBY, f"homing was stopped, and it is in {status.state}")
     check(status.trust is not Trust.REFERENCED, "homing was stopped, and it is referenced")
-    homed(bench, arm, goal)
+    check_homing(bench, arm, goal)
 
 
 def _row(name: str, run: Callable[[Bench], None]) -> Behaviour:
@@ -188,7 +190,7 @@ def _row(name: str, run: Callable[[Bench], None]) -> Behaviour:
 
 
 ROWS = (
-    _row("the switches are sought in the arm file's order", the_switches_are_sought_in_order),
+    _row("homing seeks the switches in the arm file's order", homing_seeks_the_switches_in_order),
     _row("a switch that sticks closed ends homing", a_switch_that_sticks_ends_homing),
     _row("a switch that never closes ends homing", a_switch_that_never_closes_ends_homing),
     _row("a stop ends homing, and nothing is referenced", a_stop_ends_homing),

@@ -10,10 +10,10 @@ from armdrive.status import Trust
 
 from .behaviour import Behaviour, cartesian, finger_motor
 from .bench import Bench
-from .going import first_jog, jog_first
-from .rows_moving import arrived
-from .rows_stopping import MOVES_S, settled, within_bound
-from .seen import check
+from .motions import jog_first_joint, sweeping_jog
+from .observation import check
+from .rows_moving import check_arrived
+from .rows_stopping import MOVES_S, check_settled, check_within_bound
 
 HOLD_S = 0.4
 
@@ -21,9 +21,9 @@ HOLD_S = 0.4
 def hold_until_under_way(
     bench: Bench, arm: Arm, jog: Jog, speed: float, for_s: float = HOLD_S
 ) -> None:
-    """Hold a jog, renewed as a keyboard renews it, until the physical arm moves; then no more.
+    """Hold a jog, and renew it as a keyboard does until the physical arm moves.
 
-    An expiry counts from the call: a slow wire may need most of it before the first burst begins.
+    The expiry counts from the call; on a slow wire most of it may pass before the first burst.
     """
     start = bench.look().motors
     for _ in bench.watch(lambda: bench.look().motors != start, MOVES_S):
@@ -35,10 +35,10 @@ def increments_add_up(bench: Bench) -> None:
     first = arm.model.arm.joint_names[0]
     before_deg = arm.joints.deg[first]
     for _ in range(3):
-        jog_first(arm)
+        jog_first_joint(arm)
     made_deg = bench.posture(bench.look().motors)[0].deg[first] - before_deg
     check(abs(made_deg - 3.0) <= 0.3, f"three jogs of 1 degree made {made_deg:.2f}")
-    arrived(bench, arm)
+    check_arrived(bench, arm)
 
 
 def unreferenced_jogs_are_slow(bench: Bench) -> None:
@@ -57,12 +57,12 @@ def unreferenced_jogs_are_slow(bench: Bench) -> None:
 def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
     arm = bench.ready()
     for after_s in bench.stops_after_s[:2]:
-        hold_until_under_way(bench, arm, first_jog(arm), 1.0, for_s=1.0)
+        hold_until_under_way(bench, arm, sweeping_jog(arm), 1.0, for_s=1.0)
         bench.sleep(after_s)
         status, seen = arm.status, bench.look()
         arm.release()
-        within_bound(bench, status, bench.rest(seen), "released")
-        settled(bench, arm)
+        check_within_bound(bench, status, bench.rest(seen), "released")
+        check_settled(bench, arm)
         arm.move_j(**{f"{name}_deg": 0.0 for name in arm.model.arm.joint_names[:1]})
 
 
@@ -76,26 +76,26 @@ def _expires(bench: Bench, arm: Arm, jog: Jog) -> None:
 
 def a_held_jog_expires_by_itself(bench: Bench) -> None:
     arm = bench.ready()
-    _expires(bench, arm, first_jog(arm))
-    settled(bench, arm)
+    _expires(bench, arm, sweeping_jog(arm))
+    check_settled(bench, arm)
 
 
 def a_held_cartesian_jog_expires(bench: Bench) -> None:
     arm = bench.ready()
     _expires(bench, arm, Jog.cartesian(y=1.0, z=-0.5))
-    settled(bench, arm)
+    check_settled(bench, arm)
 
 
 def a_held_jog_of_the_fingers_expires(bench: Bench) -> None:
     arm = bench.ready()
     _expires(bench, arm, Jog.joint(gripper=1.0))
-    settled(bench, arm)
+    check_settled(bench, arm)
 
 
 def a_held_jog_of_an_unreferenced_arm_expires(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
-    _expires(bench, arm, first_jog(arm))
+    _expires(bench, arm, sweeping_jog(arm))
     check(arm.status.trust is not Trust.REFERENCED, "a jog gave the position a meaning")
 
 
@@ -103,11 +103,11 @@ def a_cartesian_jog_goes_straight(bench: Bench) -> None:
     arm = bench.ready()
     start = bench.look().tip
     arm.jog_l(z_mm=-12.0)
-    arrived(bench, arm)
+    check_arrived(bench, arm)
     end = bench.look()
     off = math.dist(end.tip, (start[0], start[1], start[2] - 12.0))
     allowed = 2.0 * bench.step_mm(end.motors)
-    check(off <= allowed, f"12 mm down, and {off:.2f} mm beside it")
+    check(off <= allowed, f"12 mm down, and {off:.2f} mm off")
 
 
 ROWS = (

@@ -1,4 +1,4 @@
-"""Behaviours of planned motion, of the gripper, and of what the position says afterwards."""
+"""Behaviours of planned motion, of the gripper, and of the position afterwards."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from armdrive.status import State, Trust
 
 from .behaviour import Behaviour, cartesian, finger_motor, grip_switch
 from .bench import Bench
-from .going import begin_joints, beside, joints_from, refused
-from .seen import ON_THE_STEP, Point, check, rests_within
+from .motions import begin_joints, check_refused, joints_from, shifted
+from .observation import ON_THE_STEP, Point, check, rests_within
 
 PATIENCE_S = 60.0
 FINGERS_MM = 1.0
 LINE_MM = 110.0
-"""So long that a motion straight in joint space would leave the line by some 6 mm."""
+"""A motion straight in joint space would leave a line of this length by some 6 mm."""
 
 
-def arrived(bench: Bench, arm: Arm) -> None:
-    """Check that an arm stands, trusted, where it says, physically and by its read-back."""
+def check_arrived(bench: Bench, arm: Arm) -> None:
+    """Check that a standing arm is referenced where the physical motors and the read-back are."""
     arm.read_inputs()
     status, seen = arm.status, bench.look()
     check(status.state is State.STANDBY, f"in {status.state} after a motion")
@@ -42,7 +42,7 @@ def a_joint_motion_arrives(bench: Bench) -> None:
     arm = bench.ready()
     goal = joints_from(arm)
     arm.move_j(**goal)
-    arrived(bench, arm)
+    check_arrived(bench, arm)
     reached, _ = bench.posture(bench.look().motors)
     for name, wanted_deg in goal.items():
         off = abs(reached.deg[name.removesuffix("_deg")] - wanted_deg)
@@ -50,7 +50,7 @@ def a_joint_motion_arrives(bench: Bench) -> None:
 
 
 def a_joint_motion_goes_only_between(bench: Bench) -> None:
-    """No motor leaves the range between start and goal: nothing overshoots."""
+    """No motor leaves the range between start and goal, so none overshoots."""
     arm = bench.ready()
     start = bench.look().motors
     handle = begin_joints(arm)
@@ -72,7 +72,7 @@ def a_slow_motion_takes_its_time(bench: Bench) -> None:
         slow.duration_s > 1.5 * fast.duration_s,
         f"at speed 0.3 it took {slow.duration_s:.2f} s, at full speed {fast.duration_s:.2f} s",
     )
-    arrived(bench, arm)
+    check_arrived(bench, arm)
 
 
 def there_and_back_is_no_drift(bench: Bench) -> None:
@@ -90,17 +90,19 @@ def beyond_a_limit_nothing_moves(bench: Bench) -> None:
     arm = bench.ready()
     name = arm.model.arm.joint_names[0]
     beyond = math.degrees(arm.model.arm.limits[0].high_rad) + 5.0
-    with bench.unmoved("a refused motion"):
-        told = refused(lambda: arm.move_j(**{f"{name}_deg": beyond}), OutOfBounds, "beyond a limit")
+    with bench.check_unmoved("a refused motion"):
+        refusal = check_refused(
+            lambda: arm.move_j(**{f"{name}_deg": beyond}), OutOfBounds, "beyond a limit"
+        )
         bench.sleep(0.3)
-    check(name in str(told), f"the refusal does not name the joint: {told}")
+    check(name in str(refusal), f"the refusal does not name the joint: {refusal}")
 
 
 def a_pose_is_reached(bench: Bench) -> None:
     arm = bench.ready()
-    goal = beside(arm.pose, y_mm=25.0, z_mm=-10.0)
+    goal = shifted(arm.pose, y_mm=25.0, z_mm=-10.0)
     moved = arm.move_to(goal)
-    arrived(bench, arm)
+    check_arrived(bench, arm)
     seen = bench.look()
     off = math.dist(seen.tip, (goal.x_mm, goal.y_mm, goal.z_mm))
     allowed = moved.rounding_mm + bench.step_mm(seen.motors)
@@ -109,13 +111,13 @@ def a_pose_is_reached(bench: Bench) -> None:
 
 def a_line_is_straight(bench: Bench) -> None:
     arm = bench.ready()
-    arm.move_to(beside(arm.pose, y_mm=-LINE_MM / 2.0))
+    arm.move_to(shifted(arm.pose, y_mm=-LINE_MM / 2.0))
     start = bench.look()
-    goal = beside(arm.pose, y_mm=LINE_MM, z_mm=-20.0)
+    goal = shifted(arm.pose, y_mm=LINE_MM, z_mm=-20.0)
     handle = arm.move_l(goal, wait=False)
     seen = [each.motors for each in bench.watch(lambda: handle.done, PATIENCE_S)]
     moved = handle.wait()
-    arrived(bench, arm)
+    check_arrived(bench, arm)
     allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.straying_mm)
     worst = max(off_line_mm(bench.tip(each), start.tip, _place(goal)) for each in seen)
     check(worst <= allowed, f"the tip left the line by {worst:.2f} mm, {allowed:.2f} announced")
@@ -123,12 +125,12 @@ def a_line_is_straight(bench: Bench) -> None:
 
 
 def line_allowance_mm(config: ArmConfig, step_mm: float, straying_mm: float) -> float:
-    """Return what is announced: the tolerance, what a step is worth, and uncoordinated motors."""
+    """Return the announced deviation: the tolerance, a step, and the uncoordinated motors' part."""
     return config.motion.line_tolerance_mm + ON_THE_STEP * step_mm + straying_mm
 
 
 def off_line_mm(point: Point, start: Point, end: Point) -> float:
-    """Return the distance of a point from a piece of a straight line."""
+    """Return the distance of a point from a line segment."""
     way = [b - a for a, b in zip(start, end, strict=True)]
     at = [b - a for a, b in zip(start, point, strict=True)]
     length = math.fsum(each * each for each in way)
@@ -159,20 +161,20 @@ def fingers_open_and_close(bench: Bench) -> None:
     before = bench.look()
     for opening_mm in (12.0, 24.0):
         arm.gripper.move(opening_mm)
-        arrived(bench, arm)
+        check_arrived(bench, arm)
         off = abs(bench.look().opening_mm - opening_mm)
         check(off <= FINGERS_MM, f"the fingers are {off:.1f} mm from {opening_mm} mm")
     check(bench.look().off_mm(before) <= bench.step_mm(before.motors), "the tip moved with them")
 
 
-def fingers_feel(bench: Bench) -> None:
+def a_grasp_of_nothing_measures_0_mm(bench: Bench) -> None:
     arm = bench.ready()
     arm.gripper.move(10.0)
     width_mm = arm.gripper.grasp()
-    check(width_mm == 0.0, f"nothing between the fingers, and {width_mm:.1f} mm were felt")
+    check(width_mm == 0.0, f"nothing between the fingers, and the grasp measured {width_mm:.1f} mm")
     check(bench.look().opening_mm <= FINGERS_MM, "the fingers did not close")
     arm.gripper.open(15.0)
-    arrived(bench, arm)
+    check_arrived(bench, arm)
 
 
 ROWS = (
@@ -190,5 +192,6 @@ ROWS = (
               needs=(cartesian,)),
     Behaviour("the fingers open and close", "gripper", fingers_open_and_close,
               needs=(finger_motor,), watched=True),
-    Behaviour("the fingers feel", "gripper", fingers_feel, needs=(finger_motor, grip_switch)),
+    Behaviour("a grasp of nothing measures 0 mm", "gripper", a_grasp_of_nothing_measures_0_mm,
+              needs=(finger_motor, grip_switch)),
 )  # fmt: skip

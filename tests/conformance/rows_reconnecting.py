@@ -1,4 +1,4 @@
-"""Behaviours of a wire that is lost and comes back: nothing moves, and little is believed."""
+"""Behaviours of a wire that is lost and comes back: nothing moves, and trust is lost."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from armdrive.status import State, Trust
 
 from .behaviour import IN_SIMULATION, Behaviour
 from .bench import Bench
-from .going import begin_sweep, jog_first, joints_from, planned, refused
-from .rows_moving import arrived
-from .rows_stopping import under_way
-from .seen import check
+from .motions import begin_sweep, check_refused, jog_first_joint, joints_from, planned_motions
+from .observation import check
+from .rows_moving import check_arrived
+from .rows_stopping import wait_until_moving
 
 SEEN_S = 3.0
-"""A pulled cable is known of by then."""
+"""The driver notices a pulled cable within this time."""
 BACK_S = 15.0
-"""Longer than any pause between two tries that are made so soon, and taking up the arm."""
+"""The driver finds the arm within this time after the cable is back."""
 
 
-def unplugged(bench: Bench, arm: Arm) -> None:
-    """Pull the cable, and wait until that is known."""
+def unplug(bench: Bench, arm: Arm) -> None:
+    """Pull the cable, and wait until the driver notices."""
     bench.fault("unplug")
     for _ in bench.watch(lambda: arm.status.state is State.DISCONNECTED, SEEN_S):
         pass
 
 
-def back(bench: Bench, arm: Arm) -> None:
-    """Put the cable back, and wait until the driver has found the arm: it latches error-stop."""
+def plug_in(bench: Bench, arm: Arm) -> None:
+    """Put the cable back, and wait until the driver has found the arm and latched error-stop."""
     bench.heal()
     for _ in bench.watch(lambda: arm.status.state is not State.DISCONNECTED, BACK_S):
         pass
@@ -38,68 +38,72 @@ def back(bench: Bench, arm: Arm) -> None:
     )
 
 
-def works_again(bench: Bench, arm: Arm) -> None:
+def check_works_again(bench: Bench, arm: Arm) -> None:
     """Reset, reference and move; the reset alone moves nothing."""
     before = bench.look()
-    refused(lambda: jog_first(arm), WrongState, "a jog in error-stop")
+    check_refused(lambda: jog_first_joint(arm), WrongState, "a jog in error-stop")
     arm.reset()
     bench.switch_on(arm)
     bench.sleep(1.0)
     check(bench.look().motors == before.motors, "leaving error-stop moved it")
-    refused(planned(arm)["move_j"], NotReferenced, "a motion of which nobody confirmed the start")
-    bench.refer(arm)
+    check_refused(
+        planned_motions(arm)["move_j"],
+        NotReferenced,
+        "a motion from an unconfirmed position",
+    )
+    bench.reference(arm)
     arm.move_j(**joints_from(arm, -6.0, 3.0))
-    arrived(bench, arm)
+    check_arrived(bench, arm)
 
 
-def a_wire_that_is_back_moves_nothing(bench: Bench) -> None:
+def a_wire_that_comes_back_moves_nothing(bench: Bench) -> None:
     arm = bench.ready(reconnect=True)
     arm.move_j(**joints_from(arm))
-    with bench.unmoved("looking for a lost wire"):
-        unplugged(bench, arm)
+    with bench.check_unmoved("trying to reconnect"):
+        unplug(bench, arm)
         bench.sleep(1.0)
-        back(bench, arm)
+        plug_in(bench, arm)
     allowed = {Trust.RESTORED, *([Trust.SUSPECT] if bench.abilities.resets_on_open else [])}
     check(arm.status.trust in allowed, f"the wire is back, and the position {arm.status.trust}")
-    works_again(bench, arm)
+    check_works_again(bench, arm)
 
 
 def a_motion_does_not_outlive_its_wire(bench: Bench) -> None:
     arm = bench.ready(reconnect=True)
     handle = begin_sweep(arm)
-    under_way(bench)
+    wait_until_moving(bench)
     silent_s, seen = arm.status.silent_time_s, bench.look()
-    unplugged(bench, arm)
-    refused(handle.wait, LinkLost, "waiting for a motion whose wire was lost")
+    unplug(bench, arm)
+    check_refused(handle.wait, LinkLost, "waiting for a motion whose wire was lost")
     rest = bench.rest(seen)
     time_s = silent_s + bench.noise_s
     check(
         rest.after_s <= time_s, f"unplugged, it went on for {rest.after_s:.3f} s, not {time_s:.3f}"
     )
-    back(bench, arm)
+    plug_in(bench, arm)
     check(bench.look().motors == rest.end.motors, "it moved once its wire was back")
     check(arm.status.trust is Trust.SUSPECT, f"its wire was lost in motion: {arm.status.trust}")
-    works_again(bench, arm)
+    check_works_again(bench, arm)
 
 
-def by_hand_a_wire_is_looked_for_once(bench: Bench) -> None:
+def a_manual_reconnect_tries_once(bench: Bench) -> None:
     arm = bench.ready()
-    with bench.unmoved("reconnecting"):
-        unplugged(bench, arm)
-        refused(arm.reconnect, PortUnavailable, "reconnecting without a cable")
+    with bench.check_unmoved("reconnecting"):
+        unplug(bench, arm)
+        check_refused(arm.reconnect, PortUnavailable, "reconnecting without a cable")
         bench.heal()
         bench.sleep(1.0)
-        check(arm.status.state is State.DISCONNECTED, "it connected again without being asked to")
+        check(arm.status.state is State.DISCONNECTED, "it connected again without a request")
         arm.reconnect()
         check(arm.status.state is State.ERROR_STOP, f"reconnected, and in {arm.status.state}")
-    works_again(bench, arm)
+    check_works_again(bench, arm)
 
 
 ROWS = (
-    Behaviour("a wire that is back moves nothing", "reconnect",
-              a_wire_that_is_back_moves_nothing, transports=IN_SIMULATION),
+    Behaviour("a wire that comes back moves nothing", "reconnect",
+              a_wire_that_comes_back_moves_nothing, transports=IN_SIMULATION),
     Behaviour("a motion does not outlive its wire", "reconnect",
               a_motion_does_not_outlive_its_wire, transports=IN_SIMULATION),
-    Behaviour("by hand a lost wire is looked for once", "reconnect",
-              by_hand_a_wire_is_looked_for_once, transports=IN_SIMULATION),
+    Behaviour("a manual reconnect tries once", "reconnect",
+              a_manual_reconnect_tries_once, transports=IN_SIMULATION),
 )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Run one row of the table of behaviours on one bench, and say what came of it.
+"""Run one row of the table of behaviours on one bench, and return the verdict.
 
-The tables are here: all behaviours, in the order in which the page shows them, and the benches.
+`BEHAVIOURS` has all rows in the order of the page, and `BENCHES` all benches.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from types import MappingProxyType
 from armdrive.registry import DIALECTS
 
 from . import (
-    rows_conducting,
     rows_connecting,
     rows_faults,
     rows_gripping,
     rows_homing,
     rows_jogging,
     rows_moving,
-    rows_neighbours,
+    rows_pausing,
+    rows_programs,
     rows_reconnecting,
     rows_stopping,
 )
@@ -32,7 +32,7 @@ from .real_time_bench import PtyBench, TcpBench, UdpBench
 
 
 class Verdict(Enum):
-    """What came of a row."""
+    """The verdict on a row."""
 
     KEPT = "yes"
     BROKEN = "NO"
@@ -40,8 +40,8 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
-    """One row on one bench; `words` say why where it is not kept."""
+class RowResult:
+    """One row on one bench; `words` say why it was not kept."""
 
     behaviour: str
     dialect: str
@@ -53,19 +53,19 @@ class Result:
 
 def run_row(
     behaviour: Behaviour, dialect: str, transport: str, make: Callable[[str], Bench]
-) -> Result:
-    """Run a row on a fresh bench. Whatever it raises is told in the result."""
+) -> RowResult:
+    """Run a row on a new bench; an error goes into the result."""
     began_s = time.monotonic()
     try:
         with make(dialect) as bench:
-            why = behaviour.lacking(bench)
+            why = behaviour.why_not_applicable(bench)
             if not why:
                 behaviour.run(bench)
         verdict, words = (Verdict.NOT_APPLICABLE, why) if why else (Verdict.KEPT, "")
-    except Exception as error:  # told with its row, beside all the others
+    except Exception as error:  # reported with its row, after all rows have run
         verdict, words = Verdict.BROKEN, f"{type(error).__name__}: {error}"
     took_s = time.monotonic() - began_s
-    return Result(behaviour.name, dialect, transport, verdict, words, took_s)
+    return RowResult(behaviour.name, dialect, transport, verdict, words, took_s)
 
 
 BEHAVIOURS: tuple[Behaviour, ...] = (
@@ -76,8 +76,8 @@ BEHAVIOURS: tuple[Behaviour, ...] = (
     *rows_gripping.ROWS,
     *rows_jogging.ROWS,
     *rows_stopping.ROWS,
-    *rows_conducting.ROWS,
-    *rows_neighbours.ROWS,
+    *rows_pausing.ROWS,
+    *rows_programs.ROWS,
     *rows_faults.ROWS,
 )
 
@@ -87,6 +87,6 @@ BENCHES: Mapping[str, type[Bench]] = MappingProxyType(
 )
 
 
-def stands_on(dialect: str, transport: str) -> bool:
-    """Tell whether the controller of a dialect can be reached over a transport."""
+def is_reachable(dialect: str, transport: str) -> bool:
+    """Return whether the controller of a dialect can be reached over a transport."""
     return BENCHES[transport].on_bus or not DIALECTS[dialect].can

@@ -1,4 +1,4 @@
-"""The results as a table of behaviours by dialects, for the terminal and for the page."""
+"""The results as a table of behaviours by dialect, for the terminal and for the page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 
 from .behaviour import EVERYWHERE, Behaviour
-from .running import Result, Verdict
+from .running import RowResult, Verdict
 
 NOT_RUN = "–"
 EVERYWHERE_KEPT = "yes"
@@ -20,28 +20,28 @@ WORDS = {
 }
 PAGE_INTRO = """# Conformance
 
-What every arm does, whichever controller it has. Each row is a function in `tests/conformance` that
-drives an arm by armdrive's public calls and looks at the **physical** arm, which no register knows.
-A new dialect in the registry is tested by itself. A behaviour that a dialect cannot have by its
-table of abilities is `n/a`.
+What every arm does, whichever controller it has. Each row is a function in `tests/conformance`. It
+drives an arm by armdrive's public calls and observes the **physical** arm, not the registers. A new
+dialect in the registry is tested without further work. A behaviour is `n/a` if the dialect's table
+of abilities rules it out.
 
-After every fault: nothing moves that was not commanded; the call ends in time, with its result or
-an error that says what is wrong; the position is not called referenced where the arm is not, if the
-device gave any sign; and after a reset (or a new connection) and a reference the arm works as
-before. Two things no driver can prevent are excused and listed in [testing](testing.md): a wire
-without check bytes that changes or repeats a command, and steppers that slip without a switch. In
-simulated time a fault strikes at seven moments of a motion, in real time at one.
+After every fault, nothing moves without a command. The call ends in time, with its result or an
+error that says what is wrong. If the device gave any evidence, the position is not referenced where
+the arm does not stand. After a reset (or a new connection) and a reference, the arm works as
+before. Two things that no driver can prevent are excused and listed in [testing](testing.md): a
+wire without check bytes that changes or repeats a command, and a stepper that slips without a
+switch. In simulated time a fault strikes at seven moments of a motion, in real time at one.
 
-`tests/conformance/expected_errors.py` lists what each arm reports after a fault: the error's code,
-its words and the trust that is left. The everyday tests hold other boards, firmware and ways to
-drive to the same rows (`VARIANTS` in `tests/conformance/memory_bench.py`).
+`tests/conformance/expected_errors.py` lists the error that each arm reports after a fault: its
+code, its words and the remaining trust. The everyday tests run the same rows on other boards, other
+firmware and other ways to drive (`VARIANTS` in `tests/conformance/memory_bench.py`).
 
-A single word holds for every transport; otherwise there is one for each, in this order:
+A single word holds for every transport. Otherwise there is one word for each, in this order:
 """
 
 
-def page(behaviours: Sequence[Behaviour], results: Iterable[Result], command: str) -> str:
-    """Return the page: words, how it was made, the table and its notes."""
+def page(behaviours: Sequence[Behaviour], results: Iterable[RowResult], command: str) -> str:
+    """Return the page: its introduction, the command that wrote it, the table and the notes."""
     found = tuple(results)
     transports = _transports(found)
     named = ";\n".join(f"{each}: {WORDS[each]}" for each in transports)
@@ -54,8 +54,8 @@ def page(behaviours: Sequence[Behaviour], results: Iterable[Result], command: st
     return "\n".join(lines) + "\n"
 
 
-def text(behaviours: Sequence[Behaviour], results: Iterable[Result]) -> str:
-    """Return the table for a terminal, with the sentences of what was broken."""
+def text(behaviours: Sequence[Behaviour], results: Iterable[RowResult]) -> str:
+    """Return the table for a terminal, with a sentence for each broken row."""
     found = tuple(results)
     dialects = _dialects(found)
     width = max(len(row.name) for row in behaviours) + 2
@@ -65,8 +65,8 @@ def text(behaviours: Sequence[Behaviour], results: Iterable[Result]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def summary(results: Sequence[Result]) -> str:
-    """Count the verdicts."""
+def summary(results: Sequence[RowResult]) -> str:
+    """Return the number of each verdict, in words."""
     counts = {verdict: sum(each.verdict is verdict for each in results) for verdict in Verdict}
     return (
         f"{counts[Verdict.KEPT]} kept, {counts[Verdict.BROKEN]} broken, "
@@ -74,8 +74,8 @@ def summary(results: Sequence[Result]) -> str:
     )
 
 
-def notes(results: Sequence[Result], verdict: Verdict) -> list[str]:
-    """Say what was broken; of other verdicts each reason, with its dialects."""
+def notes(results: Sequence[RowResult], verdict: Verdict) -> list[str]:
+    """Return a sentence for each broken row; for other verdicts each reason with its dialects."""
     if verdict is Verdict.BROKEN:
         return [
             f"{each.behaviour} ({each.dialect}, {each.transport}): {each.words}"
@@ -89,8 +89,8 @@ def notes(results: Sequence[Result], verdict: Verdict) -> list[str]:
     return [f"{words} ({', '.join(dialects)})" for words, dialects in reasons.items()]
 
 
-def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Iterable[str]:
-    """Yield the rows by family: those that every dialect keeps as a list, the others as a table."""
+def _markdown(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> Iterable[str]:
+    """Yield the rows by family: as a list if every dialect keeps them, else as a table."""
     for family, members in groupby(behaviours, lambda row: row.family):
         rows = list(_paired(_rows(tuple(members), results)))
         kept = [row for row in rows if set(row[1:]) == {EVERYWHERE_KEPT}]
@@ -107,7 +107,7 @@ def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Ite
 
 
 def _paired(rows: Sequence[tuple[str, ...]]) -> Iterable[tuple[str, ...]]:
-    """Yield the rows; a fault with the same results in motion and standing takes one of them."""
+    """Yield the rows; a fault with the same results in motion and standing gets one row."""
     known = set(rows)
     for name, *cells in rows:
         fault, moving, _ = name.partition(IN_MOTION)
@@ -118,7 +118,7 @@ def _paired(rows: Sequence[tuple[str, ...]]) -> Iterable[tuple[str, ...]]:
             yield (name, *cells)
 
 
-def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tuple[str, ...]]:
+def _rows(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> list[tuple[str, ...]]:
     known = {(each.behaviour, each.dialect, each.transport): each for each in results}
     reached = {(each.dialect, each.transport) for each in results}
     return [
@@ -139,27 +139,27 @@ def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tu
     ]
 
 
-def _columns(row: Behaviour, results: Sequence[Result]) -> tuple[str, ...]:
-    """Return the transports that a row's cells tell of: those of most rows, or its own alone."""
-    everywhere = any(row.meant_for(each) for each in EVERYWHERE)
+def _columns(row: Behaviour, results: Sequence[RowResult]) -> tuple[str, ...]:
+    """Return the transports that a row's cells show: those of most rows, or only its own."""
+    everywhere = any(row.runs_over(each) for each in EVERYWHERE)
     return tuple(
         each
         for each in _transports(results)
-        if (each in EVERYWHERE if everywhere else row.meant_for(each))
+        if (each in EVERYWHERE if everywhere else row.runs_over(each))
     )
 
 
-def _cell(results: Sequence[Result | None]) -> str:
-    """Return one word where all transports agree, else one for each."""
+def _cell(results: Sequence[RowResult | None]) -> str:
+    """Return one word if all transports agree, else one for each."""
     words = [NOT_RUN if each is None else each.verdict.value for each in results]
     if not words:
         return Verdict.NOT_APPLICABLE.value
     return words[0] if len(set(words)) == 1 else " · ".join(words)
 
 
-def _dialects(results: Sequence[Result]) -> tuple[str, ...]:
+def _dialects(results: Sequence[RowResult]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(each.dialect for each in results))
 
 
-def _transports(results: Sequence[Result]) -> tuple[str, ...]:
+def _transports(results: Sequence[RowResult]) -> tuple[str, ...]:
     return tuple(each for each in WORDS if any(one.transport == each for one in results))

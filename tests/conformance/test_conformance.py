@@ -1,4 +1,4 @@
-"""Every dialect of the table keeps every behaviour: on simulated time all, over a pty a handful."""
+"""Every dialect has every behaviour: all in simulated time, and a few over a pty."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from .bench import Bench
 from .expected_errors import EXPECTED_ERRORS, MOVING, STANDING
 from .faults import FAULTS
 from .memory_bench import VARIANTS, MemoryBench, ThoroughMemoryBench, Variant
+from .observation import Broken
 from .real_time_bench import PortBench, PtyBench
 from .rows_faults import survives_in_motion, survives_while_idle
 from .running import BEHAVIOURS
-from .seen import Broken
 
 SIMULATED = list(DIALECTS)
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
@@ -31,17 +31,17 @@ of_all = pytest.mark.parametrize("behaviour", BEHAVIOURS, ids=lambda row: row.na
 
 
 def expects_error(behaviour: Behaviour, dialect: str) -> bool:
-    """Return whether a row of a fault says which error it ends in."""
+    """Return whether a row of a fault has an expected error."""
     if not isinstance(behaviour.run, partial):
         return False
     moment = STANDING if behaviour.run.func is survives_while_idle else MOVING
     return (dialect, behaviour.run.keywords["fault"].name, moment) in EXPECTED_ERRORS
 
 
-def tried(behaviour: Behaviour, dialect: str) -> bool:
-    """Return whether a row is tried on a dialect today.
+def runs_today(behaviour: Behaviour, dialect: str) -> bool:
+    """Return whether the everyday tests run a row on a dialect.
 
-    Those that expect an error are; of the two rows of any other fault, one is, in turn.
+    They run all rows that expect an error. Of the two rows of any other fault they run one.
     """
     if THOROUGH or not isinstance(behaviour.run, partial):
         return True
@@ -57,16 +57,16 @@ in_process = pytest.mark.parametrize(
     [
         pytest.param(row, dialect, id=f"{row.name}-{dialect}")
         for row in BEHAVIOURS
-        if row.meant_for("memory")
+        if row.runs_over("memory")
         for dialect in SIMULATED
-        if tried(row, dialect)
+        if runs_today(row, dialect)
     ],
 )
 
 
 def run(behaviour: Behaviour, bench: Bench) -> None:
-    """Run a row, or skip it with the reason why this arm cannot have it."""
-    why = behaviour.lacking(bench)
+    """Run a row, or skip it with the reason why it is not applicable."""
+    why = behaviour.why_not_applicable(bench)
     if why:
         pytest.skip(why)
     behaviour.run(bench)
@@ -74,27 +74,27 @@ def run(behaviour: Behaviour, bench: Bench) -> None:
 
 @in_process
 def test_on_simulated_time(behaviour, dialect):
-    """A fault meets one dialect in motion and the next one standing, and comes at one moment.
+    """A fault strikes one dialect in motion and the next one standing, each at one moment.
 
-    So does a stop, whose bounds `tests/bounds` holds at their worst moments every day. All moments,
-    and more, with THOROUGH=1 in the environment, and by `python -m tests.conformance`.
+    A stop comes at one moment too; `tests/bounds` checks the bounds at their worst moments. With
+    THOROUGH=1, and by `python -m tests.conformance`, all moments are tested.
     """
     with ThoroughMemoryBench(dialect) if THOROUGH else MemoryBench(dialect) as bench:
         if not THOROUGH:
             turn = (BEHAVIOURS.index(behaviour) + SIMULATED.index(dialect)) // 2
             if expects_error(behaviour, dialect):
                 turn = -1  # well under way
-            bench.moments_s = bench.moments_s[turn % len(bench.moments_s) :][:1]
+            bench.fault_moments_s = bench.fault_moments_s[turn % len(bench.fault_moments_s) :][:1]
             bench.stops_after_s = bench.stops_after_s[turn % len(bench.stops_after_s) :][:1]
         run(behaviour, bench)
 
 
-def held_against(row: Behaviour, variant: Variant) -> bool:
-    """Return whether a row is tried on a variant today: where that is unlike the dialect's arm.
+def runs_on_variant(row: Behaviour, variant: Variant) -> bool:
+    """Return whether the everyday tests run a row on a variant: where it differs from the dialect.
 
-    Of the faults whose errors are known, every second one strikes drives that are sent bursts.
+    Of the faults with an expected error, every second one strikes the variants of drives.
     """
-    if not row.meant_for("memory") or not tried(row, variant.dialect):
+    if not row.runs_over("memory") or not runs_today(row, variant.dialect):
         return False
     if THOROUGH or not variant.differs:
         return True
@@ -111,12 +111,12 @@ def held_against(row: Behaviour, variant: Variant) -> bool:
         pytest.param(variant, row, id=f"{variant.name}: {row.name}")
         for variant in VARIANTS
         for row in BEHAVIOURS
-        if held_against(row, variant)
+        if runs_on_variant(row, variant)
     ],
 )
 def test_on_a_variant(variant, behaviour):
     with MemoryBench(variant.dialect, variant) as bench:
-        bench.moments_s = bench.moments_s[-1:]
+        bench.fault_moments_s = bench.fault_moments_s[-1:]
         try:
             run(behaviour, bench)
         except (Broken, DeviceFault) as error:
@@ -126,61 +126,61 @@ def test_on_a_variant(variant, behaviour):
 
 
 @needs_pty
-def test_a_handful_over_a_pty():
-    """All dialects side by side, one process each: nearly all of it is waiting in real time.
+def test_a_few_over_a_pty():
+    """All dialects run in parallel, one process each, because most of the time is waiting.
 
-    Bounds on times are held on simulated time, and here by `python -m tests.conformance` on a
-    computer that has nothing else to do.
+    Time bounds are not checked here, but in simulated time, and by `python -m tests.conformance` on
+    an idle computer.
     """
     with ThreadPoolExecutor(len(SIMULATED)) as pool:
-        broken = [words for found in pool.map(handful, SIMULATED) for words in found]
+        broken = [words for found in pool.map(run_smoke_rows, SIMULATED) for words in found]
     assert not broken, "\n".join(broken)
 
 
 class UnhurriedPtyBench(PtyBench):
-    """Over a pty on a computer that may be busy."""
+    """A pty bench on a computer that may be busy."""
 
     punctual = False
-    look_s = 0.02  # each look is answered by a process of its own, and no bound depends on it
+    look_s = 0.02  # each look asks another process, and no bound depends on it
 
     def watch(self, done, longest_s):
-        """Look until `done()`; a limit ends a hang, and is no bound."""
+        """Observe until `done()`; the limit only ends a hang."""
         return super().watch(done, max(longest_s, LONG_S))
 
 
 UNHURRIED = {"cia402": "[cia402]\nheartbeat_ms = 2000\nperiod_ms = 40\n"}
-"""Settings without which real drives rightly stop where their program is kept from its work."""
+"""Settings that keep drives from stopping when a busy computer delays their program."""
 
 
 ATTEMPTS = 4
-"""How often a row may end in a fault over a pty.
+"""How often a row may fail over a pty.
 
-The drives there are a process of their own. Where a busy computer keeps it from its work, they were
-gone, and the driver is right to say so. What is really broken is broken each time.
+If a busy computer delays the process of the simulated drives, the driver rightly reports that they
+are gone. A real bug fails each time.
 """
 
 
-def handful(dialect: str) -> list[str]:
-    """Run the rows for every day on one bench; return what was broken."""
+def run_smoke_rows(dialect: str) -> list[str]:
+    """Run the smoke rows on one dialect; return a sentence for each that failed every time."""
     left = [row for row in BEHAVIOURS if row.smoke]
     for _ in range(ATTEMPTS):
-        broken, left = attempted(dialect, left)
+        broken, left = attempt(dialect, left)
         if not left:
             break
     return broken
 
 
-def attempted(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Behaviour]]:
-    """Run rows on one bench; return what was broken, in words and as rows."""
+def attempt(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Behaviour]]:
+    """Run rows on one bench; return a sentence for each that failed, and these rows."""
     words, broken = [], []
     with UnhurriedPtyBench(dialect) as bench:
         if dialect in UNHURRIED:
-            bench.fit(UNHURRIED[dialect])
+            bench.use_arm_file(UNHURRIED[dialect])
         state_file(bench.config.name).unlink(missing_ok=True)  # an earlier attempt's
-        for behaviour in (row for row in rows if not row.lacking(bench)):
+        for behaviour in (row for row in rows if not row.why_not_applicable(bench)):
             try:
                 behaviour.run(bench)
-                bench.leave()
+                bench.disconnect()
             except Exception as error:
                 words.append(f"{dialect}: {behaviour.name}: {error}")
                 broken.append(behaviour)
@@ -189,7 +189,7 @@ def attempted(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Beha
 
 @pytest.fixture(scope="session")
 def one_home(tmp_path_factory):
-    """What one row records of a real arm, the next one takes up."""
+    """Return a home folder for all rows, so that each restores the position of the last one."""
     return tmp_path_factory.mktemp("arm")
 
 

@@ -1,4 +1,4 @@
-"""The page and the table say what was run: no row is missing, and what is broken is told."""
+"""The page and the table show what was run: no row is missing, and each broken row is named."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pages import page_path
 from armdrive.registry import DIALECTS
 
 from .behaviour import EVERYWHERE
-from .running import BEHAVIOURS, BENCHES, Result, Verdict
+from .running import BEHAVIOURS, BENCHES, RowResult, Verdict
 from .table import page, text
 
 PAGE = page_path("conformance")
@@ -17,7 +17,7 @@ SOME = BEHAVIOURS[:2]
 
 
 def result(verdict=Verdict.KEPT, transport="memory", words="", row=SOME[0]):
-    return Result(row.name, "teachmover", transport, verdict, words)
+    return RowResult(row.name, "teachmover", transport, verdict, words)
 
 
 def test_the_page_has_every_behaviour_and_every_dialect():
@@ -33,13 +33,13 @@ def test_the_page_has_every_behaviour_and_every_dialect():
     assert f"| behaviour | {' | '.join(DIALECTS)} |" in shown
 
 
-def test_a_word_alone_holds_for_all_transports():
+def test_a_single_word_holds_for_all_transports():
     found = [result(), result(transport="pty"), result(row=SOME[1]), result(Verdict.BROKEN, "pty")]
     assert f"- {SOME[0].name}\n" in page(SOME, found[:3], "make it")
     assert f"| {SOME[0].name} | yes · NO |" in page(SOME, [found[0], found[3]], "make it")
 
 
-def test_a_row_for_one_transport_alone_tells_of_that_one():
+def test_a_row_for_one_transport_shows_that_one():
     own = next(row for row in BEHAVIOURS if row.transports == ("udp",))
     found = [result(transport=each) for each in ("memory", "pty")]
     found.append(result(transport="udp", row=own))
@@ -53,14 +53,14 @@ def test_every_row_is_run_somewhere():
     assert not [row.name for row in BEHAVIOURS if not set(row.transports) & set(BENCHES)]
 
 
-def test_what_is_broken_is_told_with_its_row():
+def test_a_broken_row_is_named():
     found = [result(Verdict.BROKEN, words="it moved")]
-    told = f"{SOME[0].name} (teachmover, memory): it moved"
-    assert told in text(SOME, found)
-    assert f"- {told}" in page(SOME, found, "make it")
+    sentence = f"{SOME[0].name} (teachmover, memory): it moved"
+    assert sentence in text(SOME, found)
+    assert f"- {sentence}" in page(SOME, found, "make it")
     assert "0 kept, 1 broken" in text(SOME, found)
 
 
-def test_what_is_not_applicable_is_told_with_its_reason():
+def test_a_row_that_is_not_applicable_is_shown_with_its_reason():
     found = [result(Verdict.NOT_APPLICABLE, words="no such switch")]
     assert "- no such switch (teachmover)" in page(SOME, found, "make it")

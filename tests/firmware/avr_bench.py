@@ -15,8 +15,8 @@ from armdrive.sim.faults.request import parse_words
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Motors
+from tests.conformance.observation import Observation
 from tests.conformance.real_time_bench import RealTimeBench, port_lock
-from tests.conformance.seen import Seen
 
 from .avrdev import AvrProcess, check_image, compile_avrdev
 from .boards import Board
@@ -24,7 +24,7 @@ from .control import ControlPort, PhysicalState
 from .grbl_setup import pull_off_steps, set_up, settings_for
 from .steps import Step, StepLog
 
-TELLS_S = 1.0
+MIN_RUN_S = 1.0
 """The ratio of simulated to real time is meaningless over a shorter time."""
 
 
@@ -41,7 +41,7 @@ class Pace:
 
     def taken(self) -> float | None:
         """Return simulated seconds per second since the last call; None if that is too short."""
-        if self._run_s < TELLS_S:
+        if self._run_s < MIN_RUN_S:
             return None
         ratio = self._sim_s / self._run_s
         self._sim_s = self._run_s = 0.0
@@ -67,34 +67,36 @@ class ControlledBench(RealTimeBench):
         self._pace, self._begun = pace, control.look()
         self._lock = port_lock(port)
         self._lock.acquire()
-        self.take_port(port)
+        self.set_port(port)
 
     @property
     def board(self) -> type:
         """The class of the simulated board, which has the same abilities as the real one."""
         return simulated_kind(self.row.name).board
 
-    def look(self) -> Seen:
+    def look(self) -> Observation:
         """Ask the control port for the physical state."""
-        told = self.control.look()
-        motors = self._motors(told)
+        state = self.control.look()
+        motors = self._motors(state)
         opening_mm = self.posture(motors)[1]
-        held = told.energised or not self.sees_current
-        return Seen(time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered)
+        held = state.energised or not self.sees_current
+        return Observation(
+            time.monotonic(), motors, self.tip(motors), opening_mm, held, state.powered
+        )
 
-    def _motors(self, told: PhysicalState) -> Motors:
+    def _motors(self, state: PhysicalState) -> Motors:
         # a board may have fewer axes than the arm has motors, or one for fingers on a servo
         transmission = self.config.model.transmission
         assert transmission is not None
         count = len(transmission.motors)
-        turned = [told.positions[letter] for letter in self.letters[:count]]
+        turned = [state.positions[letter] for letter in self.letters[:count]]
         return Motors([*turned, *[0] * (count - len(turned))])
 
     def fault(self, words: str) -> None:
-        """Have a fault of the simulator's table, now or later. Raises `BadRequest`."""
+        """Inject a fault of the simulator's table, now or later. Raises `BadRequest`."""
         request = parse_words(words.split())
         if request.after_s:
-            self.later(request.after_s, lambda: self.control.fault(request, self.letters))
+            self.call_later(request.after_s, lambda: self.control.fault(request, self.letters))
         else:
             self.control.fault(request, self.letters)
 
@@ -180,10 +182,10 @@ class AvrBench(ControlledBench):
         found = World(ArmBody.of_preset(self.config.model)).motors
         control.place(letters, Motors(found[: len(letters)]))
 
-    def fit(self, lines: str) -> None:
+    def use_arm_file(self, lines: str) -> None:
         """Use an arm file with more lines, and configure the board for it."""
-        self.leave()
-        self.take_arm_file(lines, self.device_port)
+        self.disconnect()
+        self.set_arm_file(lines, self.device_port)
         if self.row.name != "grbl":
             return
         values = settings_for(self.config, self.letters)
@@ -196,8 +198,8 @@ class AvrBench(ControlledBench):
             for axis, (letter, end) in enumerate(zip(self.letters, ends, strict=True)):
                 self.control.switch_at(letter, end + pull_off_steps(values, axis))
 
-    def refer(self, arm: Arm) -> None:
-        """Make the arm ready for planned motion, once its motors stand where the board has them.
+    def reference(self, arm: Arm) -> None:
+        """Reference the arm, after its motors stand where the board counts them.
 
         A board that drives coils counts its steps from the first coil pattern after a restart, and
         pulls each motor there with its first step: by two steps at most.
@@ -206,7 +208,7 @@ class AvrBench(ControlledBench):
             self.switch_on(arm)
             for way in (1, -1):
                 arm.move_motors(*(way,) * arm.abilities.motors)
-        super().refer(arm)
+        super().reference(arm)
 
     @property
     def sees_current(self) -> bool:

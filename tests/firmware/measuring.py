@@ -13,9 +13,9 @@ from armdrive.moves import Jog
 from armdrive.status import State, Trust
 from kinematics import LinePart
 from tests.conformance.bench import Bench
-from tests.conformance.going import beside
-from tests.conformance.rows_moving import arrived
-from tests.conformance.seen import Broken, check
+from tests.conformance.motions import shifted
+from tests.conformance.observation import Broken, check
+from tests.conformance.rows_moving import check_arrived
 
 from .steps import Watcher
 
@@ -65,13 +65,13 @@ def joint_move(angle_deg: float) -> Callable[[Arm, float], Handle[Moved]]:
 
 def line(arm: Arm, speed: float) -> Handle[Moved]:
     """Begin a straight sideways line."""
-    return arm.move_l(beside(arm.pose, y_mm=LINE_MM), wait=False, speed=speed)
+    return arm.move_l(shifted(arm.pose, y_mm=LINE_MM), wait=False, speed=speed)
 
 
 def blended_path(arm: Arm, speed: float) -> Handle[Moved]:
     """Begin two lines with a blend between them."""
-    corner = beside(arm.pose, y_mm=LINE_MM)
-    end = beside(corner, z_mm=-LINE_MM)
+    corner = shifted(arm.pose, y_mm=LINE_MM)
+    end = shifted(corner, z_mm=-LINE_MM)
     return arm.move_path([LinePart(corner, BLEND_MM), LinePart(end)], wait=False, speed=speed)
 
 
@@ -102,7 +102,7 @@ def _duration(
         handle = begin(arm, speed)
         motion = watcher.until(lambda: handle.done, LONGEST_S)
         call_s = handle.wait().duration_s
-        arrived(bench, arm)
+        check_arrived(bench, arm)
     except (ArmError, Broken) as error:
         motion = watcher.until(lambda: True, LONGEST_S)
         wrong = _words(error)
@@ -117,7 +117,7 @@ def _back(bench: Bench, arm: Arm, home: dict[str, float]) -> Arm:
     if arm.status.state is State.DISCONNECTED:
         arm = bench.connect()
     if arm.status.trust is not Trust.REFERENCED:
-        bench.refer(arm)
+        bench.reference(arm)
     arm.move_j(**home)
     return arm
 
@@ -224,7 +224,7 @@ def _settled(bench: Bench, arm: Arm) -> str:
     try:
         for _ in bench.watch(lambda: arm.status.state is State.STANDBY, STANDS_S):
             pass
-        arrived(bench, arm)
+        check_arrived(bench, arm)
     except Broken as error:
         return f"{error} ({arm.status.error})" if arm.status.error else str(error)
     return ""

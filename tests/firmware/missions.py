@@ -20,9 +20,9 @@ from armdrive.status import State, Trust
 from kinematics import KinematicsError, LinePart
 from tests.conformance.bench import Bench
 from tests.conformance.faults import FAULTS, Fault
-from tests.conformance.going import begin_sweep, beside, joints_from
-from tests.conformance.rows_faults import brought_back, cause, works
-from tests.conformance.seen import ON_THE_STEP, Broken
+from tests.conformance.motions import begin_sweep, joints_from, shifted
+from tests.conformance.observation import ON_THE_STEP, Broken
+from tests.conformance.rows_faults import bring_back, check_moves, inject
 
 FAULTY = 0.75
 """The share of actions that a fault disturbs."""
@@ -54,13 +54,13 @@ def _move_j(arm: Arm, draw: random.Random) -> object:
 
 
 def _move_l(arm: Arm, draw: random.Random) -> object:
-    goal = beside(arm.pose, *(draw.uniform(-12.0, 12.0) for _ in range(3)))
+    goal = shifted(arm.pose, *(draw.uniform(-12.0, 12.0) for _ in range(3)))
     return arm.move_l(goal, speed=draw.choice(SPEEDS))
 
 
 def _path(arm: Arm, draw: random.Random) -> object:
-    corner = beside(arm.pose, y_mm=draw.choice((-20.0, 20.0)))
-    end = beside(corner, z_mm=draw.choice((-15.0, 15.0)))
+    corner = shifted(arm.pose, y_mm=draw.choice((-20.0, 20.0)))
+    end = shifted(corner, z_mm=draw.choice((-15.0, 15.0)))
     return arm.move_path([LinePart(corner, 5.0), LinePart(end)], speed=draw.choice(SPEEDS))
 
 
@@ -111,7 +111,7 @@ ACTIONS: Mapping[str, tuple[Action, int]] = MappingProxyType(
 """Every action with its weight."""
 
 
-class Mission:
+class FirmwareMission:
     """One mission on a bench that was made for it."""
 
     def __init__(self, bench: Bench, seed: int) -> None:
@@ -119,7 +119,7 @@ class Mission:
         self._draw = random.Random(f"{bench.row.name} {seed}")
         self._faults: list[str] = []
         self._log: list[str] = []
-        self._blind = False
+        self._slipped = False
         """Whether a motor may have slipped since the last reference: no stepper reports that."""
 
     def run(self) -> MissionResult:
@@ -141,37 +141,37 @@ class Mission:
         bench, draw = self._bench, self._draw
         arm = bench.ready()
         arm.move_j(**joints_from(arm, 3.0, -2.0))  # so that a reset, which zeroes the counts, shows
-        befalling = [each for each in FAULTS if not any(rule(bench) for rule in each.needs)]
+        possible = [each for each in FAULTS if not any(rule(bench) for rule in each.needs)]
         names, weights = list(ACTIONS), [weight for _, weight in ACTIONS.values()]
         for _ in range(draw.randint(*ACTIONS_EACH)):
             name = draw.choices(names, weights)[0]
-            fault = draw.choice(befalling) if draw.random() < FAULTY else None
+            fault = draw.choice(possible) if draw.random() < FAULTY else None
             after_s = draw.uniform(0.0, LATEST_S)
             self._act(arm, name, fault, after_s)
-            arm = self._brought_back(arm, spoiled=fault is not None and fault.strays(bench))
+            arm = self._bring_back(arm, spoiled=fault is not None and fault.misdirects(bench))
 
     def _act(self, arm: Arm, name: str, fault: Fault | None, after_s: float) -> None:
         bench = self._bench
         if fault is not None:
-            cause(bench, fault, after_s)
+            inject(bench, fault, after_s)
             self._faults.append(fault.name)
-            self._blind = self._blind or not fault.evident
-            self._say(f"after {after_s:.2f} s: {fault.name}")
+            self._slipped = self._slipped or not fault.evident
+            self._note(f"after {after_s:.2f} s: {fault.name}")
         try:
             ACTIONS[name][0](arm, self._draw)
-            self._say(f"{name}: well; {bench.look().motors}")
+            self._note(f"{name}: well; {bench.look().motors}")
         except (ArmError, KinematicsError) as error:
-            self._say(f"{name}: {type(error).__name__}: {error}")
+            self._note(f"{name}: {type(error).__name__}: {error}")
         bench.rest()
         if fault is not None:
             bench.sleep(NOTICED_S)
         bench.heal()
-        self._honest(arm)
+        self._check_trust(arm)
 
-    def _honest(self, arm: Arm) -> None:
+    def _check_trust(self, arm: Arm) -> None:
         """Check that a trusted position is where the motors stand."""
         status, seen = arm.status, self._bench.look()
-        if self._blind or status.trust not in TRUSTED or status.acknowledged is None:
+        if self._slipped or status.trust not in TRUSTED or status.acknowledged is None:
             return
         if status.state is State.DISCONNECTED:
             return
@@ -181,34 +181,34 @@ class Mission:
                 f"but the motors stand at {tuple(seen.motors)}"
             )
 
-    def _brought_back(self, arm: Arm, *, spoiled: bool) -> Arm:
+    def _bring_back(self, arm: Arm, *, spoiled: bool) -> Arm:
         """Reset and reference the arm, and check that it moves."""
         bench = self._bench
-        arm = self._referred(arm)
+        arm = self._reference(arm)
         try:
-            works(bench, arm)
+            check_moves(bench, arm)
         except ArmError:
             if not spoiled:
                 raise
             # a damaged line in the device's buffer may spoil the first motion after a fault
-            arm = self._referred(arm)
-            works(bench, arm)
+            arm = self._reference(arm)
+            check_moves(bench, arm)
         return arm
 
-    def _referred(self, arm: Arm) -> Arm:
+    def _reference(self, arm: Arm) -> Arm:
         bench = self._bench
         state, trust = arm.status.state, arm.status.trust
-        arm = brought_back(bench, arm)
-        if state is not State.STANDBY or trust is not Trust.REFERENCED or self._blind:
-            bench.refer(arm)
-            self._blind = False
-            self._say("brought back and referenced")
+        arm = bring_back(bench, arm)
+        if state is not State.STANDBY or trust is not Trust.REFERENCED or self._slipped:
+            bench.reference(arm)
+            self._slipped = False
+            self._note("brought back and referenced")
         return arm
 
-    def _say(self, words: str) -> None:
+    def _note(self, words: str) -> None:
         self._log.append(words)
 
 
 def run_mission(bench: Bench, seed: int) -> MissionResult:
     """Run one mission."""
-    return Mission(bench, seed).run()
+    return FirmwareMission(bench, seed).run()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from tests.conformance.running import Result, Verdict
+from tests.conformance.running import RowResult, Verdict
 
 from .board_alone import BoardMotion
 from .measuring import Measured, Stopped
@@ -15,13 +15,13 @@ KEEPS_PACE = 0.98
 WORDS = {Verdict.KEPT: "passed", Verdict.BROKEN: "FAILED", Verdict.NOT_APPLICABLE: "n/a"}
 
 
-def row_line(result: Result) -> str:
+def row_line(result: RowResult) -> str:
     """Return the line of one behaviour."""
     why = f": {result.words}" if result.words else ""
     return f"{WORDS[result.verdict]:<7} {result.took_s:5.1f} s  {result.behaviour}{why}"
 
 
-def row_summary(results: Sequence[Result]) -> str:
+def row_summary(results: Sequence[RowResult]) -> str:
     """Count the rows by verdict."""
     counts = (
         f"{sum(each.verdict is verdict for each in results)} {word}"

@@ -11,11 +11,9 @@ from pathlib import Path
 from typing import ClassVar
 
 from armdrive.connect.target import find
-from armdrive.registry.simulate import simulate
 from armdrive.sim.device import Value
-from armdrive.sim.simulated_arm import SimulatedArm
 from tests.conformance.bench import Bench
-from tests.conformance.memory_bench import MemoryBench
+from tests.conformance.memory_bench import MemoryBench, Variant
 from tests.conformance.real_time_bench import PortBench, PtyBench, RealTimeBench
 
 from .avr_bench import ControlledBench, ImageRunner, Pace
@@ -23,7 +21,7 @@ from .boards import Board
 from .control import ControlPort
 
 NOWHERE = "/dev/null"
-"""A port that is never opened, to get the configuration of an arm without an arm file."""
+"""A port that is never opened: it only gives the configuration of an arm without an arm file."""
 
 
 class TwinBench(MemoryBench):
@@ -32,15 +30,10 @@ class TwinBench(MemoryBench):
     look_s: ClassVar[float] = 0.002
 
     def __init__(self, dialect: str, options: Mapping[str, Value]) -> None:
-        self._options = dict(options)
-        super().__init__(dialect)
+        super().__init__(dialect, Variant(dialect, dialect, board=options))
         # as for a real arm, whose bursts are shorter than those of `sim:`
         self._config = find(NOWHERE, dialect_name=dialect).config
-        self.begin_anew()
-
-    def make_twin(self) -> SimulatedArm:
-        """Return a new simulated board."""
-        return simulate(self._config, **self._options)
+        self.start_afresh()
 
 
 @contextlib.contextmanager
@@ -111,12 +104,12 @@ def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
 def served(board: Board) -> PtyBench:
     """Return the simulated board behind a pseudo-terminal, in real time."""
     bench = PtyBench(board.dialect)
-    bench.fit("", *(f"{name}={value}" for name, value in board.twin.items()))
+    bench.use_arm_file("", *(f"{name}={value}" for name, value in board.twin.items()))
     return bench
 
 
 def of_port(dialect: str, port: str, control: str, axes: str) -> Rig:
-    """Return the rig of a device on a port: with a control port, or with a person beside it."""
+    """Return the rig of a device on a port: with a control port, or with a person next to it."""
     pace = Pace()
 
     def make() -> Bench:

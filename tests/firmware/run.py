@@ -135,7 +135,7 @@ class Run:
         results = []
         for row in BEHAVIOURS:
             # a row for another transport only is left out
-            fits = row.meant_for(self._rig.transport) or row.meant_for("pty")
+            fits = row.runs_over(self._rig.transport) or row.runs_over("pty")
             if not fits or self._chosen.only not in row.name:
                 continue
             with self._rig.home():

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 from kinematics import Motors
 from tests.conformance.bench import Bench
-from tests.conformance.seen import Seen
+from tests.conformance.observation import Observation
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Motion:
     last_s: float
     pulses: int
     way_mm: float
-    end: Seen
+    end: Observation
 
     @property
     def physical_s(self) -> float:
@@ -100,7 +100,7 @@ class Watcher:
         first_s, last_s = steps[0].time_s, steps[-1].time_s
         return first_s - self._log_start_s, last_s - self._log_start_s, max(counts.values())
 
-    def _by_looks(self, seen: list[Seen]) -> tuple[float, float, int]:
+    def _by_looks(self, seen: list[Observation]) -> tuple[float, float, int]:
         times, before = [], self._start
         pulses = Motors([0] * len(before.motors))
         for each in seen:

@@ -22,7 +22,7 @@ from . import avrdev, report
 from .boards import BOARDS, GRBL_328P, MEGA_5X
 from .control import commands_of
 from .measuring import MOTIONS, Stopped, durations, stops
-from .missions import Mission, run_mission
+from .missions import FirmwareMission, run_mission
 from .rigs import simulated
 from .run import main
 from .steps import Step, StepLog
@@ -33,7 +33,7 @@ SOURCE = avrdev.SOURCE.read_text(encoding="utf-8")
 
 
 def console_words(command: str) -> str:
-    """Return what the console of a simulated board is told for a command of a control port."""
+    """Return the console command of a simulated board for a command of a control port."""
     name, *words = command.split()
     if name == "heal":
         return "fault off"
@@ -42,8 +42,8 @@ def console_words(command: str) -> str:
     return f"fault {kinds[effect]} {amount} --from {side}"
 
 
-class ControlStandIn:
-    """A control port whose device is a simulated board: asks its console, answers as `avrdev`."""
+class FakeControlPort:
+    """A control port of a simulated board: uses the board's console, and answers like `avrdev`."""
 
     def __init__(self, device: DeviceProcess) -> None:
         self._device = device
@@ -54,7 +54,7 @@ class ControlStandIn:
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
 
-    def __enter__(self) -> ControlStandIn:
+    def __enter__(self) -> FakeControlPort:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -90,7 +90,7 @@ def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys):
     found = tmp_path / "found.json"
     program, door = ("armdrive", "sim", "grbl"), ("--pty", str(tmp_path / "board"))
     device = DeviceProcess(program, door, "grbl")
-    with device, ControlStandIn(device) as control:
+    with device, FakeControlPort(device) as control:
         words = ["--port", device.port, "--dialect", "grbl", "--control", control.address]
         lost = "a message to the device is lost, in motion"
         codes = [
@@ -135,21 +135,21 @@ def test_stops_on_a_simulated_board():
     assert report.stop_table(found).count("yes") == len(found)
 
 
-def test_a_stop_beyond_its_bound_is_told():
+def test_a_stop_beyond_its_bound_is_reported():
     late = Stopped("stop", 25.0, 30.5, 0.3, 0.43, 60.0, 1.0, 14)
     assert "NO: beyond the announced bound" in report.stop_table([late])
     lost = Stopped("stop", 25.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, "E501 off the path")
     assert "NO: E501 off the path" in report.stop_table([lost])
 
 
-def test_a_computer_that_is_too_slow_is_told():
+def test_a_computer_that_is_too_slow_is_reported():
     assert "WARNING" in report.pace_line(0.9)
     assert "WARNING" not in report.pace_line(0.995)
 
 
 def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
-    """A driver for which every position stays referenced does not pass."""
-    monkeypatch.setattr(Mission, "_act", lambda self, arm, *_: self._honest(arm))
+    """A driver that keeps every position referenced does not pass."""
+    monkeypatch.setattr(FirmwareMission, "_act", lambda self, arm, *_: self._check_trust(arm))
     rig = simulated("grbl")
     with rig.make() as bench:
         bench.ready()
@@ -168,7 +168,7 @@ def test_every_fault_of_a_serial_line_is_a_command_of_the_control_port(words):
     assert {each.split()[0] for each in commands} <= known
 
 
-def test_what_only_drives_on_a_bus_have_is_refused():
+def test_a_fault_of_drives_on_a_bus_is_refused():
     with pytest.raises(BadRequest):
         list(commands_of(parse_words(["bus-off"]), AXES))
 
@@ -184,7 +184,7 @@ def test_two_tests_do_not_share_a_port():
         port_lock("/dev/ttyUSB7").acquire(timeout=0)
 
 
-def test_the_control_port_is_for_this_computer_alone():
+def test_the_control_port_is_only_for_this_computer():
     assert "INADDR_LOOPBACK" in SOURCE
     assert "INADDR_ANY" not in SOURCE
 
@@ -194,7 +194,7 @@ def test_a_board_of_three_axes_is_not_applicable(capsys):
     assert not MEGA_5X.lacking
 
 
-def test_what_is_missing_is_told(tmp_path, capsys, monkeypatch):
+def test_a_missing_tool_or_file_is_reported(tmp_path, capsys, monkeypatch):
     with pytest.raises(SystemExit):
         main([])
     assert "name an image" in capsys.readouterr().err

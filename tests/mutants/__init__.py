@@ -1,1 +1,1 @@
-"""Deliberate faults, and the everyday tests that have to notice each of them."""
+"""Deliberate faults, and the everyday tests that have to notice each."""

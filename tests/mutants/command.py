@@ -1,11 +1,11 @@
-"""Put deliberate faults into a copy of the project, one at a time, and see the tests notice them.
+"""Apply deliberate faults to a copy of the project, one at a time; the tests must notice each.
 
     python -m tests.mutants
     python -m tests.mutants --only stop
     python -m tests.mutants --only "a stop is ignored" --everything
 
-The tests of all mutants are run without any first, so that a failure means something. Exit code 1
-where a mutant survives that the table does not say survives, or where a row of it is broken.
+The tests of all mutants first run without any fault, so that a failure means something. The exit
+code is 1 if a mutant survives without an explanation in the table, or if a row is broken.
 """
 
 from __future__ import annotations
@@ -33,13 +33,15 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="mutants at a time")
-    parser.add_argument("--only", default="", metavar="TEXT", help="those whose row has this text")
-    parser.add_argument("--list", action="store_true", help="say what there is, and try nothing")
+    parser.add_argument(
+        "--only", default="", metavar="TEXT", help="mutants whose row has this text"
+    )
+    parser.add_argument("--list", action="store_true", help="list the mutants, and try none")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument(
         "--everything",
         action="store_true",
-        help="try the whole test suite on a mutant that its own tests let pass",
+        help="run the whole test suite on a mutant that its own tests do not notice",
     )
     return parser.parse_args(words)
 
@@ -51,7 +53,7 @@ def main(
     root: Path = ROOT,
     packages: Sequence[str] = PACKAGES,
 ) -> int:
-    """Try what is asked for."""
+    """Try the chosen mutants; return the exit code."""
     chosen = options(words)
     wanted = [each for each in mutants if _has(each, chosen.only)]
     if not wanted:
@@ -96,12 +98,12 @@ def _listed(mutant: Mutant) -> str:
 
 
 def _unmutated(copies: Copies, wanted: Sequence[Mutant], jobs: int) -> str | None:
-    """Return what fails of the tests without any mutant; None where all pass."""
+    """Return the tests that fail without any mutant; None if all pass."""
     tests = sorted({test for mutant in wanted for test in mutant.tests})
     run = copies.untouched.run_tests(tests, workers=jobs if jobs > 1 else 0, first=False)
     if run.code == PASSED:
         return None
-    if not run.failed:  # several processes do not say which test there is none of
+    if not run.failed:  # several processes do not name a missing test
         run = copies.untouched.run_tests(tests)
     return "\n".join(run.failed) or run.words
 

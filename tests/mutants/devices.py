@@ -1,4 +1,4 @@
-"""What drivers and codecs send, and what they make of what they hear."""
+"""Drivers and codecs that send or read something wrong."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a board's wrong steps a unit go unnoticed",
-        promise="settings that differ from the arm file are told",
+        promise="settings that differ from the arm file are reported",
         path="armdrive/dialects/grbl/settings.py",
         old="            if steps is not None and abs(steps - wanted) > SAME:",
         new="            if False:",
@@ -29,7 +29,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a board whose motors are switched off at rest goes unnoticed",
-        promise="settings that differ from the arm file are told",
+        promise="settings that differ from the arm file are reported",
         path="armdrive/dialects/grbl/settings.py",
         old=("        if not on:\n            yield"),
         new=("        if False:\n            yield"),
@@ -51,7 +51,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an ok is taken for the end of its line",
-        promise="a GRBL motion has ended when the board stands at its end",
+        promise="a GRBL motion has ended when the board stands at the goal",
         path="armdrive/dialects/grbl/planner.py",
         old=("        self.unanswered = max(self.unanswered - 1, 0)\n        self.oks += 1\n"),
         new=(
@@ -88,7 +88,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an arm that leaves its path is not noticed",
-        promise="an arm that leaves its path is stopped on its way",
+        promise="an arm that leaves its path is stopped",
         path="armdrive/dialects/grbl/motion.py",
         old="        return self._astray(trip) if trip.off > 1 else None",
         new="        return None",
@@ -99,7 +99,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a mute board is not noticed",
-        promise="a board that gives no report in motion ends it",
+        promise="a board that sends no report in a motion ends it",
         path="armdrive/dialects/grbl/exchange.py",
         old="        return self.io.now_s >= self.mute_at_s",
         new="        return False",
@@ -132,7 +132,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a Robko frame's check bytes are ignored",
-        promise="a frame that was changed on the wire is no frame",
+        promise="a frame that was changed on the wire is rejected",
         path="firmware_protocol/robko01/frames.py",
         old="        if size and frame[-_CHECK:] == wanted:",
         new="        if size:",
@@ -143,7 +143,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a Robko frame's check bytes are swapped",
-        promise="frames are as the firmware writes them",
+        promise="frames are encoded as the firmware encodes them",
         path="firmware_protocol/robko01/frames.py",
         old="    return bytes((even, odd))",
         new="    return bytes((odd, even))",
@@ -154,7 +154,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a Robko position has its bytes in the wrong order",
-        promise="frames are as the firmware writes them",
+        promise="frames are encoded as the firmware encodes them",
         path="firmware_protocol/robko01/messages.py",
         old='struct.Struct(f"<{2 * AXES}h")',
         new='struct.Struct(f">{2 * AXES}h")',
@@ -179,7 +179,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a Robko that was stopped may have gone anywhere",
-        promise="a stop leaves the motors on their way",
+        promise="a stopped motion stays on its path",
         path="armdrive/dialects/robko01/motion.py",
         old="OVERSHOOT_STEPS = 3",
         new="OVERSHOOT_STEPS = 300",
@@ -215,7 +215,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an Armdroid's number loses its sign",
-        promise="numbers come out as they went in",
+        promise="a number survives encoding and decoding",
         path="firmware_protocol/armdroid/device.py",
         old="            self._accumulator = wrapped(-self._accumulator)",
         new="            self._accumulator = wrapped(self._accumulator)",
@@ -239,7 +239,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a TeachMover's counts lose their sign",
-        promise="numbers come out as they went in",
+        promise="a number survives encoding and decoding",
         path="firmware_protocol/teachmover/messages.py",
         old="    return tuple(int(field) for field in fields)",
         new="    return tuple(abs(int(field)) for field in fields)",
@@ -272,7 +272,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an impossibly early answer is believed",
-        promise="an answer that comes too early is compared with the registers",
+        promise="a reply that comes too early is compared with the registers",
         path="armdrive/dialects/speed_table.py",
         old="return expected_s * EARLY - self.early_s <= measured_s <= longest_s",
         new="return True",
@@ -283,7 +283,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an MKS frame's check byte is ignored",
-        promise="a frame that was changed on the wire is no frame",
+        promise="a frame that was changed on the wire is rejected",
         path="firmware_protocol/mks/answers.py",
         old="    if data[-1] != wanted:",
         new="    if False:",
@@ -294,7 +294,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an MKS check byte leaves the id out",
-        promise="frames are as the firmware writes them",
+        promise="frames are encoded as the firmware encodes them",
         path="firmware_protocol/mks/values.py",
         old="    return (can_id + sum(data)) & 0xFF",
         new="    return sum(data) & 0xFF",
@@ -305,7 +305,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an MKS target has its bytes in the wrong order",
-        promise="frames are as the firmware writes them",
+        promise="frames are encoded as the firmware encodes them",
         path="firmware_protocol/mks/values.py",
         old='lambda data: int.from_bytes(data, "big", signed=True)',
         new='lambda data: int.from_bytes(data, "little", signed=True)',
@@ -357,7 +357,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an answer to an outage's own question begins another outage",
-        promise="a late bus is no outage",
+        promise="a late bus does not count as an outage",
         path="armdrive/dialects/mks/motion.py",
         old="if math.isinf(self._asked_s) or observer.outage_s > MAX_DELAY_S:\n",
         new="if True:\n",
@@ -379,7 +379,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an MKS drive that takes no orders is not noticed",
-        promise="a drive that denies its orders ends the motion",
+        promise="a drive that rejects its orders ends the motion",
         path="armdrive/dialects/mks/motion.py",
         old="                if drive.rejections.confirm():\n",
         new="                if drive.rejections.confirm() and False:\n",
@@ -405,7 +405,7 @@ MUTANTS = (
         tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
     ),
     Mutant(
-        name="a motion goes on after an outage before the speeds of its drives are known",
+        name="a motion resumes after an outage before the speeds of its drives are known",
         promise="a late bus calls no healthy drive blocked",
         path="armdrive/dialects/mks/motion.py",
         old="return Signal.LOCATED if self._all_measured and not run.trip.held_back() else None\n",
@@ -435,8 +435,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="an MKS drive that rejects its relief is said to push no more",
-        promise="what is reported of a blocked shaft is true",
+        name="an MKS drive that rejects its relief is reported to push no more",
+        promise="the report of a blocked shaft is true",
         path="armdrive/dialects/mks/stops.py",
         old="    if drive.rejections.pending:\n",
         new="    if False:\n",
@@ -458,7 +458,7 @@ MUTANTS = (
     ),
     Mutant(
         name="MKS speeds are doubled",
-        promise="a motion is no faster than asked",
+        promise="a motion is no faster than requested",
         path="armdrive/dialects/mks/steering.py",
         old="        rpm = _whole_rpm(round(needed / COUNTS_S_PER_RPM), most)\n        speed",
         new=(
@@ -472,7 +472,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a drive that counts what no shaft can have turned to is believed",
-        promise="a drive that restarts is found at once",
+        promise="a restarted drive is detected at once",
         path="armdrive/dialects/bus/observer.py",
         old="            self._outside += 1\n",
         new="            pass\n",
@@ -483,7 +483,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a drive that answers nothing for a moment is taken for having been there",
-        promise="a drive that restarts near its zero is found by what it never answers",
+        promise="a drive that restarts near its zero is detected by missing replies",
         path="armdrive/dialects/bus/ledger.py",
         old="self.away_s, self._suspected_s = min(self.away_s, self._suspected_s), math.inf",
         new="self._suspected_s = math.inf",
@@ -494,7 +494,7 @@ MUTANTS = (
     ),
     Mutant(
         name="drives that leave their common way are let pass",
-        promise="one lagging drive ends the motion before the arm is off its way",
+        promise="one lagging drive ends the motion before the arm leaves its path",
         path="armdrive/dialects/bus/observer.py",
         old="        self._looks_off_path += 1\n",
         new="        pass\n",
@@ -505,7 +505,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a weak drive is let pass",
-        promise="a drive that is too weak for its speed is told of",
+        promise="a drive that is too weak for its speed is reported",
         path="armdrive/dialects/bus/observer.py",
         old="return slowest if max(found[slowest]) < WEAK_SHARE * best else None",
         new="return None",
@@ -515,8 +515,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="drives are sent on while nobody is heard",
-        promise="a bus that is held up sends nobody on",
+        name="drives are sent on while no drive replies",
+        promise="an outage of the bus sends no drive on",
         path="armdrive/dialects/mks/motion.py",
         old="math.isfinite(observer.returned_s) or observer.silent_s(now_s) > OUTAGE_S",
         new="math.isfinite(observer.returned_s)",
@@ -538,7 +538,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a PDO has another drive's id",
-        promise="each drive hears its own targets",
+        promise="each drive gets its own targets",
         path="firmware_protocol/canopen/services.py",
         old='    RPDO1 = "rpdo1", 0x200\n',
         new='    RPDO1 = "rpdo1", 0x280\n',
@@ -549,7 +549,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a CANopen number has its bytes in the wrong order",
-        promise="values are as CiA 301 writes them",
+        promise="values are encoded as CiA 301 requires",
         path="firmware_protocol/canopen/objects.py",
         old='return number.to_bytes(_SIZES[self], "little", signed=self.signed)',
         new='return number.to_bytes(_SIZES[self], "big", signed=self.signed)',
@@ -560,7 +560,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a controlword enables nothing",
-        promise="controlwords are as CiA 402 writes them",
+        promise="controlwords are encoded as CiA 402 requires",
         path="firmware_protocol/canopen/drives.py",
         old="    ENABLE_OPERATION = (0x8F, 0x0F, 0x0F)",
         new="    ENABLE_OPERATION = (0x8F, 0x0F, 0x07)",
@@ -571,7 +571,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a fault is read as ready",
-        promise="statuswords are as CiA 402 writes them",
+        promise="statuswords are decoded as CiA 402 requires",
         path="firmware_protocol/canopen/drives.py",
         old="    FAULT = (0x4F, 0x08)",
         new="    FAULT = (0x4F, 0x48)",
@@ -593,7 +593,7 @@ MUTANTS = (
     ),
     Mutant(
         name="CiA 402 drives leap to where a late program should be",
-        promise="a host that is late slows down and does not leap",
+        promise="a late host slows down and does not jump ahead",
         path="armdrive/dialects/cia402/motion.py",
         old="        self.time_s += 0.0 if stand else self._rate * period_s\n",
         new="        self.time_s += 0.0 if stand else 3.0 * self._rate * period_s\n",
@@ -604,7 +604,7 @@ MUTANTS = (
     ),
     Mutant(
         name="CiA 402 drives that miss their targets are sent on",
-        promise="a drive that misses its targets does not leap over all that it has missed",
+        promise="a drive that missed targets does not jump to the latest one",
         path="armdrive/dialects/cia402/motion.py",
         old="self.lead.stands_short(drive) and self.lead.still_s(drive) < SETTLE_S\n",
         new="False\n",
@@ -647,7 +647,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="CiA 402 drives are judged in time in which nobody listened",
+        name="CiA 402 drives are judged by time in which the program did not run",
         promise="a late computer blames no drive",
         path="armdrive/dialects/exchange.py",
         old="max(min(now_s, self._due_s) - self._now_s, 0.0)",
@@ -659,7 +659,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a CiA 402 drive that rests off its target is waited for",
-        promise="a drive that is read off its target is blamed",
+        promise="a drive whose reading is off its target is blamed",
         path="armdrive/dialects/cia402/leading.py",
         old="            elif lead.io.listened.s > self._given_up_s:\n",
         new="            elif False:\n",
@@ -670,7 +670,7 @@ MUTANTS = (
     ),
     Mutant(
         name="CiA 402 targets are not smoothed",
-        promise="ramps are made of jumps in speed",
+        promise="ramps consist of jumps in speed",
         path="armdrive/dialects/bus/paths.py",
         old="        if not window_s:\n",
         new="        if window_s >= 0.0:\n",
@@ -681,7 +681,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a slow arm is waited for no longer than a quick one",
-        promise="an arm that is slower than its table is learnt",
+        promise="the driver learns the speed of an arm that is slower than its table",
         path="armdrive/dialects/speed_table.py",
         old="            self._known = max(factor, known + (factor - known) / 4.0)",
         new="            self._known = 1.0",
@@ -692,7 +692,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a late driver calls an answer missing that stands behind something else",
-        promise="what has come is read before an answer is called missing",
+        promise="received bytes are read before a reply counts as missing",
         path="armdrive/dialects/exchange.py",
         old="""        while not (until_stop and self.stop_asked):
             message = yield until_s

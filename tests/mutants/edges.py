@@ -17,8 +17,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a locked arm without a socket is said to be free",
-        promise="nothing is said to stand still that another program may move",
+        name="a locked arm without a socket is reported as free",
+        promise="no arm that another program may move is reported to stand",
         path="armdrive/storage/lock_client.py",
         old="    if lock is None:\n        return True\n",
         new="    if lock is None:\n        return False\n",
@@ -84,7 +84,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a forced twin shares its arm's record",
-        promise="a twin keeps its hands off the real arm's record",
+        promise="a simulated arm does not touch the real arm's record",
         path="armdrive/connect/target.py",
         old='replace(config, name=f"{SIM}{config.name}"), simulated=True)',
         new="config, simulated=True)",
@@ -95,7 +95,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a command that failed ends with 0",
-        promise="the exit code says what went wrong",
+        promise="the exit code tells what went wrong",
         path="armdrive/cli/runner.py",
         old="        return _say(options, error, error.exit_code)\n",
         new="        return _say(options, error, 0)\n",
@@ -106,7 +106,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a refusal has the exit code of a fault",
-        promise="the exit code says what went wrong",
+        promise="the exit code tells what went wrong",
         path="armdrive/errors/__init__.py",
         old=(
             '    """The call was refused before anything was sent: nothing '
@@ -127,7 +127,7 @@ MUTANTS = (
     ),
     Mutant(
         name="letting go of the mouse does not end a jog",
-        promise="what is let go ends its jog",
+        promise="a released input ends its jog",
         path="tui/jog/jogging.py",
         old=(
             '            self._button, self._renew_s = "", math.inf\n'
@@ -141,7 +141,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a released key does not release the arm",
-        promise="a key that is let go ends its jog",
+        promise="a released key ends its jog",
         path="tui/jog/jogging.py",
         old=("        else:\n            self._arm.release()\n            if"),
         new=("        else:\n            if"),
@@ -152,7 +152,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the keys stay armed when the desk loses its focus",
-        promise="a desk that loses the focus lets go",
+        promise="a desk that loses the focus releases its jog",
         path="tui/desk.py",
         old='        self.disarm("the terminal lost the keyboard focus")\n',
         new="",
@@ -196,7 +196,7 @@ MUTANTS = (
     ),
     Mutant(
         name="keys that were typed before a stop act behind it",
-        promise="what was typed before a stop begins nothing",
+        promise="keys typed before a stop begin nothing",
         path="tui/keys/presses.py",
         old="            return bool(self._acted)\n",
         new="            return False\n",
@@ -206,8 +206,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a mouse that is heard of no more holds on",
-        promise="what is not heard of ends its jog",
+        name="a mouse that stops reporting keeps its jog",
+        promise="an input that stops reporting ends its jog",
         path="tui/jog/jogging.py",
         old="        left_s = self._last_event_s + MOUSE_HOLDS_S - now_s\n",
         new="        left_s = MOUSE_HOLDS_S\n",
@@ -240,7 +240,7 @@ MUTANTS = (
     ),
     Mutant(
         name="callers of other users are answered",
-        promise="the control socket is this user's alone",
+        promise="the control socket is only for this user",
         path="armdrive/storage/files.py",
         old="    return user is None or user in (0, os.getuid())",
         new="    return True",

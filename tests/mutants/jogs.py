@@ -1,4 +1,4 @@
-"""Jogs that go on, or go too far, and keys that are held too long."""
+"""Jogs that do not end, or go too far, and keys that count as held for too long."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an increment that waited too long is made",
-        promise="an increment that nobody expects any more is dropped",
+        promise="an increment that the user no longer expects is dropped",
         path="armdrive/motion/jog/session.py",
         old="    if wire.now_s > nudge.until_s:",
         new="    if False:",
@@ -166,7 +166,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a jog is twice as fast as asked",
-        promise="a jog is no faster than asked",
+        promise="a jog is no faster than requested",
         path="armdrive/motion/jog/session.py",
         old="speed = capped(core, hold.speed) * core.speed_override.override",
         new="speed = min(2.0 * capped(core, hold.speed), 1.0) * core.speed_override.override",
@@ -177,7 +177,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the dead-man holds ten times longer",
-        promise="a key that is let go ends its jog within a quarter of a second",
+        promise="a released key ends its jog within a quarter of a second",
         path="armdrive/motion/dead_man.py",
         old="HOLD_LONGEST_S = 0.25",
         new="HOLD_LONGEST_S = 2.5",
@@ -188,7 +188,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the dead-man does not release a key",
-        promise="a key that is let go ends its jog",
+        promise="a released key ends its jog",
         path="armdrive/motion/dead_man.py",
         old="return () if held is None else (Release(held),)",
         new="return ()",

@@ -29,7 +29,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the back posture does not turn the roll over",
-        promise="back and front hold the hand alike",
+        promise="front and back postures hold the hand in the same pose",
         path="kinematics/five_axis/closed_form.py",
         old="            r += pi\n",
         new="",
@@ -51,7 +51,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the nearest posture is the farthest",
-        promise="of several postures the nearest is taken",
+        promise="the nearest of several postures is chosen",
         path="kinematics/five_axis/closed_form.py",
         old="            if change < least:  # infinite",
         new="            if best is None or inf > change > least:  # infinite",
@@ -62,7 +62,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an A matrix twists the wrong way",
-        promise="A matrices are those of the textbook",
+        promise="the A matrices are those of the textbook",
         path="kinematics/chains/links.py",
         old="            (0.0, sa, ca, d_mm),",
         new="            (0.0, -sa, ca, d_mm),",
@@ -73,7 +73,7 @@ MUTANTS = (
     ),
     Mutant(
         name="Craig's convention has its offset with the wrong sign",
-        promise="A matrices are those of the textbook",
+        promise="the A matrices are those of the textbook",
         path="kinematics/chains/links.py",
         old="(st * ca, ct * ca, -sa, -sa * d_mm)",
         new="(st * ca, ct * ca, -sa, sa * d_mm)",
@@ -84,7 +84,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a link table's posture is used without comparing it with the goal",
-        promise="what a closed form returns meets the goal",
+        promise="every closed-form solution reaches the goal",
         path="kinematics/chains/closed_form.py",
         old="        if _near(frame, target, NEAR_MM, NEAR_RAD):",
         new="        if frame:",
@@ -95,7 +95,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a link table's joint may stand beyond its limit",
-        promise="what a closed form chooses keeps all limits",
+        promise="the chosen closed-form solution keeps all limits",
         path="kinematics/chains/closed_form.py",
         old="                kept = fit(angles, near)",
         new="                kept = fit(angles, near) or angles",
@@ -106,7 +106,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an elbow that both shoulders share leaves out the shoulder's height",
-        promise="an arm is solved by the class that it is of",
+        promise="an arm is solved by its own class",
         path="kinematics/chains/placing.py",
         old="        (-two, start[2], p[2]),\n",
         new="",
@@ -139,7 +139,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an angle is turned by half circles",
-        promise="an angle is turned by whole circles",
+        promise="an angle is wrapped by whole turns",
         path="kinematics/limits.py",
         old=("    near = angle + round((seed - angle) / math.tau) * math.tau\n    floor"),
         new=("    near = angle + round((seed - angle) / math.pi) * math.pi\n    floor"),
@@ -150,7 +150,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a limit's lower end is not kept",
-        promise="an angle is turned into its range",
+        promise="an angle is wrapped into its range",
         path="kinematics/limits.py",
         old="    return turned if low <= turned <= high else math.inf",
         new="    return turned if turned <= high else math.inf",

@@ -1,4 +1,4 @@
-"""Motions that end elsewhere, go too fast, or go where they must not."""
+"""Motions that end in the wrong place, are too fast, or leave their bounds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from .mutant import Mutant, tests_of
 MUTANTS = (
     Mutant(
         name="planned motions do nothing and report success",
-        promise="a motion ends where it was asked to, or an error says why not",
+        promise="a motion ends at its goal, or an error says why not",
         path="armdrive/motion/execute.py",
         old=("    if not legs or wire.stopping:\n        return\n    if wire.core"),
         new=("    if legs:\n        return\n    if wire.core"),
@@ -29,7 +29,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the last part of a motion is dropped",
-        promise="a motion ends where it was asked to",
+        promise="a motion ends at its goal",
         path="armdrive/motion/execute.py",
         old=("    for leg in legs:\n        yield from follow_leg"),
         new=("    for leg in legs[:-1] or legs:\n        yield from follow_leg"),
@@ -65,7 +65,7 @@ MUTANTS = (
     ),
     Mutant(
         name="queued motions lose their last segment",
-        promise="a motion ends where it was asked to",
+        promise="a motion ends at its goal",
         path="armdrive/motion/execute.py",
         old=(
             "            done = 1.0 if count == 1 else done + (1.0 - done) / count\n"
@@ -111,7 +111,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an arm beyond a limit may go further beyond it",
-        promise="a start beyond a bound is a way out, and none deeper",
+        promise="a motion that starts beyond a bound may lead out, but not deeper",
         path="armdrive/motion/plan.py",
         old="excused.get(violation.joint, 0.0) + SLACK_RAD",
         new="(math.inf if violation.joint in excused else 0.0) + SLACK_RAD",
@@ -166,7 +166,7 @@ MUTANTS = (
     ),
     Mutant(
         name="degrees are taken for radians",
-        promise="what is named in degrees is degrees",
+        promise="a name in degrees has a value in degrees",
         path="armdrive/motion/plan.py",
         old="changed[known[word]] = math.radians(finite(word, value))",
         new="changed[known[word]] = finite(word, value)",
@@ -199,7 +199,7 @@ MUTANTS = (
     ),
     Mutant(
         name="motors that are not coordinated stray as they like",
-        promise="a joint motion keeps to its way between bursts",
+        promise="a joint motion keeps to its path between bursts",
         path="armdrive/motion/deviation.py",
         old=("    if stray_mm > tolerance_mm:\n        return False\n    if not"),
         new="    if not",
@@ -252,7 +252,7 @@ MUTANTS = (
     ),
     Mutant(
         name="GRBL ways are rounded increment by increment",
-        promise="relative ways in degrees add up",
+        promise="relative distances in degrees add up",
         path="armdrive/dialects/grbl/settings.py",
         old=("                self._rounded(start),\n                self._rounded(end),\n"),
         new=(
@@ -266,7 +266,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a motion is twice as fast as asked",
-        promise="a motion is never faster than asked",
+        promise="a motion is never faster than requested",
         path="armdrive/motion/plan.py",
         old=("speeds.limits, fraction)\n    places"),
         new=("speeds.limits, min(2.0 * fraction, 1.0))\n    places"),
@@ -312,7 +312,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the speed override is ignored",
-        promise="an override slows what is sent next",
+        promise="an override slows the next burst",
         path="armdrive/runtime/overrides.py",
         old="        return duration_s / self.override",
         new="        return duration_s",
@@ -370,7 +370,7 @@ MUTANTS = (
     ),
     Mutant(
         name="backlash is not taken up",
-        promise="a motor that reverses takes its backlash up",
+        promise="a motor that reverses takes up its backlash",
         path="armdrive/runtime/backlash.py",
         old=(
             "        each = zip(self.ahead, self.widths, steps, strict=True)\n"
@@ -384,7 +384,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the gripper's command is not sent",
-        promise="the fingers go where they are told",
+        promise="the fingers reach the requested opening",
         path="armdrive/motion/gripper.py",
         old="        reply = yield from wire.request(SetGripper(share))\n",
         new=("        reply = Done()\n        yield SleepUntil(wire.now_s)\n"),
@@ -395,7 +395,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a grasp does not press",
-        promise="a grasp presses as asked",
+        promise="a grasp presses as requested",
         path="armdrive/motion/gripper.py",
         old="        yield from _slide(wire, speeds, -round(extra_n * steps_per_n))\n",
         new="",
@@ -426,7 +426,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/conformance/test_conformance.py",
-            "test_on_simulated_time[the switches are sought in the arm file's order-mks]",
+            "test_on_simulated_time[homing seeks the switches in the arm file's order-mks]",
         ),
     ),
     Mutant(

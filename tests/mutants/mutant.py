@@ -1,4 +1,4 @@
-"""One deliberate fault as a value, and how it is put into a copy of the project."""
+"""A deliberate fault, and a context that applies it to a copy of the project."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 class Mutant:
     """A fault that breaks a promise, and the tests that notice it.
 
-    `path` is a product file, `old` a text that occurs in it exactly once, `new` what replaces it.
+    `path` is a product file, `old` a text that occurs in it exactly once, `new` its replacement.
     `tests` are pytest node ids, as few and as quick as possible: at least one of them fails.
     `survives` is empty, or the reason why no everyday test can notice this fault.
     """
@@ -27,12 +27,12 @@ class Mutant:
     survives: str = ""
 
     def mutated(self, text: str) -> str:
-        """Return a file's text with the fault in it. Raises `ValueError` where it does not fit."""
+        """Return a file's text with the fault. Raises `ValueError` if the fault does not fit."""
         found = text.count(self.old)
         if found != 1:
             raise ValueError(
                 f"{self.name!r}: its text occurs {found} times in {self.path}, not once: "
-                "say again which lines it changes"
+                "update the lines that it changes"
             )
         if self.old == self.new:
             raise ValueError(f"{self.name!r} changes nothing")
@@ -46,10 +46,10 @@ def tests_of(path: str, *names: str) -> tuple[str, ...]:
 
 @contextmanager
 def applied(mutant: Mutant, folder: Path, stamp: int) -> Iterator[None]:
-    """Put a fault into a copy of the project, and take it out again.
+    """Apply a fault to a copy of the project, and remove it at the end.
 
-    `stamp` is the file's time in seconds, another for each mutant: Python compares a cached
-    module's time and size with its source's, and two mutants of one size may come in one second.
+    `stamp` is the file's time in seconds, different for each mutant: Python compares the time and
+    size of a cached module with its source, and two mutants of one size may follow in one second.
     """
     path = folder / mutant.path
     before, times = path.read_bytes(), path.stat()

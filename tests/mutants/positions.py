@@ -1,4 +1,4 @@
-"""Positions that are trusted although something speaks against them."""
+"""Positions that are trusted against the evidence."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="what was said while connecting is not held against the record",
+        name="messages received while connecting are not compared with the record",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/standing.py",
         old="    if core.early_evidence is not None:",
@@ -335,8 +335,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a posture is taken of an arm that changed since somebody looked",
-        promise="a posture is refused where the arm may have changed since somebody looked",
+        name="a posture is accepted although the arm moved since it was seen",
+        promise="a posture is refused if the arm may have moved since it was seen",
         path="armdrive/motion/reference.py",
         old="    if doubted or (changed and (late or not registers.largest)):",
         new="    if False:",
@@ -374,8 +374,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a motion goes on from where a pause left it whatever happened there",
-        promise="a paused motion does not go on where something changed",
+        name="a motion resumes after a pause whatever happened meanwhile",
+        promise="a paused motion does not resume if something has changed",
         path="armdrive/motion/execute.py",
         old="    if core.position.acknowledged != stood or core.belief is not believed:",
         new="    if False:",
@@ -385,8 +385,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a paused arm is not looked at before it goes on",
-        promise="a paused motion does not go on where something changed",
+        name="a paused arm is not checked before it resumes",
+        promise="a paused motion does not resume if something has changed",
         path="armdrive/motion/execute.py",
         old="    yield from wire.look()  # however fresh",
         new="    yield from ()  # however fresh",
@@ -397,7 +397,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a lost wire moves the arm when it is back",
-        promise="a wire that is back moves nothing",
+        promise="a wire that comes back moves nothing",
         path="armdrive/motion/standing.py",
         old="    _weigh(core, registers, wire.now_s)\n",
         new=(
@@ -423,7 +423,7 @@ MUTANTS = (
     ),
     Mutant(
         name="what was asked for before a fault is done after it",
-        promise="what waits never survives a fault",
+        promise="no waiting request survives a fault",
         path="armdrive/runtime/arm_state.py",
         old=(
             "        self.hold = None\n        self.nudges.clear()\n"

@@ -1,4 +1,4 @@
-"""Records that are written too late, or believed too easily."""
+"""Records that are written too late, or trusted too easily."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from .mutant import Mutant, tests_of
 MUTANTS = (
     Mutant(
         name="a motion does not wait for its mark",
-        promise="a program that ends in mid-motion leaves no wrong position that is believed",
+        promise="a program that dies in a motion leaves no wrong position that is trusted",
         path="armdrive/motion/context.py",
         old=("    while not memory.mark_stands():\n        if wire.stopping"),
         new=("    while False:\n        if wire.stopping"),
@@ -18,7 +18,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the mark of motion is believed to be kept before it is",
-        promise="a program that ends in mid-motion leaves no wrong position that is believed",
+        promise="a program that dies in a motion leaves no wrong position that is trusted",
         path="armdrive/runtime/persistence.py",
         old=(
             "        if outcome.number < self._asked_number:\n"
@@ -37,7 +37,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the mark of motion is not written",
-        promise="a program that ends in mid-motion leaves no wrong position that is believed",
+        promise="a program that dies in a motion leaves no wrong position that is trusted",
         path="armdrive/runtime/arm_state.py",
         old="            in_motion=in_motion,\n",
         new="            in_motion=False,\n",
@@ -48,7 +48,7 @@ MUTANTS = (
     ),
     Mutant(
         name="the mark of motion is cleared at once",
-        promise="a program that ends in mid-motion leaves no wrong position that is believed",
+        promise="a program that dies in a motion leaves no wrong position that is trusted",
         path="armdrive/motion/standing.py",
         old="STILL_S = 2.0",
         new="STILL_S = 0.0",
@@ -72,7 +72,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a record that would mislead stays where its successor cannot be written",
-        promise="a program that ends in mid-motion leaves no wrong position that is believed",
+        promise="a program that dies in a motion leaves no wrong position that is trusted",
         path="armdrive/storage/record.py",
         old="        if self._refused or any(_misleads(one, record) for one in self._left):",
         new="        if False:",
@@ -83,7 +83,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a closed arm writes on",
-        promise="nothing is written behind the end",
+        promise="nothing is written after the end",
         path="armdrive/storage/record.py",
         old=("        if self._ended:\n            return\n"),
         new="",
@@ -160,7 +160,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a lost wire clears the mark of motion",
-        promise="a program that ends in mid-motion leaves no wrong position that is believed",
+        promise="a program that dies in a motion leaves no wrong position that is trusted",
         path="armdrive/connect/parts.py",
         old=("        self._core.lose(lost)\n        self._core.remember()\n"),
         new=("        self._core.lose(lost)\n        self._core.mark_still()\n"),

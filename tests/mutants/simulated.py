@@ -1,4 +1,4 @@
-"""Simulated devices that are kinder than real ones."""
+"""Simulated devices that are more forgiving than real ones."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a simulated TeachMover hears while it moves",
+        name="a simulated TeachMover receives commands while it moves",
         promise="a simulated device behaves like the real one, so that tests mean something",
         path="armdrive/sim/teachmover/device.py",
         old="            if self.busy and not self.settings.keeps_input_while_moving:",

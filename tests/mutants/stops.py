@@ -1,4 +1,4 @@
-"""Stops that are not heard, and motion that does not expire."""
+"""Stops without effect, and motion that does not expire."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a stop waits until CiA 402 drives have told their states after an outage",
+        name="a stop waits for the states of CiA 402 drives after an outage",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/cia402/leading.py",
         old="given_up=lambda: self.io.stop_asked)",
@@ -132,7 +132,7 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="an Armdroid's burst that was stopped before its letter goes on",
+        name="an Armdroid's burst that was stopped before its letter continues",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/armdroid/controller.py",
         old=(
@@ -146,7 +146,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a stop of an arm that stands ends the next motion",
-        promise="a stop ends what is at work, and nothing else",
+        promise="a stop ends the running task, and nothing else",
         path="armdrive/runtime/engine.py",
         old=(
             "                self.stop_asked = self.stop_hard = False  # nothing is left to stop\n"
@@ -159,7 +159,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an emergency stop is a soft one",
-        promise="an emergency stop stops a device dead that can be",
+        promise="an emergency stop stops a device without a ramp if it can",
         path="armdrive/connect/parts.py",
         old="        self.engine.stop_hard = self.engine.stop_hard or hard\n",
         new="",
@@ -195,7 +195,7 @@ MUTANTS = (
     ),
     Mutant(
         name="motion begins while the motors are off",
-        promise="motion begins in standby alone",
+        promise="motion begins only in standby",
         path="armdrive/runtime/states.py",
         old="        (s.STANDBY, e.MOVE): s.MOVING,\n",
         new=("        (s.STANDBY, e.MOVE): s.MOVING,\n        (s.DISABLED, e.MOVE): s.MOVING,\n"),
@@ -248,8 +248,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a program that was suspended goes on with its motion",
-        promise="what nobody expects any more does not move",
+        name="a suspended program continues its motion",
+        promise="a jog that the user no longer expects does not move",
         path="armdrive/runtime/engine.py",
         old=('            self.stop_asked = True\n            self.stop_why = f": this'),
         new='            self.stop_why = f": this',
@@ -260,7 +260,7 @@ MUTANTS = (
     ),
     Mutant(
         name="orders that are late are sent all the same",
-        promise="what nobody expects any more does not move",
+        promise="a jog that the user no longer expects does not move",
         path="armdrive/runtime/engine.py",
         old=("return not self.stop_asked and self.round_s() > self.controller.abilities.order_s"),
         new="return False",
@@ -270,8 +270,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="a motion is begun beside another",
-        promise="of two motions at once one is refused",
+        name="a motion begins while another one runs",
+        promise="the second of two motions at once is refused",
         path="armdrive/runtime/engine.py",
         old="busy = self._task is not None and not self._task.routine and alone",
         new="busy = False",
@@ -282,7 +282,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a motion that a stop overtook while it was planned begins",
-        promise="what was decided on before a stop is not begun",
+        promise="nothing that was decided before a stop begins after it",
         path="armdrive/arm/moving.py",
         old=(
             "            made = prepare(move, self.ground())\n            if runner.stops != asked:"
@@ -295,7 +295,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a stop that came since a move was decided on is forgotten",
-        promise="what was decided on before a stop is not begun",
+        promise="nothing that was decided before a stop begins after it",
         path="armdrive/arm/moving.py",
         old="        asked = runner.stops if stops is None else stops",
         new="        asked = runner.stops",
@@ -328,7 +328,7 @@ MUTANTS = (
     ),
     Mutant(
         name="an interrupted sequence is done again from its beginning",
-        promise="an interrupted program goes on with what is left of its move",
+        promise="an interrupted program continues with the rest of its move",
         path="armdrive/programs/journal.py",
         old="MoveSequence(moves[last:])",
         new="MoveSequence(moves)",
@@ -339,7 +339,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a rehearsal allows motion that the controller's settings forbid",
-        promise="a rehearsal is refused what the run will be refused",
+        promise="a rehearsal is refused what the run would be refused",
         path="armdrive/programs/rehearsal.py",
         old="        made.core.differences = seen.differences\n",
         new="",
@@ -350,7 +350,7 @@ MUTANTS = (
     ),
     Mutant(
         name="a rehearsal allows Cartesian goals of an arm that was not measured",
-        promise="a rehearsal is refused what the run will be refused",
+        promise="a rehearsal is refused what the run would be refused",
         path="armdrive/programs/rehearsal.py",
         old="    made.core.geometry_known = seen.geometry_known",
         new="    made.core.geometry_known = True",
@@ -404,17 +404,17 @@ MUTANTS = (
     ),
     Mutant(
         name="a CiA 402 drive's missing heartbeat is not noticed",
-        promise="a drive that falls silent is missed",
+        promise="a drive that falls silent is noticed",
         path="armdrive/dialects/cia402/exchange.py",
         old="            if drive.missed > POLLS_LOST and not drive.reported:",
         new="            if False:",
         tests=tests_of(
             "tests/conformance/test_conformance.py",
-            "test_on_simulated_time[a drive falls mute, standing-cia402]",
+            "test_on_simulated_time[a drive goes mute, standing-cia402]",
         ),
     ),
     Mutant(
-        name="MKS drives that did not hear a stop are not told again",
+        name="a stop is not repeated to MKS drives that missed it",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/mks/stops.py",
         old="            if self._unconfirmed and now_s > self._began_s:",
@@ -447,8 +447,8 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="the program says no heartbeat",
-        promise="drives that wait for a heartbeat get it",
+        name="the program sends no heartbeat",
+        promise="drives that need a heartbeat get it",
         path="armdrive/dialects/cia402/wire.py",
         old="        return self._data",
         new='        return b""',

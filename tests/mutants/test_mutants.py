@@ -34,7 +34,7 @@ def test_a_mutant_changes_one_place_of_the_product_and_compiles(mutant):
 def test_a_mutant_says_what_it_breaks_and_which_tests_notice(mutant):
     assert mutant.name
     assert mutant.promise
-    assert mutant.tests, "without tests of its own, a mutant would be tried on all of them"
+    assert mutant.tests, "a mutant without tests of its own would run the whole suite"
     for test in mutant.tests:
         path, _, name = test.partition("::")
         function = name.partition("[")[0].rpartition("::")[2]
@@ -47,7 +47,7 @@ def test_no_two_mutants_share_a_name():
     assert len(set(names)) == len(names)
 
 
-def test_the_list_of_killed_mutants_is_complete_and_nobody_shortens_it():
+def test_the_list_of_killed_mutants_is_complete():
     """`killed.txt` may grow. A name leaves it only with the code that it was a fault of."""
     recorded = KILLED.read_text(encoding="utf-8").splitlines()
     killed = sorted(mutant.name for mutant in MUTANTS if not mutant.survives)
@@ -94,8 +94,8 @@ def mutant(name, old, new, *tests, survives=""):
 
 @pytest.fixture
 def toy(tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # to start takes a third of the time
-    monkeypatch.setenv("PYTEST_PLUGINS", "xdist.plugin")  # that alone is needed: for `-n`
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # a quicker start
+    monkeypatch.setenv("PYTEST_PLUGINS", "xdist.plugin")  # the only plugin that is needed: for `-n`
     monkeypatch.setattr(copies, "LIBRARIES", ())
     (tmp_path / "toy").mkdir()
     (tmp_path / "toy" / "__init__.py").write_text(CODE, encoding="utf-8")
@@ -105,7 +105,7 @@ def toy(tmp_path, monkeypatch):
 
 @pytest.fixture
 def tried(toy, capsys):
-    """Return what becomes of mutants of the toy: the exit code, and a verdict for each name."""
+    """Return a function that tries mutants of the toy, and returns exit code and verdicts."""
 
     def run(*mutants, words=()):
         code = main(["--jobs", "1", "--json", *words], mutants=mutants, root=toy, packages=("toy",))
@@ -116,18 +116,18 @@ def tried(toy, capsys):
 
 
 LESS, TIMES = "    return a - b", "    return a * b"
-WHY = "nobody calls it"
+WHY = "no code calls it"
 QUOTIENT = "    return a / b", "    return b / a"
 
 
 def test_each_mutant_gets_its_verdict(tried, toy):
     code, trials = tried(
         mutant("subtracts", SUM, LESS, ADDS_NOTHING, ADDS),
-        # as long as the one before, and noticed by another test: no bytecode of it is left
+        # of the same size, and noticed by another test: no old bytecode is used
         mutant("multiplies", SUM, TIMES, ADDS_NOTHING, ADDS),
-        mutant("nobody notices", *QUOTIENT, ADDS),
-        mutant("nobody can notice", *QUOTIENT, ADDS, survives=WHY),
-        mutant("said to survive", SUM, LESS, ADDS, survives=WHY),
+        mutant("unnoticed", *QUOTIENT, ADDS),
+        mutant("unnoticeable", *QUOTIENT, ADDS, survives=WHY),
+        mutant("expected to survive", SUM, LESS, ADDS, survives=WHY),
         mutant("no Python", SUM, "    return a +", ADDS),
         mutant("no such text", LESS, SUM, ADDS),
         mutant("a text that is there twice", "    return a", "    return 0", ADDS),
@@ -137,9 +137,9 @@ def test_each_mutant_gets_its_verdict(tried, toy):
     assert found == {
         "subtracts": "killed",
         "multiplies": "killed",
-        "nobody notices": "survived",
-        "nobody can notice": "explained",
-        "said to survive": "broken",
+        "unnoticed": "survived",
+        "unnoticeable": "explained",
+        "expected to survive": "broken",
         "no Python": "broken",
         "no such text": "broken",
         "a text that is there twice": "broken",
@@ -151,10 +151,10 @@ def test_each_mutant_gets_its_verdict(tried, toy):
     assert (toy / "toy" / "__init__.py").read_text(encoding="utf-8") == CODE
 
 
-def test_all_tests_are_tried_where_somebody_looks_for_the_one_that_notices(tried):
+def test_everything_finds_the_test_that_notices(tried):
     row = mutant("subtracts", SUM, LESS, MULTIPLIES)
     code, trials = tried(row, words=["--everything"])
-    assert code == 0, trials  # words, where nothing was tried
+    assert code == 0, trials  # an error message if nothing was tried
     assert [trial["words"] for trial in trials] == [ADDS]
 
 
@@ -165,7 +165,7 @@ def test_tests_that_fail_without_a_mutant_prove_nothing(tried, toy):
     assert ADDS in words
 
 
-def test_a_test_that_is_not_there_is_told(tried):
+def test_a_missing_test_is_named(tried):
     row = mutant("subtracts", SUM, LESS, "test_toy.py::test_nothing")
     code, words = tried(row, words=["--jobs", "2"])  # several processes do not name it
     assert code == 2

@@ -1,4 +1,4 @@
-"""Whether tests notice a mutant: run in a copy that has it, several copies side by side."""
+"""Runs the tests of mutants in copies of the project that have the fault, several in parallel."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .copies import FAILED, PASSED, Copy, Run, copy_project
 from .mutant import Mutant, applied
 
 ALL_OTHERS = "--ignore=tests/mutants"
-"""All tests but those of the table, which notice that a row's text is no longer there."""
+"""All tests but those of the table, which would notice the changed text of the row."""
 FIRST_STAMP = 1_000_000_000
-"""Files of mutants have times from here on, in seconds: long before any real one."""
+"""The time of the first mutant's file in seconds: long before any real one."""
 
 
 class Verdict(Enum):
-    """What became of a mutant."""
+    """The verdict on a mutant."""
 
     KILLED = "killed"
     SURVIVED = "SURVIVED"
@@ -31,7 +31,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One mutant tried: by which test it was killed, or what else there is to say, and its time."""
+    """The result of one mutant: the verdict, the killing test or other words, and the time."""
 
     mutant: Mutant
     verdict: Verdict
@@ -40,7 +40,7 @@ class Trial:
 
     @property
     def good(self) -> bool:
-        """Tell whether this is as the table says."""
+        """Whether the verdict is as the table says."""
         return self.verdict in (Verdict.KILLED, Verdict.EXPLAINED)
 
     def __str__(self) -> str:
@@ -50,9 +50,9 @@ class Trial:
 
 
 class Copies:
-    """Copies of one project for several workers; the first is made, the others copied from it.
+    """Copies of one project for several workers.
 
-    What was compiled in the first one comes along.
+    All are copied from the first one, with its compiled files.
     """
 
     def __init__(self, root: Path, folder: Path, packages: Sequence[str]) -> None:
@@ -72,7 +72,7 @@ class Copies:
             copy.close()
 
     def take(self) -> Copy:
-        """Return a copy of one's own, to be given `back`."""
+        """Return a free copy, to be returned by `back`."""
         with self._lock:
             if not self._free.empty():
                 return self._free.get()
@@ -82,14 +82,14 @@ class Copies:
             return self._made[-1]
 
     def back(self, copy: Copy) -> None:
-        """Give a copy to whoever needs one next."""
+        """Return a copy that is free again."""
         self._free.put(copy)
 
 
 def try_all(
     copies: Copies, mutants: Sequence[Mutant], jobs: int, *, everything: bool = False
 ) -> Iterator[Trial]:
-    """Try mutants, several side by side; gives each as it is done."""
+    """Try mutants, several in parallel; yield each result when it is there."""
     with ThreadPoolExecutor(jobs) as pool:
         tried = [
             pool.submit(try_one, copies, mutant, FIRST_STAMP + number, everything=everything)
@@ -100,7 +100,7 @@ def try_all(
 
 
 def try_one(copies: Copies, mutant: Mutant, stamp: int, *, everything: bool = False) -> Trial:
-    """Try one mutant. With `everything` the whole suite is tried where its own tests all pass."""
+    """Try one mutant. With `everything`, run the whole suite if its own tests all pass."""
     copy = copies.take()
     try:
         with applied(mutant, copy.folder, stamp):
@@ -115,8 +115,8 @@ def try_one(copies: Copies, mutant: Mutant, stamp: int, *, everything: bool = Fa
 
 
 def _judged(mutant: Mutant, run: Run) -> Trial:
-    """Say what a run means; only a test that was run and failed kills a mutant."""
-    trial = _told_to(mutant, run.took_s)
+    """Return the verdict of a run; only a test that ran and failed kills a mutant."""
+    trial = _trial_of(mutant, run.took_s)
     if run.code == FAILED and run.failed:
         if mutant.survives:
             return trial(Verdict.BROKEN, f"{run.failed[0]} kills it: it survives no longer")
@@ -128,5 +128,5 @@ def _judged(mutant: Mutant, run: Run) -> Trial:
     return trial(Verdict.BROKEN, f"pytest ended with {run.code}: {run.words[-600:].strip()}")
 
 
-def _told_to(mutant: Mutant, took_s: float) -> Callable[[Verdict, str], Trial]:
+def _trial_of(mutant: Mutant, took_s: float) -> Callable[[Verdict, str], Trial]:
     return lambda verdict, words: Trial(mutant, verdict, words, took_s)

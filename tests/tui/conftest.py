@@ -1,4 +1,4 @@
-"""A desk in a test is waited for until nothing of it could run, however busy the computer is."""
+"""Makes tests of the desk wait until it has nothing to do, however busy the computer is."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ MOST_TURNS = 100_000
 
 
 async def quiet(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
-    """Let the loop turn until it has had nothing but this to do for some turns.
+    """Let the event loop turn until it has had nothing else to do for some turns.
 
-    Textual's own waits until the processor is idle: a fiftieth of a second at least for each key,
-    and on a busy computer a desk that has not been let run looks idle too.
+    Textual's own function waits until the processor is idle, which takes at least 0.02 s per key,
+    and on a busy computer a desk that could not run looks idle too.
     """
     loop = asyncio.get_running_loop()
     turns = 0
@@ -39,7 +39,7 @@ def _wait_for_the_desk_alone(monkeypatch):
     monkeypatch.setattr("textual.pilot.wait_for_idle", quiet)
 
     async def widgets_are_done(pilot: Pilot[object], timeout: float = 30.0) -> bool:
-        await quiet()  # the framework sends each widget a message and waits for all, at each key
+        await quiet()  # Textual sends each widget a message for each key, and waits for all
         return True
 
     monkeypatch.setattr(Pilot, "_wait_for_screen", widgets_are_done)
@@ -47,19 +47,19 @@ def _wait_for_the_desk_alone(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def _time_stands_still(monkeypatch):
-    """Keep apps from reading the wall clock: on a busy computer they would seem suspended.
+    """Keep apps from reading the wall clock, because on a busy computer they would seem suspended.
 
-    A test that is about old keys or about a suspension gives its app a clock of its own.
+    A test of old keys or of a suspension gives its app another clock.
     """
     monkeypatch.setattr(app_module, "_time", SimpleNamespace(get_time=lambda: 0.0))
 
 
 @pytest.fixture
 def snap_compare(snap_compare):
-    """Take each picture once the app is at rest, and press each key only then.
+    """Take each picture, and press each key, when the app is at rest.
 
-    The plugin's own fixture presses keys last and waits for no thread and no layout, so that its
-    picture depends on how busy the computer is.
+    The plugin's own fixture waits for no thread and no layout, so that its picture depends on how
+    busy the computer is.
     """
 
     def compare(app, press=(), terminal_size=(80, 24), run_before=None):
@@ -79,9 +79,9 @@ def snap_compare(snap_compare):
 
 @pytest.fixture(autouse=True)
 def _paint_only_whole_pictures(monkeypatch):
-    """Leave out what would only be sent to a terminal: nobody looks at a headless one.
+    """Skip partial updates, which only a terminal would show.
 
-    A snapshot paints the whole picture, and so does a session whenever it is looked at.
+    Snapshots and sessions paint the whole picture.
     """
     render_update = Compositor.render_update
 
@@ -101,13 +101,13 @@ def _rules_read():
 
 @pytest.fixture(autouse=True)
 def _read_each_style_once(monkeypatch, _rules_read):
-    """Parse a style sheet once for all desks: each reads the same ones, for half of its start."""
-    parse_anew = Stylesheet._parse_rules
+    """Parse each style sheet once for all desks; parsing takes half of a desk's start."""
+    parse_rules = Stylesheet._parse_rules
 
     def parse(self, css, read_from, is_default_rules=False, tie_breaker=0, scope=""):
         key = (css, read_from, is_default_rules, tie_breaker, scope, *self._variables.items())
         if key not in _rules_read:
-            _rules_read[key] = parse_anew(
+            _rules_read[key] = parse_rules(
                 self, css, read_from, is_default_rules, tie_breaker, scope
             )
         return _rules_read[key]
@@ -117,7 +117,7 @@ def _read_each_style_once(monkeypatch, _rules_read):
 
 @pytest.fixture
 def own_home(tmp_path, monkeypatch):
-    """Give the arm files of a test a folder of their own."""
+    """Keep the arm files of a test in a folder of its own."""
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
     monkeypatch.delenv("ARMDRIVE_FORCE_SIM", raising=False)
     places.arm_files().mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What tests of coroutines share: a place to go to, a motion under way, an arm that stands."""
+"""For tests of coroutines: a goal, a motion under way, and a check that the arm stands."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from armdrive import Pose, State
 
 PLACE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 LONG_S = 1e6
-"""So much simulated time takes minutes to get through."""
+"""A simulated time that takes minutes of real time."""
 
 
 def still(arm):
-    """Tell whether the physical arm stands, and the driver knows it."""
+    """Return whether the physical arm stands."""
     before = arm.sync.twin.world.motors
     arm.sync.sleep(5.0)
     return arm.sync.twin.world.motors == before
 
 
 async def moving(arm, base_deg=60):
-    """Begin a motion as a task and let it get under way."""
+    """Begin a motion as a task, and wait until it is under way."""
     task = asyncio.create_task(arm.move_j(base_deg=base_deg))
     while arm.status.state is not State.MOVING or arm.status.acknowledged == arm.status.commanded:
         await asyncio.sleep(0)

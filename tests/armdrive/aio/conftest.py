@@ -1,4 +1,4 @@
-"""No test of coroutines leaves a thread behind."""
+"""Checks that no test of coroutines leaves a thread behind."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from can_fault_bench import SETTLED_S, Bus, goes_on
+from can_fault_bench import SETTLED_S, Bus, check_works_again
 from waiting import at_last
 
 from armdrive import Arm
@@ -213,9 +213,9 @@ def is_not_switched_on(arm: Arm, row: Row) -> None:
         assert re.search(row.words, arm.status.error), arm.status.error
 
 
-def stirred(bus: Bus) -> bool:
+def sends_motion(bus: Bus) -> bool:
     """Tell whether anything was sent that switches a motor on, or moves it, and need not be."""
-    return bool(bus.stirred) and bus.options.get("firmware") != OLD
+    return bool(bus.motion_frames) and bus.options.get("firmware") != OLD
 
 
 @pytest.mark.parametrize("name", ROWS)
@@ -233,12 +233,12 @@ def test_a_wrong_setting_is_reported_at_connecting_and_the_arm_moves_once_it_is_
     else:
         refused(bus.connect, row)
     assert bus.motors == stood
-    assert not stirred(bus)
+    assert not sends_motion(bus)
     mend()
     bus.settle()
     arm = arm if row.late else bus.connect()
     assert bus.motors == stood
-    goes_on(arm, stood)
+    check_works_again(arm, stood)
 
 
 @pytest.mark.parametrize("name", COMES_BACK)
@@ -257,11 +257,11 @@ def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_i
     bus.twin.link.replug()
     if row.late:
         arm.reconnect()
-        assert not stirred(bus)
+        assert not sends_motion(bus)
         is_not_switched_on(arm, row)
     else:
         refused(arm.reconnect, row)
-        assert not stirred(bus)
+        assert not sends_motion(bus)
         assert arm.status.state is State.DISCONNECTED
         assert arm.status.error_code == LOST
     assert bus.motors == stood
@@ -270,7 +270,7 @@ def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_i
     if not row.late:
         arm.reconnect()
     assert arm.status.trust in (Trust.RESTORED, Trust.SUSPECT)
-    goes_on(arm, stood)
+    check_works_again(arm, stood)
 
 
 @pytest.mark.parametrize(
@@ -281,7 +281,7 @@ def test_a_drive_that_is_set_up_otherwise_and_can_be_driven_all_the_same_is(sett
     flashed(setting)(bus)
     arm = bus.connect()
     assert ("3: 8c 01 01" in arm.status.notice) == isinstance(setting, SetReplies)
-    goes_on(arm, bus.motors)
+    check_works_again(arm, bus.motors)
     kept = bus.twin.board.nodes[ELBOW].flash.of(SilenceWatchdog)
     assert kept == SilenceWatchdog(round(bus.config.device.watchdog_s * 1000))
 
@@ -296,7 +296,7 @@ def test_drives_with_other_microsteps_are_switched_on_and_nothing_moves():
     assert bus.motors == stood
     mend()
     arm.reset() if arm.status.state is State.ERROR_STOP else arm.enable()
-    goes_on(arm, stood)
+    check_works_again(arm, stood)
 
 
 def test_a_node_that_another_master_stopped_is_started_again():
@@ -306,8 +306,8 @@ def test_a_node_that_another_master_stopped_is_started_again():
     stood = bus.motors
     arm = bus.connect()
     assert bus.motors == stood
-    assert not stirred(bus)
-    goes_on(arm, stood)
+    assert not sends_motion(bus)
+    check_works_again(arm, stood)
 
 
 @needs_pty

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from doctor_bench import Echo, EchoingBoard, SimPort, Talker, made
+from doctor_bench import EchoDevice, EchoingBoard, SimPort, TableDevice, made
 from test_wrong_dialect import ON_SERIAL, connected, refused
 
 from armdrive.config.sections import Connection
@@ -16,16 +16,16 @@ SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:
 OLD_STATUS = b"<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n"
 OLD_GREETING = b"\r\nGrbl 0.9j ['$' for help]\r\n"
 FOREIGN = {
-    "Marlin, the firmware of a 3D printer": Talker(
+    "Marlin, the firmware of a 3D printer": TableDevice(
         {}, b'echo:Unknown command: ""\nok\n', b"start\r\necho:Marlin 2.1.2\r\n"
     ),
-    "Smoothieware": Talker({b"?": SMOOTHIE_STATUS}, b"ok\r\n", b"Smoothie\r\nok\r\n"),
-    "Grbl 0.9j, whose reports have an older form": Talker(
+    "Smoothieware": TableDevice({b"?": SMOOTHIE_STATUS}, b"ok\r\n", b"Smoothie\r\nok\r\n"),
+    "Grbl 0.9j, whose reports have an older form": TableDevice(
         {b"?": OLD_STATUS, b"\x18": OLD_GREETING, b"$I": b"[0.9j.20150930:]\r\nok\r\n"},
         b"ok\r\n",
         OLD_GREETING,
     ),
-    "an ESP32 whose firmware has sent nothing yet": Talker(
+    "an ESP32 whose firmware has sent nothing yet": TableDevice(
         {}, b"", b"ets Jun  8 2016 00:22:57\r\n\r\nrst:0x1 (POWERON_RESET),boot:0x13\r\n"
     ),
 }
@@ -41,7 +41,7 @@ def test_other_firmware_is_named_with_the_remedy_and_gets_no_motion(name):
 
 
 def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
-    found = SimPort(Talker({}, b"ok\r\n", OLD_GREETING)).examine(115_200)
+    found = SimPort(TableDevice({}, b"ok\r\n", OLD_GREETING)).examine(115_200)
     (first, *_) = after.of_examination(found, wire=Connection("grbl"))
     assert first.grade is Grade.PROBLEM
     assert "Grbl 0.9j" in first.what
@@ -50,7 +50,7 @@ def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
 
 @pytest.mark.parametrize("dialect", ON_SERIAL)
 def test_an_echoing_line_is_recognised(dialect):
-    sentence = refused(dialect, SimPort(Echo(baud=115_200)), 115_200)
+    sentence = refused(dialect, SimPort(EchoDevice(baud=115_200)), 115_200)
     assert "Everything that is sent comes straight back" in sentence
 
 
@@ -63,7 +63,7 @@ def test_a_board_behind_such_a_line_moves_nothing():
 
 
 def test_the_doctor_finds_an_echo_and_takes_it_for_no_answer():
-    echo = SimPort(Echo(baud=115_200)).examine()
+    echo = SimPort(EchoDevice(baud=115_200)).examine()
     assert echo.identity is None
     assert "comes straight back" in after.of_examination(echo)[0].what
     board = SimPort(EchoingBoard(made("robko01"))).examine(115_200)

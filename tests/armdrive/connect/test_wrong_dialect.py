@@ -10,7 +10,7 @@ from doctor_bench import (
     LINE_ENDS_ACT,
     PREPARED,
     SPOKEN,
-    Deaf,
+    ScriptedDevice,
     SimPort,
     check_unmoved,
     prepared,
@@ -87,12 +87,12 @@ def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
     ],
 )
 def test_the_error_quotes_what_was_received(asked, says, named):
-    port = SimPort(Deaf(answers=says))
+    port = SimPort(ScriptedDevice(answers=says))
     assert named in refused(asked, port)
 
 
 def test_silence_is_reported_as_silence():
-    sentence = refused("teachmover", SimPort(Deaf()))
+    sentence = refused("teachmover", SimPort(ScriptedDevice()))
     assert "The bytes received" not in sentence
     assert "The device" not in sentence
     assert "no answer" in sentence
@@ -100,7 +100,7 @@ def test_silence_is_reported_as_silence():
 
 @pytest.mark.parametrize("half", [b"1", b"1\r0,0,0", b"1\r0,0,0,0,0,0,"])
 def test_half_an_answer_of_the_right_dialect_does_not_count(half):
-    port = SimPort(Deaf(answers=half))
+    port = SimPort(ScriptedDevice(answers=half))
     assert "no answer" in refused("teachmover", port)
 
 

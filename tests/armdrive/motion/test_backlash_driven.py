@@ -8,10 +8,10 @@ from backlash_bench import (
     DIALECTS,
     MIDDLE,
     PLAY,
+    arm_with_play,
+    move_at_random,
     off_mm,
     off_steps,
-    played_arm,
-    shaken,
 )
 
 from armdrive import Jog, Pose
@@ -25,25 +25,25 @@ every_dialect = pytest.mark.parametrize("dialect", DIALECTS)
 
 @every_dialect
 def test_without_compensation_the_arm_is_off_by_its_play_and_with_it_by_nothing(dialect):
-    plain = played_arm(dialect, backlash=0)
-    assert max(shaken(plain, 4)) == PLAY
+    plain = arm_with_play(dialect, backlash=0)
+    assert max(move_at_random(plain, 4)) == PLAY
     plain.move_j(base_deg=4.0)
     plain.move_j(base_deg=1.0)
     assert off_mm(plain) > 2.0
-    arm = played_arm(dialect)
+    arm = arm_with_play(dialect)
     assert arm.status.notice == ""
-    assert max(shaken(arm, 4)) == 0
+    assert max(move_at_random(arm, 4)) == 0
     assert off_mm(arm) < 1e-9
 
 
 def test_nothing_drifts_over_two_hundred_moves():
-    arm = played_arm("teachmover", play=(12, 7, 30, 3, 0, 5), backlash=(12, 7, 30, 3, 0, 5))
-    assert max(shaken(arm, 200, seed=2)) == 0
+    arm = arm_with_play("teachmover", play=(12, 7, 30, 3, 0, 5), backlash=(12, 7, 30, 3, 0, 5))
+    assert max(move_at_random(arm, 200, seed=2)) == 0
 
 
 def test_a_backlash_that_was_measured_a_little_wrong_is_off_by_no_more_than_that():
-    arm = played_arm("teachmover", backlash=PLAY - 2)
-    assert max(shaken(arm, 60)) <= 2 + 2  # beside the reference, which was no better
+    arm = arm_with_play("teachmover", backlash=PLAY - 2)
+    assert max(move_at_random(arm, 60)) <= 2 + 2  # beside the reference, which was no better
 
 
 def beside_line_mm(arm):
@@ -68,13 +68,13 @@ def beside_line_mm(arm):
 @every_dialect
 def test_a_line_is_kept_where_motors_turn_round_in_it(dialect):
     """The shoulder's and the elbow's in the middle of the line, the base's at its ends."""
-    true_mm = beside_line_mm(played_arm(dialect, play=0, backlash=0))
-    assert beside_line_mm(played_arm(dialect)) <= true_mm + 0.5
+    true_mm = beside_line_mm(arm_with_play(dialect, play=0, backlash=0))
+    assert beside_line_mm(arm_with_play(dialect)) <= true_mm + 0.5
 
 
 @every_dialect
 def test_jogging_by_small_increments_moves_the_arm_every_time(dialect):
-    arm = played_arm(dialect)
+    arm = arm_with_play(dialect)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     for sign in (1, -1, -1, 1, -1, 1):
         before = arm.twin.world.joints["base"]
@@ -85,7 +85,7 @@ def test_jogging_by_small_increments_moves_the_arm_every_time(dialect):
 
 @every_dialect
 def test_a_reversed_and_released_jog_ends_at_the_reported_position(dialect):
-    arm = played_arm(dialect)
+    arm = arm_with_play(dialect)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     for sign, for_s in ((1.0, 0.5), (-1.0, 0.12), (1.0, 0.31), (-1.0, 0.45)):
         arm.hold(Jog.joint(base=sign, elbow=-sign), speed=0.7, for_s=for_s)
@@ -97,7 +97,7 @@ def test_a_reversed_and_released_jog_ends_at_the_reported_position(dialect):
 
 @every_dialect
 def test_releasing_a_jog_during_backlash_compensation_stops_within_the_same_time(dialect):
-    arm = played_arm(dialect, play=190, backlash=190)
+    arm = arm_with_play(dialect, play=190, backlash=190)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     arm.jog_j(base_deg=2)
     before = arm.twin.world.motors
@@ -114,7 +114,7 @@ def test_releasing_a_jog_during_backlash_compensation_stops_within_the_same_time
 
 @every_dialect
 def test_a_pause_during_backlash_compensation_stops_and_resumes_there(dialect):
-    arm = played_arm(dialect, play=90, backlash=90)
+    arm = arm_with_play(dialect, play=90, backlash=90)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     for number, after_s in enumerate((0.03, 0.15, 0.3)):
         handle = arm.move_j(base_deg=-3.0 if number % 2 else 3.0, shoulder_deg=40, wait=False)
@@ -133,7 +133,7 @@ def test_a_pause_during_backlash_compensation_stops_and_resumes_there(dialect):
 @every_dialect
 @pytest.mark.parametrize("wide", [PLAY, 90])
 def test_a_stop_at_any_moment_of_backlash_compensation_keeps_the_position(dialect, wide):
-    arm = played_arm(dialect, play=wide, backlash=wide)
+    arm = arm_with_play(dialect, play=wide, backlash=wide)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     for number, after_s in enumerate((0.05, 0.09, 0.16, 0.23, 0.31, 0.4, 0.02, 0.6)):
         way = 8.0 if number % 2 else -8.0
@@ -149,7 +149,7 @@ def test_a_stop_at_any_moment_of_backlash_compensation_keeps_the_position(dialec
 
 @every_dialect
 def test_no_burst_is_longer_than_announced_whatever_the_backlash(dialect):
-    arm = played_arm(dialect, play=150, backlash=150)
+    arm = arm_with_play(dialect, play=150, backlash=150)
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     controller, lengths = arm.core.controller, []
     begin = controller.begin
@@ -175,7 +175,7 @@ def test_no_burst_is_longer_than_announced_whatever_the_backlash(dialect):
 
 
 def test_fingers_that_a_motor_with_backlash_pulls_measure_what_they_hold():
-    arm = played_arm("teachmover")
+    arm = arm_with_play("teachmover")
     pose = Pose.of(x_mm=250, y_mm=0, z_mm=20, pitch_deg=-90)
     arm.gripper.open()
     arm.move_to(replace(pose, z_mm=90))

@@ -9,10 +9,10 @@ from backlash_bench import (
     DIALECTS,
     MIDDLE,
     PLAY,
+    arm_with_play,
     config_of,
-    played_arm,
-    refer,
-    shaken,
+    move_at_random,
+    reference_from_one_side,
 )
 from faults import as_it_stands
 
@@ -30,7 +30,7 @@ every_dialect = pytest.mark.parametrize("dialect", DIALECTS)
 
 @every_dialect
 def test_the_next_program_knows_on_which_side_of_its_play_each_motor_is(dialect, tmp_path):
-    arm = played_arm(dialect)
+    arm = arm_with_play(dialect)
     config = arm.config
     for number in range(3):
         arm.close()
@@ -41,14 +41,14 @@ def test_the_next_program_knows_on_which_side_of_its_play_each_motor_is(dialect,
         ) as arm:
             arm.enable()
             if number == 0:
-                refer(arm)
+                reference_from_one_side(arm)
             assert arm.status.trust is (Trust.REFERENCED if number == 0 else Trust.RESTORED)
-            assert max(shaken(arm, 1, seed=number)) == 0
+            assert max(move_at_random(arm, 1, seed=number)) == 0
             assert arm.core.position.slack.unsure == ()
 
 
 def test_another_backlash_needs_another_reference(tmp_path):
-    arm = played_arm("teachmover", home=False)
+    arm = arm_with_play("teachmover", home=False)
     arm.close()
     trusts = []
     for widths in ((12,) * 6, (12,) * 6, (11,) * 6, ()):
@@ -63,21 +63,21 @@ def test_another_backlash_needs_another_reference(tmp_path):
 
 
 def test_the_simulated_operator_comes_from_one_side():
-    arm = played_arm("teachmover", home=False)
+    arm = arm_with_play("teachmover", home=False)
     arm.home()
     assert arm.status.notice == ""
-    assert max(shaken(arm, 5)) == 0
+    assert max(move_at_random(arm, 5)) == 0
 
 
 def test_a_declared_posture_reports_unknown_backlash():
-    arm = played_arm("teachmover", home=False)
+    arm = arm_with_play("teachmover", home=False)
     as_it_stands(arm)
     assert "base" in arm.status.notice
     assert "half" in arm.status.notice
-    assert max(shaken(arm, 10)) <= PLAY / 2
+    assert max(move_at_random(arm, 10)) <= PLAY / 2
     as_it_stands(arm)
     assert arm.status.notice == ""
-    assert max(shaken(arm, 10)) == 0
+    assert max(move_at_random(arm, 10)) == 0
 
 
 HOMED = """
@@ -110,7 +110,7 @@ def test_homing_by_switches_ends_in_the_same_place_and_reports_unknown_backlash(
 
 
 def test_a_pendant_that_turns_a_motor_within_its_play_is_noticed():
-    arm = played_arm("teachmover")
+    arm = arm_with_play("teachmover")
     position = arm.status.acknowledged
     arm.twin.device.jog((-5 if arm.core.position.slack.taken[0] else 5, 0, 0, 0, 0, 0))
     arm.sleep(2.0)
@@ -121,7 +121,7 @@ def test_a_pendant_that_turns_a_motor_within_its_play_is_noticed():
 
 
 def test_a_lost_byte_of_a_burst_is_noticed_though_it_only_moved_motors_in_their_play():
-    arm = played_arm("teachmover")
+    arm = arm_with_play("teachmover")
     arm.move_j(**{f"{name}_deg": deg for name, deg in MIDDLE.items()})
     arm.twin.board.drive.rack.count((3, 0, 0, 0, 0, 0))
     with pytest.raises(ArmError):
@@ -130,7 +130,7 @@ def test_a_lost_byte_of_a_burst_is_noticed_though_it_only_moved_motors_in_their_
 
 
 def test_a_controller_that_lost_its_power_leaves_the_backlash_in_doubt():
-    arm = played_arm("teachmover")
+    arm = arm_with_play("teachmover")
     assert arm.core.position.slack.unsure == ()
     arm.twin.device.power_off()
     arm.twin.device.power_on()
@@ -140,7 +140,7 @@ def test_a_controller_that_lost_its_power_leaves_the_backlash_in_doubt():
 
 
 def test_a_saved_twin_keeps_where_its_play_is():
-    arm = played_arm("teachmover")
+    arm = arm_with_play("teachmover")
     saved = arm.twin.save()
     again = simulate(arm.config, saved)
     assert again.world.play.ahead == arm.twin.world.play.ahead

@@ -1,4 +1,4 @@
-"""Programs without an arm: what they ask for, answered from a table."""
+"""Programs without an arm: their acts get replies from a table."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def reply(act, inputs=(), widths=None):
 
 
 def run(machine, inputs=(), widths=None):
-    """Return all acts up to the end; every state on the way can be written down and restored."""
+    """Return all acts up to the end; check that every state can be saved and restored."""
     acts, widths = [], list(widths or [])
     for _ in range(MOST):
         stage = machine.next()
@@ -70,7 +70,7 @@ def acts(text, *, inputs=(), widths=None, points=BOOK):
 
 
 def told(text, **more):
-    """Return what a program says."""
+    """Return the texts that a program says."""
     return [act.text for act in acts(text, **more) if isinstance(act, Say)]
 
 
@@ -79,7 +79,7 @@ def goals(text, **more):
 
 
 def refused(text, **more):
-    """Return all the problems of a program: line, column, text."""
+    """Return all problems of a program: line, column, text."""
     with pytest.raises(ProgramError) as caught:
         acts(text, **more)
     return [(each.mark.line, each.mark.column, each.text) for each in caught.value.problems]

@@ -15,8 +15,8 @@ from running_bench import (
     begin,
     down,
     kill,
-    reborn,
     recorded,
+    restarted,
 )
 
 from armdrive.connect.target import simulated_config
@@ -96,7 +96,7 @@ def test_a_program_killed_at_any_act_resumes_and_ends_the_same(arm, path, number
     script = killed(arm, path, number, when)
     assert interrupted(arm.config.name).line == number
     arm.sleep(3.0)  # it has stood for a while when the program is begun again
-    again = reborn(arm)
+    again = restarted(arm)
     machine = resume(again, script, path)
     assert placed(again)
     assert machine.answers[2] == pytest.approx(30, abs=1)
@@ -136,7 +136,7 @@ def test_a_program_killed_in_mid_motion_cannot_resume_with_a_suspect_position(ar
 
     with pytest.raises(Killed), on_its_way(arm, 1, kill):
         begin(arm, script, path)
-    again = reborn(arm)
+    again = restarted(arm)
     with pytest.raises(NotReferenced):
         resume(again, script, path)
 
@@ -145,7 +145,7 @@ def test_after_a_pulled_cable_and_a_reference_the_error_says_where_to_bring_the_
     script = Script(PICK_AND_PLACE)
     with pytest.raises(ArmError), on_its_way(arm, 5, lambda _: arm.twin.link.unplug()):
         begin(arm, script, path)
-    again = reborn(arm)
+    again = restarted(arm)
     with pytest.raises(NotReferenced):
         resume(again, script, path)
     again.twin.world.take("A")  # as whoever guides it to its reference has to

@@ -3,7 +3,7 @@
 from functools import partial
 
 import pytest
-from running_bench import At, Killed, begin, reborn, recorded, standing_twin
+from running_bench import At, Killed, begin, recorded, restarted, twin_at_reference
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
@@ -28,7 +28,7 @@ move at(180, -5 * count, 50, -90)
 
 def homed(dialect):
     config = simulated_config(dialect)
-    arm = recorded(config, standing_twin(config))
+    arm = recorded(config, twin_at_reference(config))
     arm.confirm_reference()
     return arm
 
@@ -56,7 +56,7 @@ def test_killed_or_stopped_it_goes_on_and_ends_where_it_should(dialect, run):
         with pytest.raises(Killed):
             run(arm, At(number), resume=resume)
         arm.sleep(3.0)
-        arm = reborn(arm)
+        arm = restarted(arm)
     assert run(arm, resume=True) == 1
     assert arm.twin.world.joints.angles_rad == pytest.approx(end, abs=0.01)
 

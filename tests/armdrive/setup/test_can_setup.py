@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
-from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
+from can_setup_bench import NAMES, READING, TURNING, Bench, arm, arm_as_built
 
 from armdrive.dialects.bus.tools import DrivePlace
 from armdrive.dialog.conversation import About
@@ -42,7 +42,7 @@ IDS = (1, 2, 3, 4, 5, 6)
 
 
 SIGNS = (1, -1, 1, 1, -1, -1)
-TRUTH = really(SIGNS, (1.0, 2.0, 1.0, 1.0, 1.0, 1.0))
+TRUTH = arm_as_built(SIGNS, (1.0, 2.0, 1.0, 1.0, 1.0, 1.0))
 
 
 @pytest.fixture(scope="module")
@@ -379,7 +379,7 @@ def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
 
 
 def test_a_gear_that_is_believed_ten_times_too_high_shows_at_the_first_small_motion():
-    bench = Bench(truth=really(gears=(1.0, 0.1, 1.0, 1.0, 1.0, 1.0)))
+    bench = Bench(truth=arm_as_built(gears=(1.0, 0.1, 1.0, 1.0, 1.0, 1.0)))
     start, most = bench.twin.world.joints[1], [0.0]
     sleep = bench.clock.sleep
 
@@ -394,7 +394,7 @@ def test_a_gear_that_is_believed_ten_times_too_high_shows_at_the_first_small_mot
 
 
 def test_a_gear_that_is_off_by_two_is_corrected_by_what_was_measured():
-    bench = Bench(truth=really(gears=(1.0, 0.5, 1.0, 1.0, 1.0, 1.0)))
+    bench = Bench(truth=arm_as_built(gears=(1.0, 0.5, 1.0, 1.0, 1.0, 1.0)))
     assert bench.one()
     assert bench.kept["shoulder"].gear == pytest.approx(25.0, rel=0.02)
     bench = Bench()

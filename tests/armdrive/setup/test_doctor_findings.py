@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from doctor_bench import BANNER, PROBES, SPOKEN, WHO, Deaf, Echo, SimPort, made
+from doctor_bench import BANNER, PROBES, SPOKEN, WHO, EchoDevice, ScriptedDevice, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
 from pages import page
@@ -78,24 +78,24 @@ def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
 
 
 def test_a_rate_that_is_not_the_usual_one_is_part_of_what_to_do_next():
-    port = SimPort(Deaf(answers=b"version = 1.3\r\n", baud=19200))
+    port = SimPort(ScriptedDevice(answers=b"version = 1.3\r\n", baud=19200))
     found = port.examine(19200)
     assert after.next_steps("COM 3", found)[0].endswith("--dialect armdroid --baud 19200")
     assert "baud = 19200" in after.arm_file_lines("COM3", found)
 
 
 def test_the_version_of_a_grbl_board_is_asked_only_when_it_has_just_started():
-    still = Deaf(answers=b"<Idle|MPos:0.000,0.000,0.000>\r\n", baud=115200)
+    still = ScriptedDevice(answers=b"<Idle|MPos:0.000,0.000,0.000>\r\n", baud=115200)
     SimPort(still).examine(115200)
     assert still.heard == b"?"
-    started = Deaf((1.0, BANNER), baud=115200)
+    started = ScriptedDevice((1.0, BANNER), baud=115200)
     found = SimPort(started).examine(115200)
     assert started.heard == b"$I\n"
     assert found.restarted
 
 
 def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
-    found = SimPort(Deaf((1.0, BANNER), baud=115200)).examine(115200)
+    found = SimPort(ScriptedDevice((1.0, BANNER), baud=115200)).examine(115200)
     plain = after.of_examination(found)[-1]
     assert plain.grade is Grade.NOTE
     assert "keep_dtr_on_close = true" in plain.mend
@@ -111,7 +111,7 @@ def test_a_greeting_over_a_network_is_not_taken_for_a_reset_of_dtr():
 
 
 def test_first_words_at_another_rate_are_a_restart_too():
-    device = Deaf((0.5, b"Welcome, Armdroid!\r\n"), answers=b"version = 1.3\r\n")
+    device = ScriptedDevice((0.5, b"Welcome, Armdroid!\r\n"), answers=b"version = 1.3\r\n")
     found = SimPort(device).examine()
     assert (found.identity.dialect, found.baud) == ("armdroid", 9600)
     assert found.restarted
@@ -125,32 +125,32 @@ def only(device, baud: int | None = None, tried: int | None = None):
 
 
 def test_silence_names_the_rates_that_were_tried():
-    assert "no device answers at 9600 and 115200 baud" in only(Deaf()).what
-    alone = only(Deaf(), 2400, 2400)
+    assert "no device answers at 9600 and 115200 baud" in only(ScriptedDevice()).what
+    alone = only(ScriptedDevice(), 2400, 2400)
     assert alone.what == "no device answers at 2400 baud"
 
 
 def test_an_echo_is_no_arm():
-    assert "comes straight back" in only(Echo(), 9600).what
+    assert "comes straight back" in only(EchoDevice(), 9600).what
 
 
 def test_half_a_line_and_strangers_are_shown():
-    assert "'Gr'" in only(Deaf((1.0, b"Gr")), 9600).what
-    assert "3D printer" in only(Deaf(answers=b"echo:Marlin 2.1\n"), 9600).what
-    retrofit = only(Deaf(answers=b"\r\n1, 2, 3, 4, 5, 6, 0\r\n"), 9600)
+    assert "'Gr'" in only(ScriptedDevice((1.0, b"Gr")), 9600).what
+    assert "3D printer" in only(ScriptedDevice(answers=b"echo:Marlin 2.1\n"), 9600).what
+    retrofit = only(ScriptedDevice(answers=b"\r\n1, 2, 3, 4, 5, 6, 0\r\n"), 9600)
     assert "SUPER" in retrofit.mend
 
 
 def test_bytes_that_nobody_can_read_hint_at_the_baud_rate():
-    assert "--baud" in only(Deaf((1.0, bytes(range(0x80, 0xA0)))), 9600).mend
+    assert "--baud" in only(ScriptedDevice((1.0, bytes(range(0x80, 0xA0)))), 9600).mend
 
 
 def test_a_line_that_status_answers_but_read_does_not_is_no_teachmover():
-    assert "not in a dialect that armdrive knows" in only(Deaf(answers=b"0\r"), 9600).what
+    assert "not in a dialect that armdrive knows" in only(ScriptedDevice(answers=b"0\r"), 9600).what
 
 
 def test_another_dialect_than_expected_is_a_problem():
-    found = SimPort(Deaf(answers=b"version = 1.3\r\n")).examine(9600)
+    found = SimPort(ScriptedDevice(answers=b"version = 1.3\r\n")).examine(9600)
     _, differs = after.of_examination(found, 9600, Connection("teachmover"))
     assert differs.grade is Grade.PROBLEM
     assert "the device speaks armdroid, not teachmover" in differs.what

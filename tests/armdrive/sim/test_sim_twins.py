@@ -193,8 +193,8 @@ HOSTS = {
 }
 
 
-def let_pass(bench, seconds):
-    bench.host.receive_data(bench.let_pass(seconds))
+def pass_time(bench, seconds):
+    bench.host.receive_data(bench.pass_time(seconds))
     while bench.host.next_event() is not None:
         pass
 
@@ -212,7 +212,7 @@ def test_how_often_one_looks_changes_nothing(dialect, moves, looks):
         for bench, pauses in ((watched, looks), (alone, [math.fsum(looks)])):
             bench.begin(request(move))
             for pause in (*pauses, 5.0):
-                let_pass(bench, pause)
+                pass_time(bench, pause)
     assert watched.device.registers == alone.device.registers
     assert watched.device.world.motors == alone.device.world.motors
 

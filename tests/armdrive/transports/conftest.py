@@ -1,4 +1,4 @@
-"""A CAN bus that fails on request, and how patient the driver is with one."""
+"""A CAN bus that fails on request, and the timeouts of the driver."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from armdrive.transports import can_link, can_threads
 
 @pytest.fixture
 def short_patience(monkeypatch):
-    """Have what must last to be a loss last less, so that tests are quick."""
+    """Shorten the timeouts after which a link counts as lost, so that tests are quick."""
     monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.1)
     monkeypatch.setattr(can_threads, "PATIENCE_S", 0.3)
 
 
 @pytest.fixture
 def never_stale(monkeypatch):
-    """Have a frame that waits for a busy computer sent all the same."""
+    """Never drop a frame as stale, however busy the computer is."""
     monkeypatch.setattr(can_threads, "FRESH_S", LONG_S)
 
 
 @pytest.fixture
 def patient(monkeypatch):
-    """Have nothing be a loss because it lasts."""
+    """Lengthen the timeouts, so that no link counts as lost because of a delay."""
     monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", LONG_S)
     monkeypatch.setattr(can_threads, "PATIENCE_S", LONG_S)
     monkeypatch.setattr(can_link, "DRAIN_S", LONG_S)

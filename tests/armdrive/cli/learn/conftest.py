@@ -8,7 +8,7 @@ from chain_files import shown_links
 
 @pytest.fixture
 def own(tmp_path):
-    """Return a link table of the reader's own: the one that the docs show."""
+    """Return the path of a file with the link table that the docs show."""
     path = tmp_path / "mine.toml"
     path.write_text(shown_links(), encoding="utf-8")
     return str(path)

@@ -1,4 +1,4 @@
-"""`armdrive shell` in a process of its own on a pseudo-terminal, as a person has it."""
+"""`armdrive shell` in a process of its own, on a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CTRL_C, CTRL_D = "\x03", "\x04"
 
 
 class Prompt:
-    """The terminal of a shell: what is typed there, and what has been shown."""
+    """The terminal of a shell: types keys, and reads what is shown."""
 
     def __init__(self, *words: str) -> None:
         self._number, slave = pty.openpty()
@@ -49,17 +49,16 @@ class Prompt:
         return self.until(until)
 
     def interrupt(self) -> None:
-        """Press Ctrl-C, again where nothing is seen of it.
+        """Press Ctrl-C, again and again until something is shown.
 
-        A signal that comes between the prompt and the wait behind it is not heard by Python's
-        readline until the next one.
+        Python's readline misses a signal that comes between the prompt and the wait for a key.
         """
         self.type(CTRL_C)
         while not select.select([self._number], [], [], AGAIN_S)[0]:
             self.type(CTRL_C)
 
     def until(self, text: str = PROMPT) -> str:
-        """Return what is shown from the last such call up to a text, which has to come."""
+        """Return what is shown after the last such call, up to a text that has to come."""
         for _ in looks(f"{text!r} was never shown"):
             if text in "\n" + (shown := self._shown()):
                 break
@@ -69,7 +68,7 @@ class Prompt:
         return shown
 
     def end(self) -> int:
-        """Return the exit code, once it has ended by itself."""
+        """Wait until the shell ends by itself; return its exit code."""
         while select.select([self._number], [], [], LONG_S)[0]:
             data = self._data()
             self._raw += data
@@ -78,13 +77,13 @@ class Prompt:
         return self.process.wait(LONG_S)
 
     def close(self) -> None:
-        """End it in any case."""
+        """Kill the shell."""
         self.process.kill()
         self.process.wait()
         os.close(self._number)
 
     def _shown(self) -> str:
-        """Return what stands on the screen, lines that were wiped left out."""
+        """Return the text on the screen, without lines that were wiped."""
         return _CODES.sub("", _WIPED.sub("", self._raw.replace("\r\n", "\n")))
 
     def _data(self) -> str:

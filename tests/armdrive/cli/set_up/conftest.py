@@ -1,4 +1,4 @@
-"""A port that leads to a simulated device."""
+"""A port with a simulated device behind it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from armdrive.status import SchedulingJitter
 
 @pytest.fixture
 def _punctual(monkeypatch):
-    """Have the doctor find the computer punctual at once, however busy it is with tests."""
+    """Make the doctor find the computer punctual at once, however busy it is with tests."""
     monkeypatch.setattr(doctor, "measured_jitter", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
 
 
 @pytest.fixture
 def port(tmp_path, monkeypatch, _punctual):
-    """Return a port that is there and is no USB adapter; `lead_to` says what it leads to."""
+    """Return an existing port that is no USB adapter; `lead_to` puts a device behind it."""
     device = tmp_path / "ttyUSB0"
     device.touch()
     monkeypatch.setattr(pyserial, "comports", list)
@@ -29,5 +29,5 @@ def port(tmp_path, monkeypatch, _punctual):
 
 @pytest.fixture
 def lead_to(port, monkeypatch):
-    """Have the port lead to a device; returns the openings."""
+    """Put a device behind the port; return the list of baud rates at which it is opened."""
     return partial(lead, monkeypatch, port)

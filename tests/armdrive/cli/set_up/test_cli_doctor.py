@@ -7,7 +7,7 @@ import sys
 
 import pytest
 from cli_calls import write_arm_file
-from doctor_bench import BANNER, NUMBER, Deaf, SimPort, made, plug
+from doctor_bench import BANNER, NUMBER, ScriptedDevice, SimPort, made, plug
 
 from armdrive.connect import parts as connecting
 from armdrive.errors import PortUnavailable
@@ -168,7 +168,7 @@ def test_a_given_rate_is_the_only_one(call, port, lead_to):
 
 
 def test_no_answer_has_its_own_exit_code(call, port, lead_to):
-    lead_to(Deaf())
+    lead_to(ScriptedDevice())
     said = call("doctor", str(port), "--yes", code=6).out
     assert "no device answers" in said
     assert "transmit and receive" in said
@@ -176,7 +176,7 @@ def test_no_answer_has_its_own_exit_code(call, port, lead_to):
 
 
 def test_a_board_that_restarts_is_spared_it_by_its_arm_file(call, port, lead_to):
-    lead_to(Deaf((1.0, BANNER), baud=115200))
+    lead_to(ScriptedDevice((1.0, BANNER), baud=115200))
     seen = call("doctor", str(port), "--yes", "--json", code=0).json
     assert seen["restarted"]
     assert seen["arm_file"][-2:] == ["raise_dtr = true", "keep_dtr_on_close = true"]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from cli_calls import write_arm_file
-from doctor_bench import THREE_AXES, Rewritten, SimPort, made
+from doctor_bench import THREE_AXES, RewritingDevice, SimPort, made
 
 from armdrive.connect import parts as connecting
 from armdrive.connect.parts import assemble
@@ -124,8 +124,8 @@ def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_hel
 ):
     text = f'model = "minimover5"\n[connection]\ndialect = "grbl"\nport = "{port}"\n'
     write_arm_file("bench", text)
-    lead_to(Rewritten(made("grbl"), *THREE_AXES))
-    board = SimPort(Rewritten(made("grbl"), *THREE_AXES))
+    lead_to(RewritingDevice(made("grbl"), *THREE_AXES))
+    board = SimPort(RewritingDevice(made("grbl"), *THREE_AXES))
 
     def connect(config):
         recorder = FlightRecorder()

@@ -1,4 +1,4 @@
-"""A driver's end on the simulated bus of an arm on CiA 402 drives, without the engine between."""
+"""A CiA 402 controller on the simulated bus of an arm, without the engine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kinematics import Motors
 
 
 class Rig(BusBench):
-    """A controller and its drives on simulated time."""
+    """A controller and its drives in simulated time."""
 
     def __init__(self, settings: dict | None = None, **options) -> None:
         config = simulated_config("cia402")
@@ -33,15 +33,15 @@ class Rig(BusBench):
         return self.device.board.nodes[number - 1]
 
     def along(self, *segments: MoveBy, let_go=lambda: False, ahead_s: float = 0.3):
-        """Drive segments, and return the reply."""
+        """Move along segments, and return the reply."""
         return self.do(MoveAlong(iter(segments), ahead_s, let_go=let_go))
 
     def stop(self, *, hard: bool = False) -> None:
-        """Ask for a stop."""
+        """Request a stop."""
         self.controller.stop(hard=hard)
 
     def frames(self, service: Service, since_s: float = -math.inf) -> list[tuple[float, Frame]]:
-        """Return what the driver sent of a service."""
+        """Return the frames of a service that the driver sent, with their times."""
         return [
             (at_s, frame)
             for at_s, frame in self.sent
@@ -49,7 +49,7 @@ class Rig(BusBench):
         ]
 
     def targets(self, node: int, since_s: float = -math.inf) -> list[tuple[float, int]]:
-        """Return the targets that a drive was given."""
+        """Return the targets that a drive got, with their times."""
         return [
             (at_s, int.from_bytes(frame.data[3:7], "little", signed=True))
             for at_s, frame in self.frames(Service.RPDO1, since_s)
@@ -57,7 +57,7 @@ class Rig(BusBench):
         ]
 
     def words(self, node: int) -> list[int]:
-        """Return the controlwords that a drive was given."""
+        """Return the controlwords that a drive got."""
         return [
             int.from_bytes(frame.data[:2], "little")
             for _, frame in self.frames(Service.RPDO1)
@@ -65,21 +65,21 @@ class Rig(BusBench):
         ]
 
     def states(self) -> set[object]:
-        """Return the states of all drives, each once."""
+        """Return the set of the drives' states."""
         return {node.states.state for node in self.device.board.nodes}
 
-    def told_states(self) -> Iterable[Statusword | None]:
-        """Return what the driver knows of the drives' states."""
+    def known_states(self) -> Iterable[Statusword | None]:
+        """Return the statusword of each drive that the driver knows."""
         return [drive.word for drive in self.controller.group.drives]
 
 
 def steps(*counts: int) -> Motors:
-    """Return steps of six motors; those that are not named stand."""
+    """Return the steps of six motors; the remaining ones stand."""
     return Motors((*counts, *[0] * (6 - len(counts))))
 
 
 def moving(way: Motors, after_s: float = 0.5, settings: dict | None = None, **options) -> Rig:
-    """Return drives that have been on a long way for a while, at 20,000 increments a second."""
+    """Return a bench whose drives have been moving for a while, at 20,000 increments per second."""
     rig = Rig(settings, **options).ready()
     burst = bool(settings) and settings.get("strategy") == "profile"
     move = MoveBy(way, 20_000.0)

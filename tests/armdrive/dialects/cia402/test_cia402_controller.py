@@ -150,7 +150,7 @@ def test_drives_that_an_earlier_program_left_running_are_waited_for_and_then_sto
     there = rig.positions[0]
     assert isinstance(again.do(ReadPosition()), Registers)
     assert there + 15_000 < rig.positions[0] < 60_000
-    again.stands(1.0)
+    again.check_stands(1.0)
 
 
 def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
@@ -216,7 +216,7 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
     assert rig.do(ClearFault()) == Done()
-    rig.stands(0.3)
+    rig.check_stands(0.3)
 
 
 @in_pairs(

@@ -184,7 +184,7 @@ def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
     assert 0x0002 in rig.words(1)
     assert rig.states() == {DriveState.ENABLED}
     held = rig.positions
-    rig.stands(1.0)
+    rig.check_stands(1.0)
     assert rig.along(*LINE) == Done()
     assert rig.positions == held + steps(12_000, -6000)
 
@@ -278,7 +278,7 @@ def test_a_burst_is_stopped_by_a_quick_stop_and_does_not_go_on():
     there = rig.positions[0]
     assert rig.finish() == Halted()
     assert rig.positions[0] - there <= 20_000 * 0.2
-    rig.stands(1.0)
+    rig.check_stands(1.0)
 
 
 # -- a drive that is held -------------------------------------------------------------------------

@@ -7,7 +7,7 @@ ends in the same program, where the arm moves again.
 from __future__ import annotations
 
 import pytest
-from can_fault_bench import Bus, brought_back, is_told_and_stands
+from can_fault_bench import Bus, check_recovery, check_reported_and_stopped
 
 from firmware_protocol.canopen import Nmt, NmtCommand
 from firmware_protocol.frames import pack
@@ -35,5 +35,5 @@ def test_it_is_reported_and_mended_in_the_same_program(fault, words, strategy):
     bus = Bus("cia402", settings={"strategy": strategy})
     arm = bus.ready()
     begin = ordered(bus, fault) if isinstance(fault, NmtCommand) else fault
-    is_told_and_stands(arm, words, FAULT, begin, after_s=0.3, watched_s=1.2)
-    brought_back(arm, bus.motors)
+    check_reported_and_stopped(arm, words, FAULT, begin, after_s=0.3, watched_s=1.2)
+    check_recovery(arm, bus.motors)

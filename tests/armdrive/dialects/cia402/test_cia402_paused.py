@@ -25,7 +25,7 @@ class Pause:
         self.rig.begin(MoveAlong(iter(LINE), 0.3, held_back=lambda: self.paused))
         self.rig.run(0.3)
         mute_s = self.rig.now_s
-        acts = ((pause_s, self._pause), (0.0, self._mute), (MUTE_S, self._hear))
+        acts = ((pause_s, self._pause), (0.0, self._mute), (MUTE_S, self._receive))
         for after_s, act in sorted(acts, key=lambda each: each[0]):
             self.rig.run(mute_s + after_s - self.rig.now_s)
             act()
@@ -37,7 +37,7 @@ class Pause:
     def _mute(self) -> None:
         self.rig.device.board.drives.mute(1, True)
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         self.rig.device.board.drives.mute(1, False)
 
 
@@ -103,7 +103,7 @@ def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free
     assert "drive 1 (base) is at" in reply.reason
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.ASTRAY]
     rig.twin.world.stalled.clear()
-    rig.stands(1.0)
+    rig.check_stands(1.0)
 
 
 def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resumed():

@@ -126,9 +126,9 @@ class Bus(DriverBench):
         self.due = [entry for entry in self.due if entry[0] > self.now_s]
         for frame in ready:
             self.controller.receive(pack(frame), self.now_s)
-        self._speak()
+        self._send()
 
-    def _speak(self) -> None:
+    def _send(self) -> None:
         for frame in self._unpacker.feed(self.controller.advance(self.now_s)):
             self.network.notify(frame.can_id, bytearray(frame.data), self.now_s)
             for drive in self.drives:

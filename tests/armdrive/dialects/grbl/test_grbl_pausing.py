@@ -1,7 +1,7 @@
 """A GRBL arm paused while its wire is disturbed: a segment already drawn is not sent."""
 
 import pytest
-from backlash_bench import off_steps, played_arm
+from backlash_bench import arm_with_play, off_steps
 from faults import OVER_THE_TABLE, Rule, lost, without_byte
 from grbl_arm import config, ready, standing_as_said, tip_mm
 
@@ -85,7 +85,7 @@ def test_a_pause_that_is_over_at_once_holds_up_nothing():
 
 @pytest.mark.parametrize("after_s", AFTER_S)
 def test_backlash_that_was_to_be_taken_up_is_taken_up_after_the_pause(after_s):
-    arm = played_arm("grbl", motion={"planned_burst_s": 0.2})
+    arm = arm_with_play("grbl", motion={"planned_burst_s": 0.2})
     there = arm.joints.deg["base"]
     arm.move_j(base_deg=there + 8.0)
     handle = arm.move_j(base_deg=there - 8.0, wait=False)

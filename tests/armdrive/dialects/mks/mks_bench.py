@@ -1,4 +1,4 @@
-"""Simulated MKS drives on free shafts and on a bus of their own, and a driver's end."""
+"""An MKS controller and simulated drives on free shafts, without an arm."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ AHEAD_S = 0.3
 SEGMENT_S = 0.1
 BURSTS = {"segment_s": 0.0}
 FAR_FROM_ZERO = (50_000,) * 6
-"""Near zero a drive that was away may have restarted."""
+"""Near zero, a drive without contact may have restarted unnoticed."""
 WAY = (6000, -3000, 1500, 0, 700, 20)
 
 
 class FreeWorld(World):
-    """Motors that turn as far as they are driven: no arm hinders them, and none sags."""
+    """Motors that turn as far as they are driven: there is no arm to hinder them or to sag."""
 
     def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         follows = [0 if motor in self.stalled else step for motor, step in enumerate(steps)]
@@ -53,28 +53,28 @@ class FreeWorld(World):
 
 
 class FreeShafts(ShaftDrive):
-    """The shafts of those motors. `hangs` is how far each one's load holds it off its set-point."""
+    """The shafts of these motors. `load_errors` is how far a load turns each off its set-point."""
 
     def __init__(self, count: int) -> None:
-        self.hangs = [0] * count
+        self.load_errors = [0] * count
         model = preset("minimover5-mks")
         super().__init__(FreeWorld(ArmBody.of_preset(model), motors=[0] * count), MAKES_UP)
 
     def _errors(self, positions: Sequence[int]) -> tuple[int, ...]:
-        errors = zip(super()._errors(positions), self.hangs, self.holding, strict=True)
+        errors = zip(super()._errors(positions), self.load_errors, self.holding, strict=True)
         return tuple(error + hang if held else 0 for error, hang, held in errors)
 
     def _sag(self, freed: Sequence[int]) -> list[int]:
-        return [0] * len(self.hangs)
+        return [0] * len(self.load_errors)
 
     def push(self, motor: int, counts: int) -> None:
-        """Turn a shaft by force, at once."""
-        by = Motors(counts if each == motor else 0 for each in range(len(self.hangs)))
+        """Turn a shaft at once, by force."""
+        by = Motors(counts if each == motor else 0 for each in range(len(self.load_errors)))
         self.world._motors = self.world._motors + by
 
 
 class BenchDrive:
-    """A simulated drive on a free shaft, and what a test does to it."""
+    """A simulated drive on a free shaft, with what a test can do to it."""
 
     def __init__(self, sim: MksNode, shafts: FreeShafts, board: MksBoard) -> None:
         self.sim, self._shafts, self._board = sim, shafts, board
@@ -84,7 +84,7 @@ class BenchDrive:
         return self._board.now_s
 
     def _done(self) -> None:
-        """Have the board see what the drive is about to do."""
+        """Make the board collect the frames and events of the drive."""
         self._board._loop.collect()
 
     @property
@@ -93,18 +93,18 @@ class BenchDrive:
 
     @property
     def count(self) -> int:
-        """Where the drive says that its shaft is."""
+        """The drive's count of its shaft."""
         self._shafts.look(self._now_s)
         return self.sim.motor.counts
 
     @property
-    def turned_to(self) -> int:
-        """Where its set-point is, from its zero."""
+    def set_point(self) -> int:
+        """The set-point, counted from the drive's zero."""
         return self.sim.motor.point.at(self._now_s) - self.sim.motor.zero
 
     @property
     def mute(self) -> bool:
-        """Whether its cable is unplugged: it hears nothing, and says nothing."""
+        """Whether the drive's cable is unplugged, so that it neither receives nor sends."""
         return not self.sim.port.plugged
 
     @mute.setter
@@ -112,26 +112,26 @@ class BenchDrive:
         self.sim.port.plugged = not on
 
     def block(self) -> None:
-        """Have its shaft stand where it is."""
+        """Block the shaft."""
         self._shafts.look(self._now_s)
         self._shafts.world.stalled.add(self.index)
 
     def free(self) -> None:
-        """Have its shaft turn again."""
+        """Free the shaft."""
         self._shafts.world.stalled.discard(self.index)
 
-    def hang(self, counts: int) -> None:
-        """Have a load hold its shaft so far from its set-point, whatever that is."""
-        self._shafts.push(self.index, counts - self._shafts.hangs[self.index])
-        self._shafts.hangs[self.index] = counts
+    def load(self, counts: int) -> None:
+        """Turn the shaft off its set-point by a load, by a constant number of counts."""
+        self._shafts.push(self.index, counts - self._shafts.load_errors[self.index])
+        self._shafts.load_errors[self.index] = counts
 
     def enable(self, on: bool = True) -> None:
-        """Switch its motor on or off, as its own keys do."""
+        """Switch the motor on or off, as the drive's own keys do."""
         self.sim.set_enabled(on, self._now_s)
         self._done()
 
     def receive(self, frame: Frame) -> None:
-        """Take a frame from another program."""
+        """Receive a frame of another program."""
         self.sim.receive(frame, self._now_s)
         self._done()
 
@@ -143,42 +143,42 @@ class BenchDrive:
         return self.sim.flash.of(kind)
 
     def stall(self) -> None:
-        """Have its protection let the shaft go."""
+        """Make the stall protection release the shaft."""
         self.sim.motion.halt(self._now_s)
         self.sim.stalled = True
         self.enable(False)
 
     def lose_power(self) -> None:
-        """Take its supply; nothing turns its shaft meanwhile."""
+        """Switch the supply off; the shaft does not turn meanwhile."""
         switch_power(self.sim, False, self._now_s)
         self._done()
 
-    def find_power(self, *, at: int = 0, holds: bool = True) -> None:
-        """Give its supply back: it counts from there."""
+    def restore_power(self, *, at: int = 0, holds: bool = True) -> None:
+        """Switch the supply on; the drive counts from `at`."""
         switch_power(self.sim, True, self._now_s)
         self.sim.motor.count_from(at)
         self.enable(holds)
 
     def reset(self) -> None:
-        """Take its supply for no time: it counts from zero, and holds nothing."""
+        """Switch the supply off and on: the drive counts from zero, and does not hold."""
         self.lose_power()
-        self.find_power(holds=False)
+        self.restore_power(holds=False)
 
 
 SWITCH = 3000
-"""How far from where it starts a drive finds its switch, in counts."""
+"""The distance of a drive's switch from where it starts, in counts."""
 HOMES_RPM = 60
 
 
 def homing_at(rpm: int) -> mks.SetHoming:
-    """Return the setting of a drive that searches for its switch at a speed."""
+    """Return the homing setting of a drive that seeks its switch at a speed."""
     return mks.SetHoming(
         active_high=False, counter_clockwise=True, speed_rpm=rpm, limits=False, method=0
     )
 
 
 class MksBench(BusBench):
-    """A controller and its drives on free shafts; `firmware` is that of all, or of each."""
+    """A controller and its drives on free shafts; `firmware` is one version, or one per drive."""
 
     def __init__(self, firmware=LATEST, settings=None, starts=(0,) * 6) -> None:
         device = MksSettings(**(settings or {}))
@@ -211,7 +211,7 @@ class MksBench(BusBench):
 
 
 def segments(*ways, duration_s=SEGMENT_S) -> list[MoveBy]:
-    """Return segments of the same duration, however long each is."""
+    """Return segments of equal duration."""
     return [MoveBy(Motors(way), Motors(way).largest / duration_s) for way in ways]
 
 
@@ -231,7 +231,7 @@ def along(moves, **options) -> MoveAlong:
 
 
 def begun(moves, after_s=0.0, ahead_s=AHEAD_S, starts=FAR_FROM_ZERO, **settings) -> MksBench:
-    """Return drives that have been moving for a while."""
+    """Return a bench whose drives have been moving for a while."""
     bench = MksBench(starts=starts, settings=settings).ready()
     bench.begin(MoveAlong(iter(moves), ahead_s))
     bench.run(after_s)
@@ -241,7 +241,7 @@ def begun(moves, after_s=0.0, ahead_s=AHEAD_S, starts=FAR_FROM_ZERO, **settings)
 def requests(
     bench: MksBench, *kinds, node: int = 0, since_s: float = 0.0
 ) -> list[tuple[float, int, mks.Request]]:
-    """Return the requests of some kinds to a drive (0: to all) since a moment: when, to which."""
+    """Return the requests of some kinds to a drive (0: to all) since a time, with time and id."""
     found = [
         (at_s, frame.can_id, mks.decode_request(frame))
         for at_s, frame in bench.sent
@@ -251,7 +251,7 @@ def requests(
 
 
 def off_path(corners: Sequence[tuple[float, Motors]], time_s: float, positions: Motors) -> float:
-    """Return how far motors are off a path, in counts, if all may be a little late."""
+    """Return how far motors are off a path, in counts; all together may be a little late."""
     return min(
         max(abs(a - b) for a, b in zip(_place(corners, time_s - late_s), positions, strict=True))
         for late_s in (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
@@ -266,30 +266,30 @@ def _place(corners: Sequence[tuple[float, Motors]], time_s: float) -> list[float
     return list(corners[-1][1])
 
 
-# -- what a motion comes to ------------------------------------------------------------------------
+# -- how a motion ends -----------------------------------------------------------------------------
 
 
-def ends_well(bench: MksBench) -> None:
-    """Check that the motion is carried out, and that no drive is blamed."""
+def check_done(bench: MksBench) -> None:
+    """Check that the motion succeeds, without an alert."""
     reply = bench.finish()
     assert isinstance(reply, Done), str(reply)
     assert not bench.alerts()
 
 
-def is_halted(bench: MksBench, *, hard: bool = False) -> None:
-    """Stop the motion; check that it is halted, and that no drive is blamed."""
+def check_halted(bench: MksBench, *, hard: bool = False) -> None:
+    """Stop the motion; check that it is halted, without an alert."""
     bench.controller.stop(hard=hard)
     assert isinstance(bench.finish(), Halted)
     assert not bench.alerts()
 
 
-def blamed(
+def check_blamed(
     bench: MksBench,
     who: str = "drive 1 (base)",
     kind: AlertKind | None = None,
     reply: object = None,
 ) -> Alert:
-    """Check that one drive, and no other, is blamed for the end of the motion."""
+    """Check that the motion is rejected with one alert, about one drive; return the alert."""
     assert isinstance(reply or bench.finish(), RequestRejected)
     (alert,) = bench.alerts()
     assert who in alert.text
@@ -301,7 +301,7 @@ def blamed(
 
 
 def send_late(bench: MksBench, for_s: float) -> None:
-    """Suspend the program as it writes: what it says comes late, and so does it itself."""
+    """Suspend the program while it writes: its frames arrive late, and so do its next ones."""
     said, bench.waits_s = len(bench.sent), lambda _frame, host: for_s * host
     while len(bench.sent) == said:
         bench._step(bench.now_s + 1.0)
@@ -310,13 +310,13 @@ def send_late(bench: MksBench, for_s: float) -> None:
 
 
 def restart(bench: MksBench, number: int, *, dead_s=0.0, keeps_angle=False) -> Callable[[], int]:
-    """Restart a drive's firmware; return what tells where its shaft really is."""
+    """Restart a drive's firmware; return a function that tells where its shaft really is."""
     node = bench.node(number)
     stood, motor = node.count, node.sim.motor
     zero, angle = motor.zero, stood % mks.COUNTS_PER_TURN if keeps_angle else 0
     node.lose_power()
     if dead_s:
-        bench.at_s[bench.now_s + dead_s] = lambda: node.find_power(at=angle)
+        bench.at_s[bench.now_s + dead_s] = lambda: node.restore_power(at=angle)
     else:
-        node.find_power(at=angle)
+        node.restore_power(at=angle)
     return lambda: node.count + motor.zero - zero

@@ -88,7 +88,7 @@ def test_a_drive_that_an_earlier_program_left_running_is_waited_for_and_then_sto
     bench.node(1).receive(encode(1, RunAtSpeed(60, 236)))
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
-    bench.stands()
+    bench.check_stands()
 
 
 @pytest.mark.parametrize("request_", [Home(), Calibrate()])
@@ -165,7 +165,7 @@ def test_switching_off_lets_every_motor_go():
 def test_an_encoder_that_trembles_is_no_motion():
     bench = MksBench(starts=STARTS).ready()
     for node, slip in zip(bench.nodes, (3, -8, 0, 9, 1, 1), strict=True):
-        node.hang(slip)
+        node.load(slip)
     told = bench.do(ReadPosition())
     assert told == Registers(Motors((*STARTS[:3], 9, *STARTS[4:])))
 
@@ -202,4 +202,4 @@ def test_a_search_goes_no_farther_than_the_joints():
     node.sim.flash.put(homing_at(3000))
     words = denied(bench.do(HomeDevice(((4,),))))
     assert "within its joints' limits" in words
-    bench.stands(1.0)
+    bench.check_stands(1.0)

@@ -17,7 +17,7 @@ from mks_bench import (
     MksBench,
     along,
     begun,
-    is_halted,
+    check_halted,
     off_path,
     requests,
     segments,
@@ -180,7 +180,7 @@ def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s):
     bench.dead, died_s = True, bench.now_s
     bound = bench.controller.stopping(AHEAD_S)
     bench.run(bound.silent_s)
-    bench.stands()
+    bench.check_stands()
     assert bench.now_s > died_s
 
 
@@ -192,7 +192,7 @@ def test_a_program_that_was_suspended_stops_and_blames_no_drive(settings):
     bench.dead = True
     bench.run(2.0)
     bench.dead = False
-    is_halted(bench)
+    check_halted(bench)
 
 
 def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
@@ -202,7 +202,7 @@ def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
     bench.dead = True
     assert bench.controller.stopping(5.0).silent_s < 0.5
     bench.run(bench.controller.stopping(5.0).silent_s)
-    bench.stands()
+    bench.check_stands()
 
 
 @pytest.mark.parametrize("hard", [False, True])
@@ -292,7 +292,7 @@ def test_a_drive_that_fails_ends_the_motion_of_all_and_is_named(name, after_s):
     assert bench.now_s < began_s + 1.5
     assert [alert.kind for alert in bench.alerts()] == [kind] * (kind is not None)
     assert all(re.search(words, alert.text) for alert in bench.alerts())
-    bench.stands()
+    bench.check_stands()
 
 
 def test_disabled_motors_are_not_moved():
@@ -309,7 +309,7 @@ def test_a_target_beyond_what_can_be_said_is_refused():
     reply = bench.do(along(straight(2)))
     assert isinstance(reply, RequestRejected)
     assert "512 turns" in reply.reason
-    bench.stands()
+    bench.check_stands()
 
 
 # -- bursts ----------------------------------------------------------------------------------------

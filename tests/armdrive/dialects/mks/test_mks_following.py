@@ -12,8 +12,8 @@ from mks_bench import (
     FAR_FROM_ZERO,
     MksBench,
     begun,
-    blamed,
-    ends_well,
+    check_blamed,
+    check_done,
     segments,
     straight,
 )
@@ -69,7 +69,7 @@ def test_one_that_is_behind_and_goes_on_is_waited_for(speed, for_s, poll_s):
     bench = moving(straight(20, way), 0.5, 0.3, poll_s=poll_s)
     block(bench, 1)  # then it springs to where its drive wants it
     bench.at_s[bench.now_s + for_s] = bench.node(1).free
-    ends_well(bench)
+    check_done(bench)
     assert bench.positions == Motors(50_000 + 20 * each for each in way)
 
 
@@ -102,11 +102,11 @@ def test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause(counts_s, afte
     block(bench, 4)
     began_s = bench.now_s
     bench.at_s[began_s + paused_s] = lambda: paused.append(True)
-    blamed(bench, "drive 4 (right wrist)", AlertKind.ASTRAY)
+    check_blamed(bench, "drive 4 (right wrist)", AlertKind.ASTRAY)
     found_s = MAX_DELAY_S + STANDING_S + 2.0 * REST / abs(counts_s) + 2.0 * POLL_S
     assert bench.now_s - began_s <= found_s + RELIEVED_S
     bench.node(4).free()
-    bench.stands()
+    bench.check_stands()
 
 
 def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
@@ -115,14 +115,14 @@ def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
     block(bench, 1)
     run_until_told(bench)
     assert bench.now_s < 1.0
-    blamed(bench)
+    check_blamed(bench)
 
 
 @pytest.mark.parametrize("counts", [-60_000, 60_000])
 def test_a_drive_that_keeps_its_distance_and_is_far_off_is_told_of(counts):
     bench = moving(straight(20, FAST), 0.5, 0.3)
     began_s = bench.now_s
-    bench.node(1).hang(counts)
+    bench.node(1).load(counts)
     run_until_told(bench)
     assert "drive 1 (base)" in bench.alerts()[0].text
     assert bench.now_s < began_s + 0.3
@@ -168,7 +168,7 @@ def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of
     noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S
     assert worst <= CORRIDOR + speed * 10 * MAX_DELAY_S + noticed
     if share < 0.8:
-        blamed(bench, kind=AlertKind.ASTRAY)
+        check_blamed(bench, kind=AlertKind.ASTRAY)
 
 
 @in_pairs("speed, share, count", [-9000, 3000, 9000], [0.5, 0.6, 0.7], [12, 40])
@@ -176,17 +176,17 @@ def test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_
     speed, share, count
 ):
     bench = weakened(straight(count, (speed, -speed, 700, 0, 0, 0)), share)
-    blamed(bench, kind=AlertKind.ASTRAY)
+    check_blamed(bench, kind=AlertKind.ASTRAY)
     assert bench.now_s < 0.5 + TOLD_S
 
 
 def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
     bench = begun(straight(20, (9000, -9000, 0, 0, 0, 0)))
     weaken(bench, 1, 0.9)
-    ends_well(bench)
+    check_done(bench)
     assert bench.positions == Motors((230_000, -130_000, *[50_000] * 4))
 
 
 @pytest.mark.parametrize("acceleration", [100, 200, 252])
 def test_drives_with_gentle_ramps_are_late_together_and_well(acceleration):
-    ends_well(begun(straight(20, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration))
+    check_done(begun(straight(20, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration))

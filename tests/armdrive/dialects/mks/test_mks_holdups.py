@@ -13,9 +13,9 @@ from mks_bench import (
     MksBench,
     along,
     begun,
-    blamed,
-    ends_well,
-    is_halted,
+    check_blamed,
+    check_done,
+    check_halted,
     off_path,
     segments,
     straight,
@@ -39,19 +39,19 @@ def moving(after_s, moves=None):
 @in_pairs("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
 def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
     bench = moving(after_s)
-    bench.hold_up(for_s, sides)
+    bench.delay_frames(for_s, sides)
     reply = bench.finish()
     assert isinstance(reply, Timeout) or (reply.silent and "no drive answered" in reply.reason)
     assert not bench.alerts()
     bench.run(for_s)
-    bench.stands()
+    bench.check_stands()
 
 
 @pytest.mark.parametrize("sides", [BOTH, ORDERS])
 def test_while_nobody_is_heard_nobody_is_sent_on(sides):
     """Nor while drives only say that they have come to their last targets, as all of them do."""
     bench = moving(0.5, straight(20, (6000, -3000, 1500, 600, 700, 300)))
-    bench.hold_up(0.8, sides)
+    bench.delay_frames(0.8, sides)
     began_s = bench.now_s
     bench.run(0.8)
     orders = [at_s for at_s, frame in bench.sent if frame.data[0] == 0xF5]
@@ -69,7 +69,7 @@ def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
     for number, move in enumerate(CORNER):
         at = at + move.steps
         corners.append(((number + 1) * 0.1, at))
-    bench.hold_up(for_s, sides)
+    bench.delay_frames(for_s, sides)
     worst = 0.0
     while bench.controller.busy:
         bench.run(0.04)
@@ -82,16 +82,16 @@ def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
 
 def test_a_stop_in_the_middle_of_it_ends_the_motion():
     bench = moving(0.5)
-    bench.hold_up(0.5)
+    bench.delay_frames(0.5)
     bench.run(0.3)
-    is_halted(bench)
+    check_halted(bench)
 
 
 def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
     bench = moving(0.3)
-    bench.hold_up(0.4)
+    bench.delay_frames(0.4)
     bench.node(3).block()
-    blamed(bench, "drive 3 (elbow)")
+    check_blamed(bench, "drive 3 (elbow)")
     assert bench.now_s < 2.5
 
 
@@ -107,7 +107,7 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
         node.lose_power()
     bench.run(dead_s)
     for node in bench.nodes:
-        node.find_power()
+        node.restore_power()
     assert isinstance(bench.finish(), RequestRejected)
     assert bench.alerts()[0].kind is AlertKind.RESTARTED
     bench.run(2.0)
@@ -136,7 +136,7 @@ def test_answers_that_always_take_less_than_a_tenth_of_a_second_are_no_outage(
     late_s, after_s, settings
 ):
     bench = slowed(late_s, after_s, settings)
-    ends_well(bench)
+    check_done(bench)
     assert (bench.positions - Motors((500_000,) * 6) - total(straight(20))).largest <= 8
 
 
@@ -150,7 +150,7 @@ def test_a_motion_on_a_bus_that_is_always_slower_ends_by_itself_and_blames_no_dr
     reply = bench.finish(12.0)
     assert isinstance(reply, Done | RequestRejected), str(reply)
     assert not bench.alerts()
-    bench.stands()
+    bench.check_stands()
 
 
 @pytest.mark.parametrize("late_s", [0.15, 0.25, 0.4])
@@ -170,7 +170,7 @@ def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
     moves = straight(20, WAY)
     bench.begin(MoveAlong(iter(moves), AHEAD_S, held_back=lambda: paused[0]))
     bench.run(0.5)
-    bench.hold_up(for_s, sides)
+    bench.delay_frames(for_s, sides)
     bench.run(after_s)
     paused[0] = True
     bench.run(for_s - after_s + AHEAD_S + 0.3)  # orders that were held up are obeyed now
@@ -181,10 +181,10 @@ def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
 @pytest.mark.parametrize("after_s", [0.15, 0.3, 0.45])
 def test_who_pauses_meanwhile_has_the_arm_stand_and_go_on_when_it_is_resumed(sides, after_s):
     bench, paused = paused_in_a_hold_up(sides, after_s=after_s)
-    bench.stands(3.0)
+    bench.check_stands(3.0)
     assert bench.controller.busy
     paused[0] = False
-    ends_well(bench)
+    check_done(bench)
     assert (bench.positions - Motors(50_000 + 20 * each for each in WAY)).largest <= 8
 
 
@@ -196,8 +196,8 @@ def test_nothing_moves_from_the_pause_on_where_answers_alone_were_late():
 
 def test_one_that_is_turned_in_such_a_pause_ends_the_motion():
     bench, _ = paused_in_a_hold_up(ANSWERS)
-    bench.node(2).hang(300)
-    blamed(bench, "drive 2 (shoulder)")
+    bench.node(2).load(300)
+    check_blamed(bench, "drive 2 (shoulder)")
 
 
 def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():

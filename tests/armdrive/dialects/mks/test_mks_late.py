@@ -14,8 +14,8 @@ from mks_bench import (
     MksBench,
     along,
     begun,
-    blamed,
-    ends_well,
+    check_blamed,
+    check_done,
     segments,
     send_late,
     straight,
@@ -66,7 +66,7 @@ def test_late_answers_are_not_taken_for_those_of_a_second_drive(late_s):
 NEAR_ZERO = (-2000, 0, 0, 0, 0, 0)
 FAST, CREEPING = (9000, -3000, 0, 0, 0, 0), (300, -100, 0, 0, 0, 0)
 CORNER = segments(*([(6000, 3000, 0, 0, 0, 0)] * 8 + [(-6000, 3000, 0, 0, 0, 0)] * 8))
-held, suspended = MksBench.hold_up, MksBench.suspend
+held, suspended = MksBench.delay_frames, MksBench.suspend
 HOLD_UPS = [partial(held, sides=sides) for sides in (BOTH, ORDERS, ANSWERS)]
 BURST = MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0)
 
@@ -77,7 +77,7 @@ def comes_through(moves, late, for_s, after_s, **begins):
     start = bench.positions
     bench.run(after_s)
     late(bench, for_s)
-    ends_well(bench)
+    check_done(bench)
     assert (bench.positions - start - total(moves)).largest <= 8
 
 
@@ -116,7 +116,7 @@ def test_a_burst_is_waited_for(for_s, late):
     bench.begin(BURST)
     bench.run(0.2)
     late(bench, for_s)
-    ends_well(bench)
+    check_done(bench)
 
 
 @in_pairs("settings, watchdog_s, way", [{}, BURSTS], [0.0, 0.5], [9000, 60_000])
@@ -126,7 +126,7 @@ def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, 
     bench.begin(move if settings else along([move]))
     bench.run(0.2)
     bench.suspend(6.0)
-    ends_well(bench)
+    check_done(bench)
 
 
 SPEEDS = (9000, -6000, 3000, -1000, 300, 0)
@@ -164,14 +164,14 @@ def test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow(
     while bench.controller.busy and bench.now_s < 60.0:
         bench.run(dice.uniform(*well_s))
         dice.choice(lates)(bench, dice.uniform(*late_s))
-    ends_well(bench)
+    check_done(bench)
 
 
 def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
     bench = begun(straight(20), 0.3)
     bench.node(3).block()
     send_late(bench, 0.3)
-    blamed(bench, "drive 3 (elbow)")
+    check_blamed(bench, "drive 3 (elbow)")
     assert bench.now_s < 2.0
 
 
@@ -274,7 +274,7 @@ def test_one_failure_beside_a_new_target_is_the_old_one_and_stops_no_steering():
 def test_an_outage_ends_also_if_every_reply_is_late_afterwards(late_s, sides):
     moves = [MoveBy(Motors(WAY), 3000.0)] * 3
     bench = begun(moves, 0.5)
-    bench.hold_up(0.4)
+    bench.delay_frames(0.4)
     bench.run(0.4)
     bench.waits_s = lambda _frame, host: late_s if host in sides else 0.0
     assert bench.finish() == Done()

@@ -9,7 +9,7 @@ import re
 import sys
 
 import pytest
-from can_fault_bench import ENDED, brought_back, fails_in_motion
+from can_fault_bench import ENDED, check_recovery, fail_in_motion
 from faults import arm_config, driven
 from waiting import until
 from watched_sim import WatchedSim
@@ -26,10 +26,10 @@ needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no p
 @pytest.mark.parametrize("base_deg", [-3.0, -1.0, 0.0, 0.5])
 def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_deg):
     arm = driven(arm_config("mks"), at=Joints.of(base_deg, 0.0, 0.0, 0.0, 0.0))
-    said, _ = fails_in_motion(arm, fault, {"base_deg": 40})
+    said, _ = fail_in_motion(arm, fault, {"base_deg": 40})
     assert re.search("reset|power|switched", said), said
     assert arm.status.trust is Trust.SUSPECT
-    brought_back(arm)
+    check_recovery(arm)
 
 
 @pytest.mark.parametrize(
@@ -39,11 +39,11 @@ def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_de
 def test_a_drive_that_does_not_move_and_is_reset_meanwhile_is_named(drive, goal):
     """Its firmware keeps the angle within a turn, so that it does not count from zero."""
     arm = driven(arm_config("mks"), at=Joints.of(30.0, 40.0, -80.0, -40.0, 0.0), keeps_angle=True)
-    said, _ = fails_in_motion(arm, f"drive-reset {drive}", goal)
+    said, _ = fail_in_motion(arm, f"drive-reset {drive}", goal)
     assert f"drive {drive} (" in said
     assert "reset" in said
     assert arm.status.trust is Trust.SUSPECT
-    brought_back(arm)
+    check_recovery(arm)
 
 
 @needs_pty

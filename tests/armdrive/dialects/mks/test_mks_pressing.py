@@ -120,19 +120,19 @@ def stopped(bench, after_s=0.3):
 def test_only_who_is_off_by_more_than_rest_allows_is_told_to_stay(counts, sent):
     bench = MksBench(starts=(50_000,) * 6).ready()
     asked_s = stopped(bench)
-    bench.node(1).hang(counts)
+    bench.node(1).load(counts)
     assert isinstance(bench.finish(), Halted)
     orders = eased(bench, 1, asked_s)
     assert bool(orders) == sent
     assert [alert.kind for alert in bench.alerts()] == [AlertKind.ASTRAY] * sent
-    assert all(abs(order - bench.node(1).turned_to) <= 1 for order in orders)
+    assert all(abs(order - bench.node(1).set_point) <= 1 for order in orders)
     assert not any(eased(bench, node, asked_s) for node in (2, 3, 4, 5, 6))
 
 
 def test_a_drive_that_pushes_whatever_it_is_told_is_told_once_and_not_followed_away():
     bench = MksBench(starts=(50_000,) * 6).ready()
     asked_s = stopped(bench)
-    bench.node(1).hang(-700)  # of a shaft that always hangs so far behind
+    bench.node(1).load(-700)  # of a shaft that always load_errors so far behind
     bench.finish()
     assert len(eased(bench, 1, asked_s)) == 1
 
@@ -192,7 +192,7 @@ def test_a_shaft_blocked_as_the_cable_was_pulled_does_not_spring_once_it_is_swit
 @pytest.mark.parametrize("counts", [-700, 700])
 def test_a_drive_that_pushes_when_the_arm_is_enabled_or_reset_is_told_once_to_stay(counts, asked):
     bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.node(2).hang(counts)
+    bench.node(2).load(counts)
     began_s = bench.now_s
     assert str(bench.do(asked)) == "done"
     (order,) = eased(bench, 2, began_s)
@@ -213,14 +213,14 @@ def test_who_does_not_push_is_told_no_motion_when_the_arm_is_enabled_or_reset(as
 def test_drives_without_current_are_told_no_motion_by_a_reset():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.do(DropCurrent())
-    bench.node(2).hang(700)
+    bench.node(2).load(700)
     bench.do(ClearFault())
     assert not eased(bench, 2, 0.0)
 
 
 def test_a_reset_fails_where_a_drive_that_pushes_is_in_a_mode_that_cannot_be_told_to_stay():
     bench = MksBench(starts=(50_000,) * 6).ready()
-    bench.node(2).hang(700)
+    bench.node(2).load(700)
     bench.node(2).set_mode(Mode.PULSE_FOC)
     reply = bench.do(ClearFault())
     assert isinstance(reply, RequestRejected)

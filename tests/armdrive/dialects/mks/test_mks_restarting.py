@@ -16,9 +16,9 @@ from mks_bench import (
     MksBench,
     along,
     begun,
-    blamed,
-    ends_well,
-    is_halted,
+    check_blamed,
+    check_done,
+    check_halted,
     requests,
     restart,
     segments,
@@ -63,7 +63,7 @@ def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_
     bench = moving(start, speed, after_s)
     began_s, stood = bench.now_s, bench.node(1).count
     shaft = restart(bench, 1, dead_s=dead_s)
-    assert "reset" in blamed(bench).text
+    assert "reset" in check_blamed(bench).text
     bench.run(1.0)
     most = abs(speed) * 10 * (dead_s + TOLD_S + RUN_ON_S)
     assert abs(shaft() - stood) <= most
@@ -73,13 +73,13 @@ def test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_
 def test_one_that_keeps_its_angle_is_found_by_the_turns_that_are_missing():
     bench = moving(40_000, 3000, 0.47)
     restart(bench, 1, keeps_angle=True)
-    blamed(bench)
+    check_blamed(bench)
 
 
 def test_one_that_does_not_move_is_found_as_well():
     bench = begun(straight(12, (3000, 0, 0, 0, 0, 0)), 0.3, starts=(0, 0, 30_000, 0, 0, 0))
     restart(bench, 3)
-    blamed(bench, "drive 3 (elbow)")
+    check_blamed(bench, "drive 3 (elbow)")
 
 
 @pytest.mark.parametrize("after_s", [0.02, 0.2, 0.5])
@@ -89,14 +89,14 @@ def test_in_a_burst_it_is_found_as_well(start, after_s):
     bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
     bench.run(after_s)
     restart(bench, 1)
-    assert blamed(bench).kind in (AlertKind.RESTARTED, AlertKind.ASTRAY)
+    assert check_blamed(bench).kind in (AlertKind.RESTARTED, AlertKind.ASTRAY)
 
 
 @pytest.mark.parametrize("after_s", [0.0, 0.02, 0.06])
 def test_one_that_begins_anew_while_it_brakes_is_found_as_well(after_s):
     bench = moving(9000, 9000, 0.5)
     bench.controller.stop(hard=False)
-    bench._speak()
+    bench._send()
     bench.run(after_s)
     restart(bench, 1)
     assert isinstance(bench.finish(), Halted)
@@ -106,7 +106,7 @@ def test_one_that_begins_anew_while_it_brakes_is_found_as_well(after_s):
 def test_a_drive_that_is_reset_while_it_stops_is_not_taken_for_being_where_it_counts():
     bench = begun(straight(30), 0.6, starts=(-13, 0, 0, 0, 0, 0))
     bench.controller.stop(hard=False)
-    bench._speak()
+    bench._send()
     bench.node(1).reset()
     bench.finish()
     (alert,) = bench.alerts()
@@ -117,7 +117,7 @@ def test_a_drive_that_is_reset_while_it_stops_is_not_taken_for_being_where_it_co
 @pytest.mark.parametrize("hard", [False, True])
 @pytest.mark.parametrize("after_s", [0.05, 0.3, 0.9, 1.9])
 def test_drives_that_stop_as_they_should_alarm_nobody(hard, after_s):
-    is_halted(begun(straight(20), after_s, starts=(-13, 0, 0, 0, 0, 0)), hard=hard)
+    check_halted(begun(straight(20), after_s, starts=(-13, 0, 0, 0, 0, 0)), hard=hard)
 
 
 @pytest.mark.parametrize("late_s", [0.05, 0.3])
@@ -132,7 +132,7 @@ def test_one_answer_that_was_late_is_no_leap(late_s):
         return late_s
 
     bench.waits_s = waits_s
-    ends_well(bench)
+    check_done(bench)
     assert kept
 
 
@@ -148,7 +148,7 @@ def begins_anew(bench, number, after_s, dead_s=DEAD_S):
     """Have a drive lose its supply for a moment: mute and deaf, then holding, with a count of 0."""
     node = bench.node(number)
     bench.at_s[bench.now_s + after_s] = node.lose_power
-    bench.at_s[bench.now_s + after_s + dead_s] = node.find_power
+    bench.at_s[bench.now_s + after_s + dead_s] = node.restore_power
 
 
 def begin_anew(bench, drives, after_s, dead_s):
@@ -163,7 +163,7 @@ def test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion(st
     bench = near_zero(start)
     begins_anew(bench, 1, after_s)
     bench.begin(along(straight(20, SLOWLY)))
-    blamed(bench, kind=AlertKind.RESTARTED)
+    check_blamed(bench, kind=AlertKind.RESTARTED)
 
 
 ONE = [(1, after_s, 0.15, start) for after_s in (0.1, 0.2, 0.4, 0.6) for start in (-3000, 60_000)]
@@ -203,7 +203,7 @@ def test_a_drive_that_was_mute_for_long_is_called_reset_only_if_no_order_took_it
     reply = bench.finish()
     assert isinstance(reply, RequestRejected)
     if words:
-        assert words in blamed(bench, kind=AlertKind.RESTARTED, reply=reply).text
+        assert words in check_blamed(bench, kind=AlertKind.RESTARTED, reply=reply).text
     else:
         assert reply.silent
         assert "drive 1 (base) did not answer for a while" in reply.reason
@@ -219,10 +219,10 @@ def test_lost_frames_are_no_drive_that_began_anew(seed, stopped):
     if stopped:
         bench.begin(along(straight(20, ALONE)))
         bench.run(0.11)
-        is_halted(bench)
+        check_halted(bench)
     else:
         bench.begin(along(straight(10, (3000, 1500, -700, 0, 0, 0))))
-        ends_well(bench)
+        check_done(bench)
 
 
 @pytest.mark.parametrize("start", [0, -2000, 900])
@@ -236,15 +236,15 @@ def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
 
     bench.loses = lost
     bench.begin(along(straight(10, SLOWLY)))
-    ends_well(bench)
+    check_done(bench)
 
 
 def test_a_drive_that_slips_a_little_beside_zero_has_not_begun_anew():
     bench = near_zero(17, settings=BURSTS)
-    bench.at_s[bench.now_s + 0.004] = lambda: bench.node(1).hang(-12)
-    bench.at_s[bench.now_s + 0.05] = lambda: bench.node(1).hang(0)
+    bench.at_s[bench.now_s + 0.004] = lambda: bench.node(1).load(-12)
+    bench.at_s[bench.now_s + 0.05] = lambda: bench.node(1).load(0)
     bench.begin(MoveBy(Motors((2, 0, 3000, 0, 0, 0)), 9_000.0))
-    ends_well(bench)
+    check_done(bench)
 
 
 @in_pairs("start, slow, after_s", [0, -900], [60, 150], [0.16, 0.19, 0.22, 0.25])
@@ -259,7 +259,7 @@ def test_one_that_began_anew_while_it_was_fast_is_found_though_it_is_slow_since(
         not host and frame.data[0] == Code.ENCODER and 0.3 < bench.now_s - began_s < 0.68
     )
     bench.begin(along(segments(*([fast] * 5 + [later] * 8))))
-    blamed(bench, kind=AlertKind.RESTARTED)
+    check_blamed(bench, kind=AlertKind.RESTARTED)
 
 
 @in_pairs("hard, start, stop_s, dead_s", [False, True], [4, -450], [0.0, 0.02], [0.1, 0.5])
@@ -306,6 +306,6 @@ def test_a_bus_that_stands_still_behind_a_stop_near_zero_blames_no_drive(for_s):
     bench.begin(along(straight(20, ALONE)))
     bench.run(0.11)
     bench.controller.stop(hard=False)
-    bench.hold_up(for_s)
+    bench.delay_frames(for_s)
     assert isinstance(bench.finish(), Halted)
     assert not bench.alerts()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from driver_bench import ANSWERS
-from mks_bench import MksBench, along, begun, is_halted, requests, straight
+from mks_bench import MksBench, along, begun, check_halted, requests, straight
 
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.tasks import Halted
@@ -78,9 +78,9 @@ def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
     bench = MksBench(starts=(0, 50_000, 0, 0, 0, 0)).ready()
     bench.begin(along(straight(30, (1000, 3000, 0, 0, 0, 0))))
     bench.run(0.5)
-    bench.hold_up(silent_s, ANSWERS, node=1)
+    bench.delay_frames(silent_s, ANSWERS, node=1)
     bench.run(0.02)
-    is_halted(bench)
+    check_halted(bench)
 
 
 @pytest.mark.parametrize("hard", [False, True])

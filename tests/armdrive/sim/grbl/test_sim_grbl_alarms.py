@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from grbl_bench import MACHINE, SLOPE, Bench, at_the_end
+from grbl_bench import MACHINE, SLOPE, Bench, with_switches_ahead
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import HasSwitches, Resettable, SwitchState
@@ -152,7 +152,7 @@ def test_control_pins_do_what_their_commands_do():
 
 
 def test_a_hard_limit_stops_dead_and_the_board_is_mute_until_its_reset():
-    bench = at_the_end(Bench(LIMITED, limit_interrupts=True), 10.0)
+    bench = with_switches_ahead(Bench(LIMITED, limit_interrupts=True), 10.0)
     bench.say("G1X50F1500", 2.0)
     assert bench.heard[-2:] == ["ALARM:1", "[MSG:Reset to continue]"]
     assert bench.x == pytest.approx(10.0, abs=0.3)
@@ -176,7 +176,7 @@ def test_a_hard_limit_stops_dead_and_the_board_is_mute_until_its_reset():
     ],
 )
 def test_a_switch_that_closes_at_rest_is_a_hard_limit(act):
-    bench = at_the_end(Bench(LIMITED, firmware="grblhal"), 5.0)
+    bench = with_switches_ahead(Bench(LIMITED, firmware="grblhal"), 5.0)
     assert isinstance(bench.device.board, HasSwitches)
     act(bench.device)
     assert bench.wait(0.1) == ["ALARM:1", "[MSG:Reset to continue]"]
@@ -188,7 +188,7 @@ def test_a_switch_that_closes_at_rest_is_a_hard_limit(act):
 @pytest.mark.parametrize(("firmware", "line"), [("mega5x", "$21=1"), ("grbl", "$21=0")])
 def test_without_hard_limits_a_switch_only_shows(firmware, line):
     """The usual build of six axes accepts $21=1 and does nothing."""
-    bench = at_the_end(Bench(firmware=firmware), 10.0)
+    bench = with_switches_ahead(Bench(firmware=firmware), 10.0)
     assert bench.say(line) == ["ok"]
     bench.say("G1X12F1500", 2.0)
     bench.device.board.set_switch(2, SwitchState.CLOSED)

@@ -53,7 +53,7 @@ def run(bench, request, step_s=0.002):
     assert bench.ask(request).status is Status.OK
     began_s, seen = bench.now_s, [positions(bench)]
     while bench.device.moving:
-        bench.let_pass(step_s)
+        bench.pass_time(step_s)
         seen.append(tuple(bench.device.registers))
     return bench.now_s - began_s, seen
 
@@ -69,15 +69,15 @@ class TestWire:
         frame = bytearray(frame_bytes(Kind.REQUEST, Op.ENABLE, b""))
         frame[spoilt] ^= 0x40
         bench.link.write(bytes(frame), bench.now_s)
-        assert bench.let_pass(1.0) == b""
+        assert bench.pass_time(1.0) == b""
         bench.link.write(bytes(33), bench.now_s)  # whatever the reader believes to be in
-        bench.let_pass(0.1)
+        bench.pass_time(0.1)
         assert bench.ask(Ping(b"again")) == Pong(b"again")
         assert bench.board.dropped
 
     def test_an_unknown_operation_is_dropped_in_silence(self, bench):
         bench.link.write(frame_bytes(Kind.REQUEST, 17, b""), bench.now_s)
-        assert bench.let_pass(1.0) == b""
+        assert bench.pass_time(1.0) == b""
 
     @pytest.mark.parametrize("request_", [SavePosition(), LoadPosition()])
     def test_saving_and_loading_are_named_and_never_answered(self, bench, request_):
@@ -97,7 +97,7 @@ class TestWire:
 def raw(bench, data):
     """Write bytes and return what comes back."""
     bench.link.write(data, bench.now_s)
-    return bench.let_pass(0.1)
+    return bench.pass_time(0.1)
 
 
 PING = frame_bytes(Kind.REQUEST, Op.PING, b"q")
@@ -124,13 +124,13 @@ class TestReader:
         assert bench.ask(Outputs(5)) == OutputsSet(5)
         assert raw(bench, frame_bytes(Kind.REQUEST, Op.OUTPUTS, b""))[5:6] == b"\x05"
         raw(bench, frame_bytes(Kind.REQUEST, Op.MOVE_ABSOLUTE, b"\x09\x00\x32"))
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert positions(bench) == (9, 0, 0, 0, 0, 0)
 
     def test_bytes_too_many_are_ignored(self, bench):
         assert raw(bench, frame_bytes(Kind.REQUEST, Op.STOP, b"z"))[4] == Status.OK
         raw(bench, frame_bytes(Kind.REQUEST, Op.MOVE_RELATIVE, axes(2).to_bytes() + b"zz"))
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert positions(bench)[0] == 2
 
 
@@ -139,21 +139,21 @@ class TestMotion:
         bench = RobkoBench()
         for request in (MoveRelative(axes(5)), MoveAbsolute(axes(5)), MoveSpeed(axes(5))):
             assert bench.ask(request).status is Status.ERROR
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert positions(bench) == (0,) * 6
 
     def test_a_move_during_a_move_is_refused_with_the_axes_that_move(self, bench):
         bench.ask(MoveRelative(axes(40, 0, -40)))
-        bench.let_pass(0.1)
+        bench.pass_time(0.1)
         assert bench.ask(MoveRelative(axes(1))) == Busy(Op.MOVE_RELATIVE, 0b101)
-        bench.let_pass(2.0)
+        bench.pass_time(2.0)
         assert positions(bench) == (40, 0, -40, 0, 0, 0)
 
     def test_is_moving_answers_zero_just_behind_an_accepted_move_that_keeps_it_busy(self, bench):
         bench.ask(MoveRelative(axes(40)))
         assert bench.ask(IsMoving()) == Moving(0)
         assert isinstance(bench.ask(MoveRelative(axes(1))), Busy)
-        bench.let_pass(0.01)
+        bench.pass_time(0.01)
         assert bench.ask(IsMoving()) == Moving(1)
 
     def test_a_commanded_hundred_runs_at_sixty_two(self, bench):
@@ -196,7 +196,7 @@ class TestMotion:
     def test_a_top_speed_of_zero_leaves_an_axis_hanging(self, bench):
         assert bench.ask(MoveAbsolute(Axes((0,) * 6))).status is Status.OK
         assert bench.ask(MoveRelative(axes(50))).status is Status.OK
-        bench.let_pass(60.0)
+        bench.pass_time(60.0)
         assert positions(bench) == (1, 0, 0, 0, 0, 0)
         assert bench.ask(Stop()).status is Status.OK
         assert bench.ask(IsMoving()) == Moving(1)
@@ -220,7 +220,7 @@ class TestMotion:
     def test_an_absolute_move_takes_a_wrapped_count_for_another(self, bench):
         bench.device.board.count_from((40_000, 0, 0, 0, 0, 0))
         bench.ask(MoveAbsolute(Axes(positions(bench), (100, 0, 0, 0, 0, 0))))
-        bench.let_pass(2.0)
+        bench.pass_time(2.0)
         assert bench.board.drive.counts[0] < 39_900
 
     @pytest.mark.parametrize("move", [MoveRelative, MoveAbsolute])
@@ -244,7 +244,7 @@ class TestMotion:
         start = bench.device.world.motors
         bench.ask(MoveRelative(axes(-60, 30)))
         for _ in range(5):
-            bench.let_pass(0.1)
+            bench.pass_time(0.1)
             told = positions(bench)
             came = bench.device.world.motors - start
             assert all(abs(a - b) <= 1 for a, b in zip(told, came, strict=True))
@@ -259,10 +259,10 @@ class TestStopping:
     def test_a_stop_ramps_down(self):
         bench = esp32(top_speed_hz=140.0)
         bench.ask(MoveRelative(axes(300, speed=140)))
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         before = bench.device.registers[0]
         assert bench.ask(Stop()).status is Status.OK
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert not bench.device.moving
         assert positions(bench)[0] - before == pytest.approx(140**2 / 1400, abs=2)
 
@@ -271,57 +271,57 @@ class TestStopping:
         self, bench, speed, steps
     ):
         bench.ask(MoveAbsolute(axes(300, speed=speed)))
-        bench.let_pass(2.0)
+        bench.pass_time(2.0)
         before = bench.device.registers[0]
         bench.ask(Stop())
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert positions(bench)[0] - before == pytest.approx(steps, abs=1)
         assert not bench.device.moving
 
     def test_a_relative_move_goes_on_as_far_as_it_has_come(self, bench):
         bench.ask(MoveRelative(axes(900)))
-        bench.let_pass(2.0)
+        bench.pass_time(2.0)
         before = bench.device.registers[0]
         bench.ask(Stop())
-        bench.let_pass(9.0)
+        bench.pass_time(9.0)
         assert positions(bench)[0] == pytest.approx(2 * before, rel=0.05)
 
     def test_an_axis_by_speed_runs_on_when_the_host_falls_silent_and_stop_does_not_end_it(
         self, bench
     ):
         assert bench.ask(MoveSpeed(Axes((0,) * 6, (50, 0, 0, 0, 0, 0)))).status is Status.OK
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert positions(bench)[0] == pytest.approx(42, abs=1)
         bench.ask(Stop())
-        bench.let_pass(2.08)
+        bench.pass_time(2.08)
         assert positions(bench)[0] == pytest.approx(94, abs=1)  # slower, but for ever
-        bench.let_pass(600.0)
+        bench.pass_time(600.0)
         assert positions(bench)[0] == pytest.approx(94 + 600 * 24.8, rel=0.01)
         bench.ask(MoveSpeed(Axes((0,) * 6)))
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         stands = positions(bench)
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert positions(bench) == stands
 
     def test_clear_zeroes_the_positions_in_motion_too(self, bench):
         bench.ask(MoveRelative(axes(60)))
-        bench.let_pass(0.5)
+        bench.pass_time(0.5)
         motors = bench.device.world.motors
         bench.ask(Clear())
         assert positions(bench) == (0,) * 6
-        bench.let_pass(1.0)
+        bench.pass_time(1.0)
         assert bench.device.world.motors - motors == (1, 0, 0, 0, 0, 0) or (
             bench.device.world.motors == motors
         )
 
     def test_disabled_motors_let_the_arm_sag_and_the_counts_go_on(self, bench):
         bench.ask(MoveRelative(axes(60)))
-        bench.let_pass(0.3)
+        bench.pass_time(0.3)
         height_mm = bench.device.world.pose.z_mm
         bench.ask(Disable())
         assert bench.device.world.pose.z_mm < height_mm - 5
         base = bench.device.world.motors[0]
-        bench.let_pass(2.0)
+        bench.pass_time(2.0)
         assert positions(bench)[0] == 60
         assert bench.device.world.motors[0] == base
 
@@ -329,7 +329,7 @@ class TestStopping:
 class TestPower:
     def test_a_reset_in_motion_ends_it_and_forgets(self, bench):
         bench.ask(MoveRelative(axes(60)))
-        bench.let_pass(0.3)
+        bench.pass_time(0.3)
         bench.board.reset()
         assert positions(bench) == (0,) * 6
         assert not bench.device.world.energised
@@ -338,19 +338,19 @@ class TestPower:
     def test_a_watchdog_that_is_not_fed_switches_the_motors_off(self):
         bench = esp32(watchdog_s=3.0)
         for feed in (Ping(), Inputs(), Position()):
-            bench.let_pass(2.0)
+            bench.pass_time(2.0)
             assert bench.ask(feed).status is Status.OK
-        bench.let_pass(2.0)
+        bench.pass_time(2.0)
         bench.ask(IsMoving())  # feeds nothing
         assert bench.board.enabled
-        bench.let_pass(1.2)
+        bench.pass_time(1.2)
         assert not bench.board.enabled
         assert not bench.device.world.energised
         assert bench.ask(MoveRelative(axes(1))).status is Status.ERROR
 
     def test_one_that_rearms_switches_them_on_with_the_next_frame(self):
         bench = esp32(watchdog_s=1.0, rearms=True)
-        bench.let_pass(2.0)
+        bench.pass_time(2.0)
         assert not bench.board.enabled
         bench.ask(IsMoving())
         assert bench.board.enabled

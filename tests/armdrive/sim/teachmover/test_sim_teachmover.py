@@ -49,7 +49,7 @@ class TestSteps:
     def test_on_the_way_all_motors_are_in_proportion(self, bench):
         start = bench.device.world.motors
         bench.begin(STEP)
-        bench.let_pass(28 * BYTE_S + 0.5)
+        bench.pass_time(28 * BYTE_S + 0.5)
         assert bench.device.registers == (235, -117, 0, 5, 0, 0)
         assert bench.device.world.motors - start == (235, -117, 0, 5, 0, 0)
         assert bench.device.moving
@@ -93,9 +93,9 @@ class TestSteps:
     def test_what_is_sent_during_a_motion_is_lost_unless_the_arm_keeps_it(self, keeps):
         bench = Bench(TeachMoverBoard(settings=TwinSettings(keeps_input_while_moving=keeps)))
         bench.begin(STEP)
-        bench.let_pass(0.1)
+        bench.pass_time(0.1)
         bench.link.write(b"@READ\r", bench.now_s)
-        said = bench.let_pass(2.0)
+        said = bench.pass_time(2.0)
         assert said.count(b"\r") == (3 if keeps else 1)
         assert bench.board.lost_bytes == (0 if keeps else 6)
 
@@ -176,15 +176,15 @@ class TestCommands:
 
     def test_nonsense_is_answered_0_and_what_is_not_for_it_not_at_all(self, bench):
         bench.link.write(b"@JUMP 1\r", 0.0)
-        assert bench.let_pass(1.0) == b"0\r"
+        assert bench.pass_time(1.0) == b"0\r"
         bench.link.write(b"READ\r", bench.now_s)
-        assert bench.let_pass(1.0) == b""
+        assert bench.pass_time(1.0) == b""
 
     def test_another_attention_character_holds_from_then_on(self, bench):
         assert bench.ask(Arm("#")).status is Status.DONE
         assert registers(bench) == (0,) * 6
         bench.link.write(b"@READ\r", bench.now_s)
-        assert bench.let_pass(1.0) == b""
+        assert bench.pass_time(1.0) == b""
 
     def test_a_delay_stretches_every_answer_after_its_own(self, bench):
         bench.ask(Delay(10))
@@ -215,11 +215,11 @@ class TestPendant:
 
     def test_stop_while_nothing_moves_answers_nothing(self, bench):
         bench.board.press(Key.STOP)
-        assert bench.let_pass(1.0) == b""
+        assert bench.pass_time(1.0) == b""
 
     def test_the_pendant_has_control_until_it_gives_it_back(self, bench):
         bench.begin(Set())
-        bench.let_pass(60.0)
+        bench.pass_time(60.0)
         bench.device.jog((10, 0, 0, 0, 0, 0))
         assert bench.board.return_control()
         assert bench.finish().status is Status.DONE
@@ -228,7 +228,7 @@ class TestPendant:
 
     def test_no_pendant_moves_an_arm_in_motion(self, bench):
         bench.begin(STEP)
-        bench.let_pass(0.2)
+        bench.pass_time(0.2)
         with pytest.raises(BadRequest):
             bench.device.jog((1, 0, 0, 0, 0, 0))
 
@@ -237,15 +237,15 @@ class TestPower:
     def test_cut_in_motion_the_arm_stops_dead_sags_and_forgets(self, bench):
         bench.ask(QWrite(ProgramRow.move(1, 240, (1, 2, 3, 4, 5, 6))))
         bench.begin(STEP)
-        bench.let_pass(0.5)
+        bench.pass_time(0.5)
         base = bench.device.world.motors[0]
         height = bench.device.world.pose.z_mm
         bench.device.power_off()
-        assert bench.let_pass(5.0) == b""
+        assert bench.pass_time(5.0) == b""
         assert bench.device.world.motors[0] == base
         assert bench.device.world.pose.z_mm < height - 5
         bench.link.write(b"@READ\r", bench.now_s)
-        assert bench.let_pass(1.0) == b""
+        assert bench.pass_time(1.0) == b""
         bench.host.give_up()
         bench.device.power_on()
         assert registers(bench) == (0,) * 6
@@ -254,13 +254,13 @@ class TestPower:
 
     def test_a_cable_pulled_is_a_lost_link_and_the_motion_goes_on(self, bench):
         bench.begin(STEP)
-        bench.let_pass(0.2)
+        bench.pass_time(0.2)
         bench.link.unplug()
         for use in (lambda: bench.link.read(0.3), lambda: bench.link.write(b"x", 0.3)):
             with pytest.raises(LinkLost, match="plug it in"):
                 use()
         bench.link.replug()
-        assert bench.let_pass(5.0) == b""
+        assert bench.pass_time(5.0) == b""
         bench.host.give_up()
         assert registers(bench) == (470, -235, 0, 10, 0, 0)
 

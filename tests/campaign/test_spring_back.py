@@ -1,4 +1,4 @@
-"""The excuse of a shaft that comes free before its drive is told to hold: of it alone, at once."""
+"""`SpringBack` excuses the motor that was blocked, and only for a moment."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from armdrive.errors import NoAnswer
 from kinematics import Motors
 
 from .actions import connect
+from .excuses import HOLDS_WITHIN_S, SPRINGS_BACK_S, SpringBack
 from .faults import FAULTS
-from .freed import CATCHES_UP_S, TOLD_S, Freed
 from .mission import run_mission
 from .outcome import Outcome
 from .physical import Bound
@@ -22,11 +22,11 @@ FINGERS, BASE = 5, 0
 STOPPED_S, BLOCKED_S = 1.0, 3.0
 
 
-def stood(hears) -> Stage:
+def blocked_stage(can_hold) -> Stage:
     """Return an arm that was stopped, and one of whose motors is blocked long after that."""
     stage = Stage("cia402", random.Random(1), 0)
-    stage.watch.freed.hears = hears
-    stage.watch.promise(Bound("stop", STOPPED_S, stage.world.tip, 0.2, 20.0))
+    stage.watch.spring_back.can_hold = can_hold
+    stage.watch.add_bound(Bound("stop", STOPPED_S, stage.world.tip, 0.2, 20.0))
     stage.world.stalled.add(FINGERS)
     stage.world.drive(only(FINGERS), BLOCKED_S)
     stage.world.stalled.clear()
@@ -38,73 +38,73 @@ def only(motor: int, count: int = 80) -> Motors:
     return Motors(count if each == motor else 0 for each in range(6))
 
 
-def unheard(motor: int, _time_s: float) -> bool:
+def all_but_fingers(motor: int, _time_s: float) -> bool:
     return motor != FINGERS
 
 
-def test_the_shaft_of_a_drive_that_is_not_heard_goes_to_its_set_point():
-    stage = stood(unheard)
+def test_the_shaft_of_a_drive_without_contact_goes_to_its_set_point():
+    stage = blocked_stage(all_but_fingers)
     stage.world.drive(only(FINGERS), BLOCKED_S + 0.01)
     assert not stage.watch.broken
 
 
-@pytest.mark.parametrize(("motor", "after_s"), [(BASE, 0.01), (FINGERS, CATCHES_UP_S + 0.01)])
-def test_no_other_motor_may_nor_may_it_later(motor, after_s):
-    stage = stood(unheard)
+@pytest.mark.parametrize(("motor", "after_s"), [(BASE, 0.01), (FINGERS, SPRINGS_BACK_S + 0.01)])
+def test_no_other_motor_moves_and_none_later(motor, after_s):
+    stage = blocked_stage(all_but_fingers)
     stage.world.drive(only(motor), BLOCKED_S + after_s)
     assert any("stop: it moved" in each for each in stage.watch.broken)
 
 
-def test_the_shaft_of_a_drive_that_is_heard_stays():
-    stage = stood(lambda _motor, _time_s: True)
+def test_the_shaft_of_a_drive_in_contact_stays():
+    stage = blocked_stage(lambda _motor, _time_s: True)
     stage.world.drive(only(FINGERS), BLOCKED_S + 0.01)
     assert any("stop: it moved" in each for each in stage.watch.broken)
 
 
 def test_motors_that_are_not_blocked_are_not_excused():
-    freed = Freed(hears=lambda _motor, _time_s: False)
-    assert not freed.excuses({FINGERS}, 0.0)
-    freed.blocked({FINGERS}, 1.0)
-    assert freed.excuses({FINGERS}, 1.0)
-    assert not freed.excuses({FINGERS, BASE}, 1.0)
+    spring_back = SpringBack(can_hold=lambda _motor, _time_s: False)
+    assert not spring_back.excuses({FINGERS}, 0.0)
+    spring_back.note_blocked({FINGERS}, 1.0)
+    assert spring_back.excuses({FINGERS}, 1.0)
+    assert not spring_back.excuses({FINGERS, BASE}, 1.0)
 
 
 @pytest.mark.parametrize(
     ("in_motion", "lasts_s", "excused"),
-    [(True, TOLD_S - 0.01, True), (True, TOLD_S + 0.2, False), (False, 0.0, False)],
+    [(True, HOLDS_WITHIN_S - 0.01, True), (True, HOLDS_WITHIN_S + 0.2, False), (False, 0.0, False)],
 )
-def test_a_drive_that_is_heard_is_told_in_time_and_only_a_motion_leaves_it_behind(
+def test_a_drive_in_contact_holds_in_time_and_only_a_motion_runs_ahead_of_its_shaft(
     in_motion, lasts_s, excused
 ):
-    freed = Freed()
+    spring_back = SpringBack()
     for time_s in (1.0 + 0.05 * step for step in range(round(lasts_s / 0.05) + 1)):
-        freed.blocked({FINGERS}, time_s, in_motion=in_motion and time_s < 1.2)
-    assert freed.excuses({FINGERS}, 1.0 + lasts_s) is excused
+        spring_back.note_blocked({FINGERS}, time_s, in_motion=in_motion and time_s < 1.2)
+    assert spring_back.excuses({FINGERS}, 1.0 + lasts_s) is excused
 
 
-def test_no_drive_is_told_where_its_shaft_is_between_a_lost_wire_and_the_reset():
+def test_no_drive_is_ordered_to_hold_between_a_lost_wire_and_the_reset():
     stage = Stage("mks", random.Random(1), 0)
     connect(stage)
     arm = stage.arm
     arm.enable()
-    assert stage._hears(FINGERS, stage.now_s)
+    assert stage._can_hold(FINGERS, stage.now_s)
     stage.twin.faults.add("bus-off", for_s=0.2)
     arm.sleep(3.0)
     arm.reconnect()
-    assert not stage._hears(FINGERS, stage.now_s)
+    assert not stage._can_hold(FINGERS, stage.now_s)
     arm.reset()
-    assert stage._hears(FINGERS, stage.now_s)
+    assert stage._can_hold(FINGERS, stage.now_s)
 
 
-def test_no_drive_is_told_where_its_shaft_is_while_none_is_heard():
+def test_no_drive_is_ordered_to_hold_while_the_device_is_mute():
     stage = Stage("cia402", random.Random(1), 0)
     connect(stage)
     next(fault for fault in FAULTS if fault.name == "a mute device").begin(stage)
-    assert not stage._hears(FINGERS, stage.now_s)
-    assert stage._hears(FINGERS, stage.now_s + 10.0)
+    assert not stage._can_hold(FINGERS, stage.now_s)
+    assert stage._can_hold(FINGERS, stage.now_s + 10.0)
 
 
-def test_nor_from_when_no_drive_answered_to_the_reset():
+def test_no_drive_is_ordered_to_hold_between_a_lost_reply_and_the_reset():
     stage = Stage("cia402", random.Random(1), 0)
     connect(stage)
     arm = stage.arm
@@ -113,18 +113,18 @@ def test_nor_from_when_no_drive_answered_to_the_reset():
     with pytest.raises(NoAnswer):
         arm.jog_j(base_deg=1.0)
     stage.twin.faults.end()
-    assert not stage._hears(FINGERS, stage.now_s)
+    assert not stage._can_hold(FINGERS, stage.now_s)
     arm.reset()
-    assert stage._hears(FINGERS, stage.now_s)
+    assert stage._can_hold(FINGERS, stage.now_s)
 
 
 def test_a_jog_is_released_while_a_blocked_drive_is_mute():
-    """A seed that was drawn: the shaft came free 0.6 s after the release."""
+    """A random mission: the shaft came free 0.6 s after the release."""
     result = run_mission("cia402", 19501081)
     assert result.outcome is not Outcome.VIOLATION, story(result)
 
 
-def test_a_pause_ends_while_a_blocked_drive_is_not_told_to_hold_yet():
-    """A seed that was drawn: the shaft came free 0.3 s after it was blocked in a pause."""
+def test_a_pause_ends_before_a_blocked_drive_holds():
+    """A random mission: the shaft came free 0.3 s after it was blocked in a pause."""
     result = run_mission("mks", 150001687)
     assert result.outcome is not Outcome.VIOLATION, story(result)

@@ -1,4 +1,4 @@
-"""Goals that any arm can reach from where a simulated arm is found, and calls that go there."""
+"""Motions that any arm can make from where a simulated arm begins, and checks of refusals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from armdrive.moves import Jog
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Motors, Pose
 
-from .seen import Broken
+from .observation import Broken
 
 FIRST_DEG = 20.0
 SECOND_DEG = -10.0
@@ -23,9 +23,10 @@ LONGEST_S = 0.8
 def joints_from(
     arm: Arm, first_deg: float = FIRST_DEG, second_deg: float = SECOND_DEG
 ) -> dict[str, float]:
-    """Return joint goals beside the present posture, of the first two joints.
+    """Return goals for the first two joints, relative to the present posture.
 
-    So far, or as far as the arm gets in `LONGEST_S`: some take ten times as long as others.
+    The goals are nearer if the arm would take longer than `LONGEST_S`: some arms take ten times as
+    long as others.
     """
     first, second = arm.model.arm.joint_names[:2]
     here = arm.joints.deg
@@ -41,12 +42,12 @@ def joints_from(
 
 
 def begin_joints(arm: Arm) -> Handle[Moved]:
-    """Begin a planned joint motion of a second or so."""
+    """Begin a planned joint motion of about a second."""
     return arm.move_j(wait=False, **joints_from(arm))
 
 
 def motors_at_end(arm: Arm) -> Motors:
-    """Return where the motors shall be at the end of what `begin_joints` begins."""
+    """Return where the motors have to stand after the motion of `begin_joints`."""
     turned = {
         name.removesuffix("_deg"): math.radians(angle) for name, angle in joints_from(arm).items()
     }
@@ -58,14 +59,14 @@ def motors_at_end(arm: Arm) -> Motors:
 
 
 def begin_sweep(arm: Arm, turn_deg: float = 60.0, speed: float = 1.0) -> Handle[Moved]:
-    """Begin a motion of the first joint that is long enough to be stopped, whatever the arm."""
+    """Begin a motion of the first joint that is long enough to be stopped on any arm."""
     first = arm.model.arm.joint_names[0]
     goal = {f"{first}_deg": arm.joints.deg[first] + turn_deg}
     return arm.move_j(wait=False, speed=speed, **goal)
 
 
 def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]:
-    """Return where such a sweep begins and ends, and how long it takes at full speed."""
+    """Return the start and the end of such a sweep, and its duration at full speed."""
     first = arm.model.arm.joint_names[0]
     start = arm.core.position.coordinates
     angle_rad = math.radians(arm.joints.deg[first] + turn_deg)
@@ -76,8 +77,8 @@ def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]
     return *ends, arm.speeds.duration_s(start, end, 1.0)
 
 
-def beside(pose: Pose, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> Pose:
-    """Return a pose beside another; the hand keeps its attitude, but for an arm's own heading."""
+def shifted(pose: Pose, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> Pose:
+    """Return a pose moved by some mm, with the same orientation of the hand."""
     return Pose(
         pose.x_mm + x_mm,
         pose.y_mm + y_mm,
@@ -88,19 +89,19 @@ def beside(pose: Pose, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) 
     )
 
 
-def jog_first(arm: Arm, angle_deg: float = 1.0) -> None:
+def jog_first_joint(arm: Arm, angle_deg: float = 1.0) -> None:
     """Jog the first joint by an increment."""
     arm.jog_j(**{f"{arm.model.arm.joint_names[0]}_deg": angle_deg})
 
 
-def first_jog(arm: Arm) -> Jog:
-    """Return a jog of the joints that sweep the tip furthest."""
+def sweeping_jog(arm: Arm) -> Jog:
+    """Return a jog of the three joints that move the tip fastest."""
     names = arm.model.arm.joint_names[:3]
     return Jog.joint(**dict.fromkeys(names, 1.0))
 
 
-def refused(call: Callable[[], object], kind: type[ArmError], what: str) -> ArmError:
-    """Check that a call is refused, in words of the right kind."""
+def check_refused(call: Callable[[], object], kind: type[ArmError], what: str) -> ArmError:
+    """Check that a call is refused with an error of a class; return the error."""
     try:
         call()
     except kind as refusal:
@@ -110,8 +111,8 @@ def refused(call: Callable[[], object], kind: type[ArmError], what: str) -> ArmE
     raise Broken(f"{what} was not refused")
 
 
-def planned(arm: Arm) -> dict[str, Callable[[], object]]:
-    """Return the planned motions that need a reference."""
+def planned_motions(arm: Arm) -> dict[str, Callable[[], object]]:
+    """Return one call of each planned motion that needs a reference, by its name."""
     first = arm.model.arm.joint_names[0]
     goal = arm.model.arm.fk(arm.core.position.coordinates.joints)
     return {

@@ -1,7 +1,9 @@
-"""A program that drives an arm by words: `python -m tests.conformance.host PORT DIALECT`.
+"""A program that drives an arm on request, in a process that a test can kill.
 
-It is a process of its own so that it can be killed. Each line of its input, a JSON list, is
-answered by one line.
+    python -m tests.conformance.driver_program PORT DIALECT
+
+Each line of the standard input is a JSON list: a method of `CommandDriver` and its arguments. The
+program answers each with one line: the result as JSON.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from armdrive.arm import Arm
 from armdrive.status import State
 from kinematics import LinePart, Motors
 
-from .going import begin_sweep, beside, first_jog
+from .motions import begin_sweep, shifted, sweeping_jog
 
 JOG_S = 30.0
 SWEEP_DEG = 55.0
@@ -28,14 +30,14 @@ MIDDLE_DEG = {
 }
 
 
-class Driver:
-    """Obeys the commands."""
+class CommandDriver:
+    """The commands, one method each."""
 
     def __init__(self, arm: Arm) -> None:
         self._arm = arm
 
-    def refer(self, motors: list[int]) -> None:
-        """Say where the arm stands, by its motors, and switch them on."""
+    def reference(self, motors: list[int]) -> None:
+        """Switch the motors on, and declare where they stand."""
         if self._arm.status.state is State.ERROR_STOP:
             self._arm.reset()
         if self._arm.status.state is State.DISABLED:
@@ -46,12 +48,12 @@ class Driver:
         self._arm.declare_posture(joints, opening_mm=opening_mm)
 
     def middle(self) -> None:
-        """Drive to where there is room on all sides."""
+        """Move to a posture with room on all sides."""
         self._arm.move_j(**MIDDLE_DEG)
 
     def jog(self, direction: float) -> None:
-        """Sweep the tip at full speed until it is released, by three joints at once."""
-        axes = {name: share * direction for name, share in first_jog(self._arm).axes}
+        """Begin a jog of three joints at full speed, until `release`."""
+        axes = {name: share * direction for name, share in sweeping_jog(self._arm).axes}
         threading.Thread(
             target=self._arm.jog_j,
             kwargs={**axes, "speed": 1.0, "duration_s": JOG_S},
@@ -64,20 +66,20 @@ class Driver:
 
     def path(self, direction: float) -> None:
         """Begin a path of two lines with a blend between them."""
-        corner = beside(self._arm.pose, y_mm=PATH_MM * direction)
-        end = beside(corner, z_mm=PATH_MM * direction)
+        corner = shifted(self._arm.pose, y_mm=PATH_MM * direction)
+        end = shifted(corner, z_mm=PATH_MM * direction)
         self._arm.move_path([LinePart(corner, BLEND_MM), LinePart(end)], wait=False)
 
     def release(self) -> None:
-        """Let go of the jog."""
+        """Release the jog."""
         self._arm.release()
 
     def stop(self) -> None:
-        """Ask for a stop."""
+        """Request a stop."""
         self._arm.request_stop()
 
     def bounds(self) -> list[float]:
-        """Tell what the status announces now."""
+        """Return the announced bounds: of a stop, and of a silent program, in s and mm."""
         status = self._arm.status
         return [
             status.stop_time_s,
@@ -87,14 +89,14 @@ class Driver:
         ]
 
     def state(self) -> str:
-        """Tell the state of the arm."""
+        """Return the state of the arm."""
         return self._arm.status.state.value
 
 
 def main(port: str, dialect: str) -> None:
-    """Obey one line after the other until the end of input."""
+    """Run one command after the other until the end of the input."""
     with Arm.connect(port, dialect=dialect) as arm:
-        driver = Driver(arm)
+        driver = CommandDriver(arm)
         answer("ready")
         for line in sys.stdin:
             name, *words = json.loads(line)
@@ -102,7 +104,7 @@ def main(port: str, dialect: str) -> None:
 
 
 def answer(value: object) -> None:
-    """Answer a line."""
+    """Write the result of a command."""
     sys.stdout.write(json.dumps(value) + "\n")
     sys.stdout.flush()
 

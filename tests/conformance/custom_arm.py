@@ -1,7 +1,9 @@
-"""Arms whose file says more than the dialect's preset does, and the device of one as a program.
+"""Arms whose file has more lines than the dialect's preset, and a program that simulates one.
 
-`python -m tests.conformance.fitted FILE [NAME=VALUE ...] --pty PATH` (or `--tcp`, `--slcan`) lives
-as `armdrive sim` does; NAME=VALUE is a setting of the device.
+    python -m tests.conformance.custom_arm FILE [NAME=VALUE ...] --pty PATH
+
+The program runs like `armdrive sim`, also with `--tcp` or `--slcan`. NAME=VALUE is a setting of the
+simulated device.
 """
 
 from __future__ import annotations
@@ -20,19 +22,19 @@ from armdrive.sim.serving.servers import SlcanServer
 
 
 def arm_file(row: Dialect, lines: str, port: str = "") -> str:
-    """Return an arm file's text: the dialect's preset on a port, and further lines."""
+    """Return the text of an arm file: the dialect's preset on a port, and more lines."""
     return (
         f'model = "{row.preset}"\n[connection]\ndialect = "{row.name}"\nport = "{port}"\n{lines}\n'
     )
 
 
-def fitted_config(row: Dialect, lines: str, name: str) -> ArmConfig:
-    """Return the arm of such a file."""
+def custom_config(row: Dialect, lines: str, name: str) -> ArmConfig:
+    """Return the configuration of such an arm file."""
     return parse_arm(tomllib.loads(arm_file(row, lines)), name=name)
 
 
 def main(path: str, *words: str) -> None:
-    """Serve the device of an arm file until told to end."""
+    """Serve the device of an arm file until standard input says to end."""
     *settings, where, address = words
     config = load_arm(Path(path))
     chosen = Options.parse(simulated_kind(config.connection.dialect).options, settings)

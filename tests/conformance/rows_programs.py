@@ -1,4 +1,4 @@
-"""What another program of the same user may do to an arm that is held: watch, stop, pause, slow."""
+"""What other programs of the same user may do to an arm in use: watch, stop, pause and slow it."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import threading
 from armdrive.errors import Stopped
 
 from .behaviour import Behaviour
-from .going import begin_joints, begin_sweep, refused, sweep_plan
+from .motions import begin_joints, begin_sweep, check_refused, sweep_plan
+from .observation import check
 from .real_time_bench import ROOT, RealTimeBench
-from .rows_conducting import RATE_S, SLOW, STANDS_S, slowed_enough, steps_made
-from .rows_faults import between
-from .rows_moving import arrived
-from .rows_stopping import settled, under_way, within_bound
-from .seen import check
+from .rows_faults import check_between
+from .rows_moving import check_arrived
+from .rows_pausing import RATE_S, SLOW, STANDS_S, check_slowed, step_rate_hz
+from .rows_stopping import check_settled, check_within_bound, wait_until_moving
 
-HELD = ("pty", "tcp")
-"""An arm in this process is held by nobody."""
+LOCKED = ("pty", "tcp")
+"""The transports on which the driver locks the arm; in the same process it does not."""
 ENDS_S = 30.0
 SLOWLY = 0.15
-"""A motion that outlasts the beginning of another program on a busy computer."""
+"""At this speed a motion is still under way when another program has started."""
 
 
-def begin_command(bench: RealTimeBench, *words: str) -> subprocess.Popen[str]:
-    """Begin a command of the command line about the arm on the bench."""
+def start_command(bench: RealTimeBench, *words: str) -> subprocess.Popen[str]:
+    """Start an `armdrive` command for the arm on the bench."""
     where = ["--port", bench.port, "--dialect", bench.row.name]
     return subprocess.Popen(
         [sys.executable, "-m", "armdrive", *words, *where],
@@ -37,69 +37,69 @@ def begin_command(bench: RealTimeBench, *words: str) -> subprocess.Popen[str]:
     )
 
 
-def command(bench: RealTimeBench, *words: str) -> None:
-    """Give a command, and wait until that program has ended."""
-    with begin_command(bench, *words) as program:
-        told, _ = program.communicate(timeout=ENDS_S)
-    check(program.returncode == 0, f"`armdrive {words[0]}` ended with: {told}")
-    check("asked" in told, f"`armdrive {words[0]}` found no arm: {told}")
+def run_command(bench: RealTimeBench, *words: str) -> None:
+    """Run an `armdrive` command, and check that it succeeded."""
+    with start_command(bench, *words) as program:
+        output, _ = program.communicate(timeout=ENDS_S)
+    check(program.returncode == 0, f"`armdrive {words[0]}` ended with: {output}")
+    check("asked" in output, f"`armdrive {words[0]}` found no arm: {output}")
 
 
 def another_program_pauses_and_resumes_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     _, goal, _ = sweep_plan(arm)
     handle = begin_sweep(arm, speed=SLOWLY)
-    under_way(bench)
+    wait_until_moving(bench)
     status = arm.status
-    command(bench, "pause")
+    run_command(bench, "pause")
     rest = bench.rest()
     time_s = status.silent_time_s + bench.noise_s
     check(rest.after_s <= time_s, f"paused, it went on for {rest.after_s:.3f} s, not {time_s:.3f}")
-    stood = bench.stands(STANDS_S, "paused").motors
+    stood = bench.check_stands(STANDS_S, "paused").motors
     check(arm.status.paused and not handle.done, "it was not paused on its way")
-    command(bench, "resume")
-    under_way(bench)
+    run_command(bench, "resume")
+    wait_until_moving(bench)
     for _ in range(20):
-        between(bench.look(), stood, goal)
+        check_between(bench.look(), stood, goal)
         bench.sleep(bench.look_s)
     arm.stop()
-    settled(bench, arm)
+    check_settled(bench, arm)
 
 
 def another_program_stops_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     handle = begin_sweep(arm, speed=SLOWLY)
-    under_way(bench)
+    wait_until_moving(bench)
     status = arm.status
-    command(bench, "stop")
-    within_bound(bench, status, bench.rest(), "stopped by another program")
-    refused(handle.wait, Stopped, "waiting for a motion that another program stopped")
-    settled(bench, arm)
+    run_command(bench, "stop")
+    check_within_bound(bench, status, bench.rest(), "stopped by another program")
+    check_refused(handle.wait, Stopped, "waiting for a motion that another program stopped")
+    check_settled(bench, arm)
 
 
 def another_program_slows_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     plan = sweep_plan(arm)
-    command(bench, "slow", f"{SLOW:g}")
+    run_command(bench, "slow", f"{SLOW:g}")
     check(arm.speed_override == SLOW, f"asked for {SLOW:.0%}, and it is {arm.speed_override:.0%}")
     begin_sweep(arm)
-    under_way(bench)
-    slowed_enough(steps_made(bench, RATE_S), plan)
+    wait_until_moving(bench)
+    check_slowed(step_rate_hz(bench, RATE_S), plan)
     arm.stop()
-    settled(bench, arm)
+    check_settled(bench, arm)
 
 
 def another_program_watches_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
-    with begin_command(bench, "watch", "--json", "--every", "0.02") as program:
+    with start_command(bench, "watch", "--json", "--every", "0.02") as program:
         end = threading.Timer(ENDS_S, program.kill)
         end.start()
         before = bench.look()
         seen = [program.stdout.readline()]
-        bench.stands(STANDS_S, "watched")
+        bench.check_stands(STANDS_S, "watched")
         begin_joints(arm).wait()
-        arrived(bench, arm)
-        bench.leave()
+        check_arrived(bench, arm)
+        bench.disconnect()
         seen += program.stdout
         end.cancel()
     states = [json.loads(line)["state"] for line in seen if line]
@@ -107,16 +107,16 @@ def another_program_watches_it(bench: RealTimeBench) -> None:
     check("moving" in states, f"a watcher of a motion saw {states}")
     check(states[-1] == "disconnected", f"at the end a watcher saw {states[-1]}")
     check(program.returncode == 0, f"the watching program ended with {program.returncode}")
-    check(before.motors != bench.look().motors, "nothing was there to be watched")
+    check(before.motors != bench.look().motors, "the arm did not move while it was watched")
 
 
 ROWS = (
     Behaviour("another program pauses and resumes it", "several programs",
-              another_program_pauses_and_resumes_it, transports=HELD),
+              another_program_pauses_and_resumes_it, transports=LOCKED),
     Behaviour("another program stops it", "several programs", another_program_stops_it,
-              transports=HELD),
+              transports=LOCKED),
     Behaviour("another program slows it", "several programs", another_program_slows_it,
-              transports=HELD),
+              transports=LOCKED),
     Behaviour("another program watches it to the end", "several programs",
-              another_program_watches_it, transports=HELD),
+              another_program_watches_it, transports=LOCKED),
 )  # fmt: skip

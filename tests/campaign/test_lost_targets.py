@@ -1,4 +1,4 @@
-"""What is excused while a CiA 402 drive misses its targets: shared joints alone, by so much."""
+"""`LostTargets` excuses shared joints alone, by a bounded angle, while the bus loses targets."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LOSES = next(fault for fault in FAULTS if fault.name == "frames lost")
 
 
 def losing(words: str) -> Stage:
-    """Return a stage of CiA 402 drives on which just that fault has begun."""
+    """Return a stage of CiA 402 drives on which the fault with these words has begun."""
     for seed in range(100):
         stage = Stage("cia402", random.Random(seed), 0)
         if words in LOSES.begin(stage):
@@ -24,13 +24,13 @@ def losing(words: str) -> Stage:
 
 
 def breaks(stage: Stage, joint: str, beyond_deg: float, speed: float = 1.0) -> bool:
-    """Bring a joint beyond its limit while a command moves it; return whether that is found."""
+    """Move a joint beyond its limit during a command; return whether the watch finds that."""
     arm = stage.config.model.arm
     past_rad = arm.limits[arm.joint_names.index(joint)].low_rad - math.radians(beyond_deg)
     there = stage.world.body.transmission.to_motors(
         stage.world.joints.replace(**{joint: past_rad}), 0.0
     )
-    stage.watch.begin(Command("move_j", known=True, speed=speed))
+    stage.watch.begin(Command("move_j", position_known=True, speed=speed))
     stage.world._shift(there - stage.world.motors, stage.now_s)
     return any("beyond its limit" in each for each in stage.watch.broken)
 
@@ -45,7 +45,7 @@ def breaks(stage: Stage, joint: str, beyond_deg: float, speed: float = 1.0) -> b
         ("base", 0.79, 1.0, True),
     ],
 )
-def test_a_joint_that_motors_share_may_be_off_by_the_targets_that_one_may_miss(
+def test_a_shared_joint_may_leave_its_path_by_the_targets_that_one_motor_may_miss(
     joint, beyond_deg, speed, broken
 ):
     assert breaks(losing("0.1 --from host"), joint, beyond_deg, speed) is broken

@@ -1,4 +1,4 @@
-"""A shaft that a hand turns is turned back: it alone, no farther than the hand, and at once."""
+"""`TurnedByHand` excuses the turned shaft alone, between the two places, for a moment."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ import pytest
 
 from kinematics import Motors
 
+from .excuses import TurnedByHand
+from .faults import FAULTS
 from .mission import run_mission
 from .outcome import Outcome
 from .physical import Bound
 from .run import story
 from .stage import Stage
-from .turned import turned_by_hand
 
 BASE, SHOULDER, BY = 0, 1, 25
 SOON_S, LATE_S = 0.02, 0.1
 RESTS = 8
-"""How many increments a drive that holds may be off its target."""
+"""How many counts a drive that holds may be off its target."""
 
 
 def only(motor: int, count: int) -> Motors:
@@ -26,13 +27,17 @@ def only(motor: int, count: int) -> Motors:
 
 
 def turned(dialect: str = "cia402") -> Stage:
-    """Return an arm that stands, and whose base a hand has turned."""
+    """Return a standing arm whose base a hand has turned."""
     stage = Stage(dialect, random.Random(1), 0)
-    stage.watch.promise(Bound("stop", -9.0, stage.world.tip, 0.2, 20.0))
+    stage.watch.add_bound(Bound("stop", -9.0, stage.world.tip, 0.2, 20.0))
     before = stage.world.motors
     assert stage.turn_by_hand(only(BASE, BY))
-    stage.watch.turned = turned_by_hand(stage, before)
+    stage.watch.turned_by_hand = excuse_of(stage, before)
     return stage
+
+
+def excuse_of(stage: Stage, before: Motors) -> TurnedByHand | None:
+    return TurnedByHand.of(stage.config, before, stage.world.motors, stage.now_s)
 
 
 @pytest.mark.parametrize("counts", [(-BY,), (-10,), (-BY, BY)])
@@ -60,11 +65,25 @@ def test_nothing_else_moves(motor, count, time_s):
 
 def test_no_stepper_is_turned_back():
     stage = Stage("teachmover", random.Random(1), 0)
-    assert turned_by_hand(stage, stage.world.motors) is None
+    assert excuse_of(stage, stage.world.motors) is None
 
 
 @pytest.mark.parametrize("seed", [78000053, 78000296, 131000836])
 def test_a_hand_turns_a_shaft_as_its_drive_is_told_where_to_hold(seed):
-    """Random missions: a drive is switched on by its first order, holds already, or arrives."""
+    """Random missions: the drive is switched on by its first order, holds already, or arrives."""
     result = run_mission("cia402", seed)
     assert result.outcome is not Outcome.VIOLATION, story(result)
+
+
+@pytest.mark.parametrize("referencing", [True, False])
+def test_only_a_reference_that_is_being_taken_hides_the_hand(referencing):
+    stage = Stage("armdroid", random.Random(1), 0)
+    hand = next(fault for fault in FAULTS if fault.name == "pendant used")
+    with stage.watch.reference_attempt() as ended_well:
+        stage.referenced_s = stage.now_s
+        if referencing:
+            hand.begin(stage)
+        ended_well()
+    if not referencing:
+        hand.begin(stage)
+    assert bool(stage.watch.slipped) is referencing
