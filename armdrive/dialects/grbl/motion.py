@@ -305,7 +305,7 @@ class GrblHoming:
     letters: str
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Answering:
-        """Have the board home all motors at once, or one group after the other."""
+        """Make the board home all motors at once, or one group after the other."""
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state in HELD:
             return RequestRejected(
