@@ -199,14 +199,21 @@ class ObservedDrive:
         """The range of its targets since it stood last."""
         self._readings: deque[Reading] = deque(maxlen=READINGS)
         self._fit: tuple[float, float] | None = None
+        """The last count within reach, and the earliest moment at which it can be sampled."""
         self._outside = 0
+        """How many readings in a row were out of reach."""
         self._doubt: _Look | None = None
+        """The look behind its course that the next one is compared with; None while it follows."""
         self._standing: Reading | None = None
         """The first of the latest readings that all found it in one place, off its course."""
         self._met: _Look | None = None
+        """The look that the course was last compared with."""
         self._shares: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
+        """How far it turned, and how far it was ordered to, from look to look."""
         self._share_s = -math.inf
+        """When the last of these looks began."""
         self._rest = Interval(-math.inf, math.inf)
+        """Where it may come to rest after a stop."""
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"

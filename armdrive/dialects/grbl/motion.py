@@ -290,7 +290,8 @@ class GrblMotion:
 
     def _silence_of_mute(self) -> Timeout:
         """Return the reply to a motion during which the board has stopped reporting."""
-        return Timeout("? (mute in motion; a feed hold was sent)", self.settings.mute_s)
+        note = "while the arm was moving; a feed hold was sent"
+        return Timeout("?", self.settings.mute_s, note=note)
 
 
 @dataclass(slots=True, eq=False)

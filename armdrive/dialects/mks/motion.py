@@ -114,8 +114,10 @@ class MotionRun:
         self.short: set[int] = set()
         """The drives that need their order again."""
         self.braking = stops.brake(())
+        """The stage of its latest stop; of no drives before the first one."""
         self._reply: Reply = Done()
         self._judged = False
+        """Whether it was stopped, so that nothing but where the drives rest tells of a fault."""
 
     def carry_out(self, phase: Phase) -> Script:
         """Run the motion to its end."""
@@ -138,6 +140,7 @@ class MotionRun:
             acts[Act.RESUME] = lambda: self._resume(trip)
         yield from run_phases(self.wire, phase, stages, acts, self.let_go)
         unstopped = self.braking.unstopped()
+        # after trouble, its own words say more than those about the stop
         if isinstance(unstopped, Timeout) or (unstopped and self._judged):
             return unstopped
         return self._reply
