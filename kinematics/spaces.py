@@ -249,10 +249,10 @@ class Motors(tuple[int, ...]):
     def __new__(cls, steps: Iterable[int] = ()) -> Motors:
         """Make motor steps; raises `BadNumber` for anything but whole numbers."""
         made = super().__new__(cls, steps)
-        if set(map(type, made)) <= {int}:
-            return made
-        wrong = next(index for index, count in enumerate(made) if type(count) is not int)
-        raise BadNumber(f"motor {wrong + 1} steps", made[wrong])
+        for number, count in enumerate(made, 1):
+            if type(count) is not int:
+                raise BadNumber(f"motor {number} steps", count)
+        return made
 
     def __sub__(self, other: Motors) -> Motors:
         return Motors([a - b for a, b in zip(self, other, strict=True)])

@@ -16,10 +16,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 from kinematics.errors import KinematicsError, SingularTransmission, finite
 from kinematics.frames.matrices import DependentRow, Matrix, inverse, times
 from kinematics.spaces import JOINT_NAMES, Joints, Motors
+
+N = TypeVar("N", int, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,12 @@ class MotorSpec:
         object.__setattr__(self, "offset_steps", offset)
         if not all(type(ratio) is int for _, ratio in self.follows):
             raise KinematicsError(f"motor {self.name!r} can follow only in whole ratios of steps")
+
+    def followed(self, steps: Sequence[N]) -> N | int:
+        """Return the steps that the motor makes because those before it have made these."""
+        if not self.follows:
+            return 0
+        return sum(ratio * steps[earlier] for earlier, ratio in self.follows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,15 +100,14 @@ class Transmission:
         """Return absolute motor steps, rounded once. The opening needs a gripper motor."""
         steps: list[int] = []
         for motor, own in zip(self.motors, self._own_steps(joints, opening_mm), strict=True):
-            followed = sum(ratio * steps[earlier] for earlier, ratio in motor.follows)
-            steps.append(math.floor(own + 0.5) + followed)
+            steps.append(math.floor(own + 0.5) + motor.followed(steps))
         return Motors(steps)
 
     def to_exact(self, joints: Joints, opening_mm: float = 0.0) -> tuple[float, ...]:
         """Return absolute motor steps, unrounded."""
         steps: list[float] = []
         for motor, own in zip(self.motors, self._own_steps(joints, opening_mm), strict=True):
-            steps.append(own + sum(ratio * steps[earlier] for earlier, ratio in motor.follows))
+            steps.append(own + motor.followed(steps))
         return tuple(steps)
 
     def to_joints(self, motors: Sequence[int]) -> tuple[Joints, float]:
@@ -107,9 +115,7 @@ class Transmission:
         if len(motors) != len(self.motors):
             raise KinematicsError(f"{len(self.motors)} motors were expected, not {len(motors)}")
         own = tuple(
-            steps
-            - sum(ratio * motors[earlier] for earlier, ratio in motor.follows)
-            - motor.offset_steps
+            steps - motor.followed(motors) - motor.offset_steps
             for motor, steps in zip(self.motors, motors, strict=True)
         )
         values = times(self._own_inverse, own)

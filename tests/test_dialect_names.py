@@ -19,6 +19,9 @@ NAMES = {*DIALECTS, *CODECS} - {"__pycache__"}
 WORD = re.compile(rf"(?<![\w/-])(?:{'|'.join(sorted(NAMES))})(?![\w-])(?!\.md)")
 """A name by itself: not the preset `minimover5-mks`, the firmware `grbl-Mega-5X` or a page."""
 
+NAME = re.compile("|".join(sorted(NAMES)))
+"""In a text without this nothing can name a dialect: most files need no parsing."""
+
 WORDS = "a sentence to a person names the kind of drive, or the key of its arm file"
 PRESET = "the default model is a preset of kinematics, which has an arm's name"
 EXAMPLE = "shown to a person as an example of what to type"
@@ -38,8 +41,11 @@ EXCEPTIONS: Mapping[str, str] = {
 
 def names_in(path: Path) -> Iterator[str]:
     """Give each place of a file that names a dialect which is not its own."""
+    text = path.read_text(encoding="utf-8")
+    if not NAME.search(text):
+        return
     own = home(path)
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = ast.parse(text)
     prose = {
         id(line.value)
         for node in ast.walk(tree)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
@@ -81,6 +82,7 @@ def _real_unless_forced(config: ArmConfig) -> Target:
     return Target(config, simulated=False)
 
 
+@cache
 def simulated_config(name: str) -> ArmConfig:
     """Return the simulated arm of a dialect."""
     if not name:

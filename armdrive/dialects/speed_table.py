@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
+from operator import itemgetter
 
 from armdrive.errors import ArmFileError
 
@@ -24,7 +25,6 @@ class SpeedTable:
     """
 
     points: tuple[tuple[int, float], ...]
-    _rates_hz: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if len(self.points) < 2 or any(
@@ -36,8 +36,6 @@ class SpeedTable:
             )
         if self.points[-1][0] - self.points[0][0] > MOST_SETTINGS:
             raise ArmFileError(f"speed_table spans more than {MOST_SETTINGS} settings")
-        settings = range(self.points[0][0], self.points[-1][0] + 1)
-        object.__setattr__(self, "_rates_hz", tuple(map(self.rate_hz, settings)))
 
     def rate_hz(self, setting: int) -> float:
         """Return the steps a second that the table gives for a setting inside it."""
@@ -46,12 +44,13 @@ class SpeedTable:
 
     def setting(self, rate_hz: float) -> int:
         """Return the fastest setting that is no faster than `rate_hz`; the slowest if all are."""
-        found = bisect_right(self._rates_hz, rate_hz + 1e-9)
-        return self.points[0][0] + max(found - 1, 0)
+        settings = range(self.points[0][0], self.points[-1][0] + 1)
+        found = bisect_right(settings, rate_hz + 1e-9, key=self.rate_hz)
+        return settings[max(found - 1, 0)]
 
     def part(self, setting: int) -> int:
         """Return which part of the table a setting lies in, 0 for the slowest."""
-        return max(bisect_right([point[0] for point in self.points], setting) - 1, 0)
+        return max(bisect_right(self.points, setting, key=itemgetter(0)) - 1, 0)
 
     def _interval(self, setting: int) -> tuple[tuple[int, float], tuple[int, float]]:
         index = min(self.part(setting), len(self.points) - 2)

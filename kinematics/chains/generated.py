@@ -45,9 +45,7 @@ def generated(chain: Chain) -> Generated:
     Keep the result: looking it up costs more than calling it. Raises `KinematicsError` for a
     chain whose parameters are not plain numbers.
     """
-    if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
-        raise KinematicsError("functions are generated of plain numbers; use Chain.fk for others")
-    walk = _Walk(chain)
+    walk = _walk(chain)
     frame, jacobian = walk.frame_rows(), walk.jacobian_rows()
     source = "\n\n".join(
         (
@@ -58,6 +56,21 @@ def generated(chain: Chain) -> Generated:
     )
     made = functions_of(source, {"sin": math.sin, "cos": math.cos}, "kinematics")
     return Generated(made["fk"], made["jacobian"], made["fk_and_jacobian"], source)
+
+
+def place_source(chain: Chain) -> str:
+    """Return the source of `place`, which computes the tool's x, y and z without its orientation.
+
+    Raises as `generated` does.
+    """
+    walk = _walk(chain)
+    return _function("place", chain, walk.lines, [[[row[3] for row in walk.frame_rows()[:3]]]])
+
+
+def _walk(chain: Chain) -> _Walk:
+    if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
+        raise KinematicsError("functions are generated of plain numbers; use Chain.fk for others")
+    return _Walk(chain)
 
 
 @dataclass(slots=True)

@@ -53,8 +53,9 @@ def inverse(matrix: Matrix) -> Matrix:
 
 def times(matrix: Matrix, vector: Sequence[float]) -> tuple[float, ...]:
     """Return the product of a matrix and a vector."""
-    if any(len(row) != len(vector) for row in matrix):
-        raise ValueError(f"a vector of {len(vector)} does not fit the rows of this matrix")
+    for row in matrix:
+        if len(row) != len(vector):
+            raise ValueError(f"a vector of {len(vector)} does not fit the rows of this matrix")
     return tuple([sum(map(mul, row, vector)) for row in matrix])
 
 

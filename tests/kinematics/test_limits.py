@@ -71,6 +71,12 @@ def test_a_well_conditioned_matrix_is_inverted(rows, vector):
     assert times(inverse(matrix), times(matrix, vector)) == pytest.approx(vector, abs=1e-9)
 
 
+@pytest.mark.parametrize("length", [1, 3])
+def test_a_vector_of_another_length_than_the_rows_is_refused(length):
+    with pytest.raises(ValueError, match=f"a vector of {length} does not fit"):
+        times(((1.0, 0.0), (0.0, 1.0)), (1.0,) * length)
+
+
 def test_rows_in_any_order_are_inverted():
     assert inverse(((0.0, 2.0), (4.0, 0.0))) == ((0.0, 0.25), (0.5, 0.0))
 

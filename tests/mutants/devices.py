@@ -680,6 +680,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a rate gets the next faster setting of the speed table",
+        promise="no setting is faster than what was asked for",
+        path="armdrive/dialects/speed_table.py",
+        old="return settings[max(found - 1, 0)]",
+        new="return settings[min(found, len(settings) - 1)]",
+        tests=tests_of(
+            "tests/armdrive/dialects/test_speed_table.py",
+            "test_a_rate_gets_the_fastest_setting_that_is_no_faster",
+        ),
+    ),
+    Mutant(
         name="a slow arm is waited for no longer than a quick one",
         promise="the driver learns the speed of an arm that is slower than its table",
         path="armdrive/dialects/speed_table.py",

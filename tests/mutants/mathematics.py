@@ -163,14 +163,8 @@ MUTANTS = (
         name="the gripper's cable runs the other way over the elbow",
         promise="the fingers stand still while the elbow moves",
         path="kinematics/transmission.py",
-        old=(
-            "            followed = sum(ratio * steps[earlier] for earlier, "
-            "ratio in motor.follows)\n"
-        ),
-        new=(
-            "            followed = sum(-ratio * steps[earlier] for earlier, "
-            "ratio in motor.follows)\n"
-        ),
+        old="        return sum(ratio * steps[earlier] for earlier, ratio in self.follows)",
+        new="        return sum(-ratio * steps[earlier] for earlier, ratio in self.follows)",
         tests=tests_of(
             "tests/kinematics/test_transmission.py",
             "test_the_teachmovers_reference_posture_has_the_published_steps",
@@ -180,8 +174,8 @@ MUTANTS = (
         name="motors are read without what they follow",
         promise="steps and angles agree both ways",
         path="kinematics/transmission.py",
-        old=("            - sum(ratio * motors[earlier] for earlier, ratio in motor.follows)\n"),
-        new="",
+        old="            steps - motor.followed(motors) - motor.offset_steps\n",
+        new="            steps - motor.offset_steps\n",
         tests=tests_of(
             "tests/armdrive/motion/test_gripper.py",
             "test_opening_and_closing_end_where_asked_while_the_elbow_turns",

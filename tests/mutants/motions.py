@@ -225,8 +225,8 @@ MUTANTS = (
         name="steps are rounded down",
         promise="steps are rounded to the nearest",
         path="kinematics/transmission.py",
-        old="steps.append(math.floor(own + 0.5) + followed)",
-        new="steps.append(math.floor(own) + followed)",
+        old="steps.append(math.floor(own + 0.5) + motor.followed(steps))",
+        new="steps.append(math.floor(own) + motor.followed(steps))",
         tests=tests_of(
             "tests/kinematics/test_transmission.py",
             "test_the_mini_movers_reference_posture_has_the_published_steps",

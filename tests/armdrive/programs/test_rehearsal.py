@@ -32,10 +32,10 @@ def rehearse(seen, plan):
 
 
 TOUR = (
-    go(down(170, 20, 50), opening_mm=20.0),
-    go(down(170, 20, 25), line=True, speed=0.7),
+    go(down(145, 20, 40), opening_mm=20.0),
+    go(down(145, 20, 25), line=True, speed=0.7),
     fingers(10.0),
-    go(down(170, -10, 40)),
+    go(down(145, -10, 30)),
     Delay(2.0),
     fingers(25.0),
     ready(),

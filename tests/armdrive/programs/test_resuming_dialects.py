@@ -11,7 +11,7 @@ from armdrive.programs.program import ArmProgram, read_program
 from armdrive.registry import DIALECTS
 
 TOUR = """\
-point a = at(180, 10, 50, -90)
+point a = at(145, 10, 30, -90)
 move a
 count = 1
 repeat 2 as turn
@@ -22,7 +22,7 @@ repeat 2 as turn
   end
 end
 delay 0.5
-move at(180, -5 * count, 50, -90)
+move at(145, -5 * count, 30, -90)
 """
 
 
