@@ -33,7 +33,7 @@ from .mission import run_mission
 from .outcome import Outcome, Result
 from .run import main, story, table_of, tasks
 
-SAMPLE = {"mks": 4, "teachmover": 20}
+SAMPLE = {"mks": 4, "cia402": 4, "teachmover": 20}
 """Missions of an everyday run; 8 of those that take neither so long nor so little."""
 ENOUGH = 60
 """So many missions find any of the flaws below."""

@@ -173,7 +173,7 @@ def _aftermath(
 
 
 def works(bench: Bench, arm: Arm) -> None:
-    arm.move_j(**joints_from(arm, -6.0, 3.0))
+    arm.move_j(**joints_from(arm, -2.0, 1.0))
     arrived(bench, arm)
 
 
