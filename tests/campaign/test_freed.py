@@ -12,10 +12,7 @@ from kinematics import Motors
 from .actions import connect
 from .faults import FAULTS
 from .freed import CATCHES_UP_S, TOLD_S, Freed
-from .mission import run_mission
-from .outcome import Outcome
 from .physical import Bound
-from .run import story
 from .stage import Stage
 
 FINGERS, BASE = 5, 0
@@ -116,15 +113,3 @@ def test_nor_from_when_no_drive_answered_to_the_reset():
     assert not stage._hears(FINGERS, stage.now_s)
     arm.reset()
     assert stage._hears(FINGERS, stage.now_s)
-
-
-def test_a_jog_is_released_while_a_blocked_drive_is_mute():
-    """A seed that was drawn: the shaft came free 0.6 s after the release."""
-    result = run_mission("cia402", 19501081)
-    assert result.outcome is not Outcome.VIOLATION, story(result)
-
-
-def test_a_pause_ends_while_a_blocked_drive_is_not_told_to_hold_yet():
-    """A seed that was drawn: the shaft came free 0.3 s after it was blocked in a pause."""
-    result = run_mission("mks", 150001687)
-    assert result.outcome is not Outcome.VIOLATION, story(result)

@@ -8,10 +8,7 @@ import pytest
 
 from kinematics import Motors
 
-from .mission import run_mission
-from .outcome import Outcome
 from .physical import Bound
-from .run import story
 from .stage import Stage
 from .turned import turned_by_hand
 
@@ -61,10 +58,3 @@ def test_nothing_else_moves(motor, count, time_s):
 def test_no_stepper_is_turned_back():
     stage = Stage("teachmover", random.Random(1), 0)
     assert turned_by_hand(stage, stage.world.motors) is None
-
-
-@pytest.mark.parametrize("seed", [78000053, 78000296, 131000836])
-def test_a_hand_turns_a_shaft_as_its_drive_is_told_where_to_hold(seed):
-    """Random missions: a drive is switched on by its first order, holds already, or arrives."""
-    result = run_mission("cia402", seed)
-    assert result.outcome is not Outcome.VIOLATION, story(result)
