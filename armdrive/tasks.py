@@ -256,14 +256,19 @@ class RequestRejected:
 
 @dataclass(frozen=True, slots=True)
 class Timeout:
-    """No reply came in time. `look_at` tells a person what to check."""
+    """No reply came in time.
+
+    `look_at` tells a person what to check, and `note` what was done meanwhile.
+    """
 
     to: str
     waited_s: float
     look_at: str = field(default=SWITCHED_ON, compare=False, repr=False)
+    note: str = ""
 
     def __str__(self) -> str:
-        return f"no answer to `{self.to}` within {self.waited_s:.1f} s"
+        more = f", {self.note}" if self.note else ""
+        return f"no answer to `{self.to}` within {self.waited_s:.1f} s{more}"
 
 
 @dataclass(frozen=True, slots=True)

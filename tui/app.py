@@ -98,7 +98,7 @@ class TypedText:
         self.set("")
 
     def set(self, text: str) -> None:
-        """Have another text; it is meant as it stands."""
+        """Replace the text, which is shown literally."""
         self.text, self.offered = text, False
         if self._changed is not None:
             self._changed(text)
@@ -253,7 +253,7 @@ class Calls:
 
     @contextlib.contextmanager
     def reporting_refusals(self) -> Iterator[None]:
-        """Have the next picture say why what is asked for here is refused."""
+        """Show in the next picture why the request is refused."""
         try:
             yield
         except (ArmError, KinematicsError, OSError) as error:

@@ -62,7 +62,7 @@ INK_STYLES: Mapping[Ink, str] = MappingProxyType(
 
 
 def move_cameras(at: DOMNode, what: str) -> bool:
-    """Have every arm view below a node do this; return whether there is one."""
+    """Do this to every arm view below a node; return whether there is one."""
     views = list(at.query(SpaceView))
     for view in views:
         view.look(what)
@@ -200,7 +200,7 @@ class SpaceView(Widget):
     # -- the reach ----------------------------------------------------------------------------
 
     def _work_out(self, key: Key) -> None:
-        """Have an outline worked out in a thread, one at a time, and not too often."""
+        """Compute an outline in a thread, one at a time, and not too often."""
         if self._working or self._clock() - self._worked_s < REST_S or not self.is_attached:
             return
         self._working, self._worked_s = True, self._clock()

@@ -113,7 +113,7 @@ TURN_S = 0.0005
 
 @contextlib.contextmanager
 def short_turns() -> Iterator[None]:
-    """Have threads take turns quickly for as long as this lasts, unless they do so already."""
+    """Make threads take turns quickly while this lasts, unless they do so already."""
     before_s = sys.getswitchinterval()
     sys.setswitchinterval(min(before_s, TURN_S))
     try:

@@ -253,7 +253,7 @@ ENDING_SIGNALS = tuple(
 
 
 def on_ending_signals(call: Callable[[int], None]) -> None:
-    """Have these signals call back in the running event loop.
+    """Make these signals call back in the running event loop.
 
     The framework runs no clean-up at all when one of them ends the process.
     """
@@ -345,5 +345,5 @@ class SpansCompositor(Compositor):
 
 
 def send_changed_spans(screen: Screen[Any]) -> None:
-    """Have a screen that is not shown yet send spans from now on."""
+    """Make a screen that is not shown yet send spans from now on."""
     screen._compositor = SpansCompositor()  # noqa: SLF001 - there is no other way in

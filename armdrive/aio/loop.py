@@ -213,7 +213,7 @@ class ClockDriver:
         return any(call.ready() for call in self._waiting)
 
 
-UNCERTAIN = "the arm did not confirm that it stands; look at it"
+UNCERTAIN = "the arm did not confirm that it has stopped: look at it"
 
 # the loop's attribute for its `LoopContext`; stored there, the context ends with the loop
 CONTEXT = "_armdrive_context"

@@ -543,7 +543,7 @@ class Arm:
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds, unless another `hold` extends the jog; returns at once.
 
-        If the jog is refused, the status's `notice` says why.
+        If the jog is refused, the status's `notice` says why until the next motion begins.
         """
         self._jogging.hold(jog, speed, for_s)
 

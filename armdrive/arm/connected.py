@@ -69,7 +69,7 @@ class Connection:
             self._release()
 
     def on_close(self, call: Callable[[], None]) -> None:
-        """Have `call` run once when the arm is closed."""
+        """Call `call` once when the arm is closed."""
         self._on_close.append(call)
 
     def _release(self) -> None:

@@ -61,6 +61,7 @@ def _bits(lines: Lines, what: str, most: int) -> int:
 # limit of a wait without a deadline in simulated time, where Ctrl-C could not end it
 SIMULATED_S = 3600.0
 
+WAITING = "waiting for inputs"
 _NOT_POLLED = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
 """The states in which an arm's inputs are not read."""
 
@@ -74,7 +75,7 @@ class InputsOutputs:
 
     async def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""
-        after(self._core.state, Event.MOVE)
+        after(self._core.state, Event.MOVE, "switching an output")
         await self._parts.runner.perform(device_tasks.set_outputs(self._parts.wire, bits))
 
     async def set_output(self, number: int, on: bool = True) -> None:
@@ -101,7 +102,7 @@ class InputsOutputs:
         core, stops = self._core, self._parts.runner.stops
         with self._parts.pace.lock:
             if core.state in _NOT_POLLED:
-                after(core.state, Event.MOVE)
+                after(core.state, Event.MOVE, WAITING)
             core.readings.awaiting += 1
             seen = core.readings.sensed
             absences = self._parts.engine.suspend_count
@@ -134,7 +135,7 @@ class InputsOutputs:
         if self._parts.runner.stops != stops:
             raise Stopped("a stop was requested while the program waited for inputs")
         if self._core.state in _NOT_POLLED:
-            after(self._core.state, Event.MOVE)
+            after(self._core.state, Event.MOVE, WAITING)
 
     def _patience_s(self, within_s: float | None) -> float:
         if within_s is None:
@@ -180,7 +181,7 @@ async def write_pendant_program(
 def _pendant_memory(parts: Parts) -> PendantTools[PendantProgram]:
     """Return the dialect's pendant tools. Raises `Refused` if the arm has no such memory."""
     memory = pendant_of(parts.config)
-    after(parts.core.state, Event.MOVE)
+    after(parts.core.state, Event.MOVE, "using the arm's own program memory")
     return memory
 
 

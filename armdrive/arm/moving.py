@@ -24,7 +24,13 @@ from armdrive.motion.gripper import (
     require_gripper,
     set_gripper,
 )
-from armdrive.motion.jog.session import Jogged, check_jog, jog_session
+from armdrive.motion.jog.session import (
+    Jogged,
+    check_duration,
+    check_increment,
+    check_jog,
+    jog_session,
+)
 from armdrive.motion.plan import MotionPlan, SpeedLimits
 from armdrive.motion.preview import Preview, preview_move
 from armdrive.motion.resolve import (
@@ -144,21 +150,23 @@ class Jogging:
     def start(self, move: JogMove) -> Handle[Jogged]:
         """Start an increment. Raises `WrongState` while another one waits."""
         with self._parts.pace.lock:
+            nudge = IncrementalJog(move.jog, move.speed)
             if self._core.nudges:
-                self._require(move.jog)
+                self._require(nudge)
                 raise WrongState("another increment is already waiting: wait for its end")
-            task = self._begin(IncrementalJog(move.jog, move.speed))
+            task = self._begin(nudge)
         return Handle(self._parts.runner, task, PATIENCE_S * 10)
 
     async def jog_for(self, jog: Jog, speed: float, duration_s: float) -> Jogged:
         """Jog for a time, and wait for the end."""
         fraction = speed_fraction(speed)
         with self._parts.pace.lock:
-            self._require(jog)
             if not finite("duration_s", duration_s) > 0.0:
                 raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
-            until_s = self._parts.pace.now_s() + duration_s
-            task = self._begin(ContinuousJog(jog, fraction, until_s))
+            hold = ContinuousJog(jog, fraction, self._parts.pace.now_s() + duration_s)
+            self._require(hold)
+            check_duration(self._core, self._parts.speeds, hold, duration_s)
+            task = self._begin(hold)
         return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
 
     def hold(self, jog: Jog, speed: float, for_s: float) -> None:
@@ -183,18 +191,21 @@ class Jogging:
         self._parts.core.hold = None
         self._parts.pace.wake()
 
-    def _require(self, jog: Jog, *, joins: bool = False) -> None:
-        """Raise if no jog may start now; with `joins`, a jog may extend the running session."""
+    def _require(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> None:
+        """Raise if a jog may not start now; with `joins`, it may extend the running session."""
         core = self._core
-        check_jog(core, jog)
+        if isinstance(asked, IncrementalJog):
+            check_increment(core, asked.jog)
+        else:
+            check_jog(core, asked.jog)
         alive = joins and self._session is not None and not self._session.done
         if not alive and core.state is not State.HOMING:
-            after(core.state, Event.MOVE)
+            after(core.state, Event.MOVE, "jogging")
 
     def _begin(self, asked: ContinuousJog | IncrementalJog, *, joins: bool = False) -> Task[Jogged]:
         """Hand a jog to a session. Raises if the jog may not start."""
         core = self._core
-        self._require(asked.jog, joins=joins)
+        self._require(asked, joins=joins)
         task = self._join_session()
         if isinstance(asked, IncrementalJog):
             core.nudges.append(asked)
@@ -299,7 +310,7 @@ class Moving:
         fraction = speed_fraction(speed)
         with self._parts.pace.lock:
             if core.state is not State.HOMING:
-                after(core.state, Event.MOVE)
+                after(core.state, Event.MOVE, "turning motors")
             if stops is not None and runner.stops != stops:
                 raise Stopped("a stop was requested before the motors started")
             takes_s = self._bench_duration_s(motors, fraction)
@@ -340,7 +351,7 @@ class Moving:
         for each in move.moves if isinstance(move, MoveSequence) else (move,):
             self._require_fingers(each)
             if isinstance(each, JogMove):
-                check_jog(core, each.jog)
+                check_increment(core, each.jog)
             elif not self._commanded(each):
                 core.require_reference()
         after(core.state, Event.MOVE)

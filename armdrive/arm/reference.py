@@ -139,7 +139,7 @@ class Referencing:
     async def confirm_reference(self) -> None:
         """Declare that the arm now stands in its reference posture."""
         request = self.request()
-        after(self._core.state, Event.MOVE)
+        after(self._core.state, Event.MOVE, "confirming the reference")
         await self._confirm_posture(request.joints, request.opening_mm, Evidence.HOMED)
 
     async def declare_posture(self, posture: Joints | Pose, opening_mm: float) -> None:
@@ -147,7 +147,7 @@ class Referencing:
         geometry = self._config.model.arm
         joints = geometry.ik(posture) if isinstance(posture, Pose) else posture
         geometry.check(joints)
-        after(self._core.state, Event.MOVE)
+        after(self._core.state, Event.MOVE, "declaring a posture")
         await self._confirm_posture(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 
     async def confirm_restored(self) -> None:
@@ -197,7 +197,7 @@ class Referencing:
             )
         reference = self._core.belief.reason
         await finished(self._moving.start(ParkMove(speed, above_mark(self._config))))
-        after(self._core.state, Event.HOME)
+        after(self._core.state, Event.HOME, "verifying the position")
         await self._parts.runner.perform(reference_tasks.begin_home(self._parts.wire))
         try:
             self._have_confirmed(operator, request)

@@ -43,7 +43,7 @@ def ask_operator(request: PostureRequest) -> bool:
 
 
 def settle_trust(arm: Arm) -> None:
-    """Have a restored position confirmed: by the simulated operator, or by the person here."""
+    """Ask the simulated operator, or the person here, to confirm a restored position."""
     status = arm.status
     if status.joints is None or not arm.referencing.unconfirmed:
         return
@@ -111,7 +111,7 @@ class TerminalOperator:
         return True
 
     def __call__(self, request: PostureRequest) -> bool:
-        """Have the arm jogged to the posture until the person says that it is there."""
+        """Let the person jog the arm to the posture until they say that it is there."""
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
         say(HELP)

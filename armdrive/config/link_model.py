@@ -111,7 +111,11 @@ def read_model(path: str | Path) -> Model:
     place = Path(path)
     if is_urdf(place.name):
         return _urdf_model(place, UrdfSettings())
-    document = read_toml(place, "the model file", ArmFileError)
+    return parsed_model(read_toml(place, "the model file", ArmFileError), place)
+
+
+def parsed_model(document: Mapping[str, Any], place: Path) -> Model:
+    """Return the model of a file that has been read. Raises as `read_model` does."""
     try:
         return parse_model(document, name=place.stem)
     except ArmFileError as error:

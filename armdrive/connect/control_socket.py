@@ -210,7 +210,7 @@ def _slow(arm: ControlledArm, words: Json) -> Json:
 
 
 def _record(arm: ControlledArm, _: Json) -> Json:
-    """Have the flight recorder write into its own folder, which no caller can change."""
+    """Make the flight recorder write into its own folder, which no caller can change."""
     return {"recording": str(arm.save_recording())}
 
 

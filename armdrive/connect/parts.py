@@ -76,7 +76,7 @@ class TaskRunner:
     async def stop(self) -> None:
         """Stop, and wait until the arm stands. Raises `NoAnswer` if it does not confirm that."""
         if not await self.stand_still():
-            raise NoAnswer("the arm did not confirm that it stands; look at it")
+            raise NoAnswer("the arm did not confirm that it has stopped: look at it")
 
     async def stand_still(self) -> bool:
         """Stop; return whether the arm confirms that it stands."""
@@ -148,8 +148,8 @@ class TaskRunner:
         """Raise `Stopped` if this program was suspended since that count was taken."""
         if self.absences() != absences:
             raise Stopped(
-                "the wait was ended, because this program or its computer was suspended: after "
-                "that, nothing continues by itself"
+                "the wait ended because this program or its computer was suspended: after a "
+                "suspension, nothing continues by itself"
             )
 
 

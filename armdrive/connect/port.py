@@ -119,20 +119,20 @@ def bare(fault: BaseException, wire: Connection) -> str:
 def _instead(received: bytes, dialect: str, sent: Sequence[bytes], fault: str) -> str:
     if comes_back(sent, received):
         return (
-            "What is sent comes straight back: transmit and receive are joined somewhere, or the "
-            "adapter or the board echoes. Switch the echo off, and check the wiring."
+            "Everything that is sent comes straight back: transmit and receive are connected, or "
+            "the adapter or the board echoes. Switch the echo off, and check the wiring."
         )
     identity = recogniser().recognise(received)
     if identity is not None and identity.dialect != dialect:
-        choice = f"say dialect {identity.dialect}" if identity.dialect else identity.remedy
-        chosen = f": {choice}" if choice else ""
-        return f"What answered is no {dialect}, but {identity.firmware}{chosen}."
+        choice = f"set the dialect to {identity.dialect}" if identity.dialect else identity.remedy
+        chosen = f"; {choice}" if choice else ""
+        return f"The device does not speak {dialect}: it is {identity.firmware}{chosen}."
     if not received or identity is not None:
         return ""
     came = "" if NOT_THE_ANSWER in fault else f": {excerpt(received)}"
     if says_something_readable(received):
-        return f"What came is no {dialect}'s{came}."
-    return f"What came cannot be read{came}; is the baud rate right?"
+        return f"The bytes received are not in the {dialect} dialect{came}."
+    return f"The bytes received are unreadable{came}; is the baud rate right?"
 
 
 def _doctor(port: str) -> str:

@@ -185,8 +185,8 @@ class Reconnector:
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(
-                f"the link is back, but not the arm: {without_reset(error)}. Nothing moves; "
-                "reconnect again"
+                f"the port is open again, but the arm is not ready: {without_reset(error)}. "
+                "Nothing moves; reconnect again"
             ) from None
         self.tries += 1
         self._lost_link = ""

@@ -60,8 +60,8 @@ def _as_named(target: Target, name: str, dialect_name: str | None, baud: int | N
     for option, value, own in (("dialect", dialect_name, wire.dialect), ("baud", baud, wire.baud)):
         if value not in (None, own):
             raise BadRequest(
-                f"the {option} of {name} is {own}, not {value}: leave {option} out, which is for "
-                "an arm named by its port"
+                f"the {option} of {name} is {own}, not {value}: leave {option} out; only "
+                "an arm that is named by its port needs it"
             )
     return target
 

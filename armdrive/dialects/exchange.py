@@ -155,9 +155,9 @@ class ScriptIO(Generic[H]):
             if message is not None:
                 self.on_unsolicited(message)
 
-    def silence(self, since_s: float) -> Timeout:
+    def silence(self, since_s: float, note: str = "") -> Timeout:
         """Return the reply to a request that the device did not answer."""
-        return Timeout(self.last_command, self.now_s - since_s, self.look_at)
+        return Timeout(self.last_command, self.now_s - since_s, self.look_at, note)
 
 
 class ScriptLoop(Generic[H]):

@@ -192,7 +192,7 @@ class DialogPerson(Protocol):
         """Ask the person; return the answer as its reader gives it."""
 
     def look(self, *, moved: bool) -> None:
-        """Have the person look at the arm before a motor turns, and again when it has."""
+        """Ask the person to look at the arm before a motor turns, and again afterwards."""
 
 
 @dataclass(frozen=True, slots=True)

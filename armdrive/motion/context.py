@@ -22,7 +22,7 @@ from armdrive.errors import (
     Stopped,
 )
 from armdrive.motion.deviation import lags, pieces, strays_steps
-from armdrive.runtime.arm_state import ALARM_VOUCHED, Core, code_of
+from armdrive.runtime.arm_state import ALARM_VOUCHED, EMERGENCY_STOP, Core, code_of
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.stop_bounds import straying_mm
@@ -195,8 +195,11 @@ class MotionContext:
 
     def require_no_fault(self) -> None:
         """Raise the error that has latched error-stop, if one has."""
-        if self.core.state is State.ERROR_STOP:
-            raise DeviceFault(self.core.diagnostics.error)
+        if self.core.state is not State.ERROR_STOP:
+            return
+        diagnostics = self.core.diagnostics
+        asked_for = diagnostics.error_code == EMERGENCY_STOP
+        raise Stopped(diagnostics.error) if asked_for else DeviceFault(diagnostics.error)
 
     # -- motion -------------------------------------------------------------------------------
 

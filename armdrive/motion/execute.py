@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 from armdrive.abilities import segment_s
-from armdrive.errors import WrongState
+from armdrive.errors import Stopped, WrongState
 from armdrive.motion.context import MotionContext, StreamedCourse, Way, way_between
 from armdrive.motion.deviation import has_room, in_turn
 from armdrive.motion.plan import MotionPlan, SpeedLimits
@@ -193,7 +193,10 @@ def follow(wire: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
 def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]:
     """A context in the state MOVING; raises `Stopped` if a stop was requested beforehand.
 
-    With `or_homing`, an arm in the state HOMING stays in it.
+    It begins with an empty notice: what the previous motion was answered is no longer true. It does
+    not end well in error-stop, or if it was stopped and its position is no longer trusted: the
+    reason is raised at the end, also of a jog. With `or_homing`, an arm in the state HOMING stays
+    in it.
     """
     core = wire.core
     homing = or_homing and core.state is State.HOMING
@@ -202,8 +205,15 @@ def in_motion(wire: MotionContext, *, or_homing: bool = False) -> Iterator[None]
             raise wire.stopped("the motion was stopped before it began")
         core.happen(Event.MOVE)
         wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+    believed = core.belief
+    core.diagnostics.notice = ""
     try:
         yield
+        wire.require_no_fault()
+        if wire.stopping and core.belief is not believed:
+            belief, why = core.belief, wire.engine.stop_why
+            words = f"the motion was stopped{why}; its position is {belief.trust.value} now"
+            raise Stopped(f"{words}: {belief.reason}")
     finally:
         if not homing:
             core.settle()

@@ -65,6 +65,7 @@ def home_device(
         core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
         raise
     registers = yield from wire.ask_registers()
+    _require_no_fault(wire)
     core.position.slack.doubt()  # the direction in which it left its switches is not known
     core.position.refer(registers.positions, ArmCoordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
@@ -85,6 +86,7 @@ def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
     core, began_s = wire.core, wire.now_s
     reply = yield from wire.request(request, Evidence.ANSWER_LOST)
     if isinstance(reply, Done) and not wire.stopping:
+        _require_no_fault(wire)
         return
     core.learn(Evidence.HOMING_FAILED, wire.now_s)
     if wire.stopping:
@@ -93,6 +95,13 @@ def _home_group(wire: MotionContext, request: HomeDevice) -> TaskBody[None]:
     why = late if isinstance(reply, Halted) else reply  # without a stop, a halt is a timeout
     words = f"homing failed: {why}. Look at the switches and the arm, then call `reset()`"
     raise wire.fault(DeviceFault(words))
+
+
+def _require_no_fault(wire: MotionContext) -> None:
+    """Raise what the device has reported meanwhile: the next group must not move."""
+    if wire.core.state is State.ERROR_STOP:
+        wire.core.learn(Evidence.HOMING_FAILED, wire.now_s)
+        wire.require_no_fault()
 
 
 def confirm_record(wire: MotionContext) -> TaskBody[None]:

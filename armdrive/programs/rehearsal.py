@@ -51,6 +51,7 @@ from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.world.table import GripScene, Incident, TableBlock
 from armdrive.status import State, Trust
+from armdrive.tasks import Difference
 from armdrive.text.numbers import counted
 from armdrive.trace.calls import NO_TRACER
 from kinematics.errors import KinematicsError
@@ -254,7 +255,8 @@ class SeenArm:
 
     `position` is where the arm stands, if planned motion may begin there; `distrust` says why it
     may not. `last_seen` is the position before trust in it was lost. `world` is a saved copy of a
-    simulated arm's world. Without `geometry_known`, Cartesian goals are refused.
+    simulated arm's world. Without `geometry_known`, Cartesian goals are refused, and with some
+    `differences` between the controller's settings and the arm file, all motion.
     """
 
     config: ArmConfig
@@ -264,6 +266,7 @@ class SeenArm:
     speed_override: float = 1.0
     distrust: NotReferenced | None = None
     geometry_known: bool = True
+    differences: tuple[Difference, ...] = ()
 
     @classmethod
     def unasked(cls, target: Target) -> SeenArm:
@@ -289,6 +292,7 @@ class SeenArm:
                 arm.speed_override,
                 distrust,
                 arm.core.geometry_known,
+                arm.core.differences,
             )
 
 
@@ -318,6 +322,7 @@ def rehearsing_arm(
         if there is not None:
             made.declare_posture(there.joints, opening_mm=there.opening_mm)
         made.speed_override = seen.speed_override
+        made.core.differences = seen.differences
     except BaseException:
         made.close()
         raise

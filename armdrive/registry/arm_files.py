@@ -57,7 +57,11 @@ def _find(name: str | None) -> Dialect:
 
 def load_arm(path: Path) -> ArmConfig:
     """Read an arm file. Raises `ArmFileError`, which names the file, the key and the remedy."""
-    table = read_arm_table(path)
+    return arm_of(read_arm_table(path), path)
+
+
+def arm_of(table: Mapping[str, Any], path: Path) -> ArmConfig:
+    """Return the arm of a file that has been read. Raises as `load_arm` does."""
     try:
         return parse_arm(table, name=path.stem, folder=path.parent)
     except (ArmFileError, KinematicsError) as error:

@@ -32,12 +32,15 @@ _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 class SignalsBetweenSteps:
     """A context in which the handlers of ending signals run only at `deliver` and at its end.
 
-    Only the main thread receives signals: on any other thread the context does nothing.
+    Only the main thread receives signals: on any other thread the context does nothing. A handler
+    that raises while the context begins or ends may leave `_note` in place of another signal's
+    handler. Outside the context `_note` therefore calls that handler.
     """
 
     def __init__(self) -> None:
         self._handlers: dict[int, Callable[[int, FrameType | None], Any]] = {}
         self._pending: list[int] = []
+        self._deferring = False
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
@@ -47,6 +50,7 @@ class SignalsBetweenSteps:
                 if number is not None and callable(handler):
                     self._handlers[number] = handler
                     signal.signal(number, self._note)
+        self._deferring = True
         return self
 
     def __exit__(
@@ -55,6 +59,7 @@ class SignalsBetweenSteps:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self._deferring = False
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
         self.deliver()
@@ -65,8 +70,11 @@ class SignalsBetweenSteps:
             number = self._pending.pop(0)
             self._handlers[number](number, None)
 
-    def _note(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002
-        self._pending.append(number)
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self._deferring:
+            self._pending.append(number)
+        else:
+            self._handlers[number](number, frame)
 
 
 STUCK_TURNS = 20_000  # more turns within `STUCK_S` of simulated time are a bug; tens are normal

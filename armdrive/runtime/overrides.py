@@ -22,7 +22,7 @@ DELAY_MARGIN = 4.0  # allow a slowed motion this many times the delay that it sh
 NAP_S = 0.005
 NAPS = 1000
 
-LONGEST_PAUSE_S = 8 * 3600.0  # a working shift; after that nobody expects the motion to go on
+LONGEST_PAUSE_S = 8 * 3600.0  # a working shift: no operator expects a motion after that
 LONGEST_SIMULATED_PAUSE_S = 600.0  # limit on simulated time if only the caller could resume
 
 GIVEN_UP = (

@@ -88,13 +88,17 @@ _WAY_OUT = MappingProxyType(
 )
 
 
-def after(state: State, event: Event) -> State:
-    """Return the next state; raises `WrongState` if the table has no such row."""
+def after(state: State, event: Event, action: str = "") -> State:
+    """Return the next state; raises `WrongState` if the table has no such row.
+
+    `action` names the call in the error, if it differs from the event.
+    """
     try:
         return TRANSITIONS[state, event]
     except KeyError:
+        where = "in error-stop" if state is State.ERROR_STOP else state.value
         raise WrongState(
-            f"{event.value} is not possible while the arm is in {state.value}: {_WAY_OUT[state]}"
+            f"{action or event.value} is not possible while the arm is {where}: {_WAY_OUT[state]}"
         ) from None
 
 

@@ -345,7 +345,7 @@ def _bent_mm(each_rad: Sequence[float], longest_mm: Sequence[float]) -> float:
 
 
 def straying_mm(config: ArmConfig, joints: Joints, steps: Sequence[float]) -> float:
-    """Bound the tip's deviation from its path if each motor deviates by so many steps."""
+    """Bound the tip's deviation from its path if each motor deviates by this many steps."""
     transmission = config.model.transmission
     if transmission is None or not any(steps):
         return 0.0

@@ -185,7 +185,7 @@ def make_ready(arm: Arm) -> None:
 def check_switches(
     dialog: Dialog, arm: Arm, switches: Sequence[WiredSwitch]
 ) -> dict[str, SawSwitch]:
-    """Have each switch pressed and released; return what the board made of it, by motor.
+    """Ask for each switch to be pressed and released; return the board's reports, by motor.
 
     No motor moves, and none is switched on or off. After an alarm the position is suspect.
     """

@@ -75,7 +75,7 @@ class TriedMotor:
     turn: int
 
     def switch_on(self) -> bool:
-        """Have the motor hold; return whether it does, and tell the user if not."""
+        """Make the motor hold; return whether it does, and tell the user if not."""
         reply = self._ask(SwitchOn())
         if not isinstance(reply, Done):
             self.dialog.say(f"The drive did not switch its motor on: {_why(reply)}.")

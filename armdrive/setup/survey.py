@@ -51,9 +51,9 @@ def of_examination(
     if found.echoes:
         listed.append(
             problem(
-                "what is sent comes back as well",
+                "the line echoes everything that is sent",
                 "armdrive needs a line without an echo: switch it off in the adapter or on the "
-                "board, and check that transmit and receive are not joined",
+                "board, and check that transmit and receive are not connected",
             )
         )
     if found.restarted:
@@ -63,7 +63,9 @@ def of_examination(
 
 def _identified(identity: Identity, baud: int | None) -> Finding:
     if not identity.dialect:
-        return problem(f"{identity.firmware} answers, which armdrive cannot drive", identity.remedy)
+        return problem(
+            f"the device is {identity.firmware}, which armdrive cannot drive", identity.remedy
+        )
     at = f" at {baud} baud" if baud else ""
     return ok(f"it speaks {identity.dialect}: {identity.firmware}{at}")
 
@@ -73,7 +75,7 @@ def _differing(identity: Identity, expected: str) -> list[Finding]:
         return []
     return [
         problem(
-            f"{expected} was expected, and {identity.dialect} answers",
+            f"the device speaks {identity.dialect}, not {expected}",
             f'write dialect = "{identity.dialect}" in the arm file (--dialect {identity.dialect}), '
             "or connect the other arm",
         )
@@ -83,8 +85,8 @@ def _differing(identity: Identity, expected: str) -> list[Finding]:
 def _restarted(found: Examination, wire: Connection | None) -> Finding:
     if found.baud is None:
         return note(
-            "the board greeted when the connection was opened: if it is behind a serial server, it "
-            "has restarted, and its arm may have sagged"
+            "the board sent its greeting when the connection was opened: if it is behind a serial "
+            "server, it has restarted, and its arm may have sagged"
         )
     what = (
         "the board restarted when its port was opened: motors lose their current, and an arm sags"
@@ -101,8 +103,8 @@ def _unrecognised(found: Examination, baud: int | None) -> list[Finding]:
     if found.echoes:
         return [
             problem(
-                "what is sent comes straight back: no arm answers like that",
-                "transmit and receive are joined somewhere, or a terminal echoes: check the wiring",
+                "everything that is sent comes straight back, and no device answers",
+                "transmit and receive are connected, or a terminal echoes: check the wiring",
             )
         ]
     if not received:
@@ -112,13 +114,13 @@ def _unrecognised(found: Examination, baud: int | None) -> list[Finding]:
     if says_something_readable(received):
         return [
             problem(
-                f"a device answers, in no dialect that armdrive knows: {excerpt(received)}",
+                f"a device answers, but not in a dialect that armdrive knows: {excerpt(received)}",
                 "if that is half a line, check the cable; otherwise the firmware is not an arm's",
             )
         ]
     return [
         problem(
-            f"the bytes that come cannot be read{at}: {excerpt(received)}",
+            f"the bytes received are unreadable{at}: {excerpt(received)}",
             "try another baud rate (--baud N); check the contacts and the ground wire",
         )
     ]

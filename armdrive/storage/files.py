@@ -188,6 +188,20 @@ def replace_file(path: Path, text: str) -> None:
     replace_durably(DISK, path, text.encode() + b"\n")
 
 
+def require_writable(folder: Path) -> None:
+    """Raise `OSError` if no file can be made in a folder; leaves nothing behind.
+
+    If the folder does not exist yet, the nearest parent that exists is tried.
+    """
+    present = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    trial = present / f"{os.urandom(_RANDOM_BYTES).hex()}{UNFINISHED}"
+    try:
+        os.close(DISK.create(trial))
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(folder)) from None
+    DISK.remove(trial)
+
+
 def append_line(path: Path, line: str) -> None:
     """Append a line to one of this user's files; create the file if it does not exist.
 

@@ -242,7 +242,7 @@ class FlightRecorder(Tracer):
         self.files.finish()
 
     def _write_after(self, why: str) -> None:
-        """Have another thread write the entries so far, if files are wanted."""
+        """Let another thread write the entries so far, if files are wanted."""
         if self.files.folder is not None:
             self.files.start(self.snapshot(why))
 

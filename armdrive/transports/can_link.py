@@ -20,7 +20,13 @@ from armdrive.transports.address import CanAddress
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.can_threads import CanReader, CanWriter, Watch
 from armdrive.transports.link import Bell, Link
-from armdrive.transports.ports import NOT_INSTALLED, can_refusal, is_down, unknown_interface
+from armdrive.transports.ports import (
+    NOT_INSTALLED,
+    can_refusal,
+    is_down,
+    require_no_terminal,
+    unknown_interface,
+)
 from firmware_protocol.frames import Unpacker, pack
 
 if TYPE_CHECKING:
@@ -142,6 +148,8 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
     found = CanAddress(interface, "" if channel is None else str(channel), address.options)
     if down := is_down(found):
         raise down
+    if found.device:
+        require_no_terminal(found.device)
     if interface == "slcan" and found.channel and not _RATES & settings.keys():
         raise PortUnavailable(
             f"{_name(found, {})} names no bit rate, and an slcan adapter has none of its own: "

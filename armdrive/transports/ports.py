@@ -65,6 +65,29 @@ def holder(device: str) -> PortHolder | None:
     return holders([device]).get(device)
 
 
+def terminal_user(device: str, proc: Path = PROC) -> PortHolder | None:
+    """Return the oldest program whose terminal a device is, or None if it is no one's terminal."""
+    try:
+        number = Path(device).stat().st_rdev
+    except (OSError, ValueError):
+        return None
+    for folder in _processes(proc) if number else ():
+        if _terminal(folder) == number:
+            return PortHolder(int(folder.name), _program(folder))
+    return None
+
+
+def _terminal(process: Path) -> int:
+    """Return the device number of a process's controlling terminal; 0 if it has none."""
+    try:
+        after_name = (process / "stat").read_bytes().rpartition(b")")[2].split()
+        number = int(after_name[4])
+    except (OSError, IndexError, ValueError):  # the process has ended
+        return 0
+    # proc_pid_stat(5): bits 31 to 20 and 7 to 0 are the minor number, 15 to 8 the major number
+    return os.makedev(number >> 8 & 0xFFF, number & 0xFF | number >> 12 & 0xFFF00) if number else 0
+
+
 def _processes(proc: Path) -> Iterator[Path]:
     try:
         pids = sorted(int(entry.name) for entry in proc.iterdir() if entry.name.isdecimal())
@@ -243,6 +266,24 @@ def refusal(port: str, error: BaseException) -> PortUnavailable:
             "name another port, or check the cable"
         )
     return PortUnavailable(f"{port} cannot be opened ({text}): check its name and its settings")
+
+
+def require_no_terminal(port: str) -> None:
+    """Raise `PortInUse` for the terminal of a shell or a login.
+
+    What the driver sends would be typed there. A Raspberry Pi's serial port has a login until that
+    is switched off, and the link of a killed simulator may lead to a terminal that was opened
+    later.
+    """
+    user = terminal_user(port)
+    if user is None:
+        return
+    way = "end that program, or name another port"
+    if Path(port).is_symlink():
+        way = f"remove the link if its simulator has ended, or {way}"
+    raise PortInUse(
+        f"{port} is the terminal of another program, {user.program} (pid {user.pid}): {way}"
+    )
 
 
 def no_connection(url: str, error: BaseException) -> PortUnavailable:

@@ -16,7 +16,7 @@ from armdrive.errors import LinkLost, PortUnavailable
 from armdrive.errors.printable import reason_of
 from armdrive.transports.address import TCP_SCHEMES, host_and_port, scheme
 from armdrive.transports.link import Bell, Link
-from armdrive.transports.ports import no_connection, refusal
+from armdrive.transports.ports import no_connection, refusal, require_no_terminal
 
 if sys.platform != "win32":
     import termios
@@ -51,6 +51,12 @@ class SerialLink(Link):
         if self._scheme in TCP_SCHEMES:
             host_and_port(port)
         made = _made(port, baud, self._scheme)
+        if self._scheme in _NATIVE:
+            try:
+                require_no_terminal(_device(port, made, self._scheme))
+            except PortUnavailable:
+                _close_spy(made)
+                raise
         try:
             made.dtr = made.rts = raise_dtr
             _open(made, self._scheme)

@@ -78,11 +78,8 @@ class Device:
     """The protocol machine of a simulated board. Raises `LocalProtocolError` if misused.
 
     The host's `Clear` and `DropArguments` arrive as the board interprets them: as a `DriveOne` of 0
-    steps or a `DriveNone`. Text of other dialects is interpreted likewise: the `D` in `@READ` is a
-    `DriveAll` by the kept arguments.
-
-    Only `r` and a new session clear the arguments; `h`, `o`, `v`, `V` and `g` leave the accumulator
-    unchanged.
+    steps or a `DriveNone`. Text of other dialects is interpreted in the same way: the `D` in
+    `@READ` is a `DriveAll` by the kept arguments.
     """
 
     def __init__(self, room_bytes: int = ROOM_BYTES) -> None:

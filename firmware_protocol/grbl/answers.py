@@ -365,7 +365,7 @@ def decimals(text: str) -> tuple[float, ...]:
 
 
 def wholes(text: str, count: int) -> tuple[int, ...]:
-    """Read so many whole numbers between commas; raises `RemoteProtocolError`."""
+    """Read a given number of whole numbers between commas; raises `RemoteProtocolError`."""
     parts = text.split(",")
     if len(parts) != count or not all(_WHOLE.fullmatch(part) for part in parts):
         raise RemoteProtocolError(f"'{text[:48]}' is not {count} whole numbers")
@@ -376,7 +376,7 @@ def wholes(text: str, count: int) -> tuple[int, ...]:
 class ReportField:
     """A field of a report: the attributes that it fills, and how their values are read.
 
-    It is written where so many of the attributes are known as `counts` says.
+    It is written only if as many of the attributes are known as `counts` says.
     """
 
     attributes: tuple[str, ...]

@@ -285,9 +285,9 @@ Request: TypeAlias = RealtimeReceived | LineReceived
 class Device:
     """The machine that a simulated board speaks with. Raises `LocalProtocolError` for its owner.
 
-    Real-time commands come out of the middle of a line at once, before that line, and behind the
-    lines that had ended before them. In a flood that nobody fetches, lines are lost once 512 wait,
-    with a report, and real-time commands without one: they are flags on a real board too.
+    Real-time commands come out of the middle of a line at once, before that line, and after the
+    lines that had ended before them. In a flood that no reader fetches, lines are lost once 512
+    wait, with a report, and real-time commands without one: they are flags on a real board too.
     """
 
     def __init__(self, dialect: Dialect = GRBL) -> None:

@@ -4,7 +4,7 @@ A reply contains only a drive and a code. Of each reading, setting and action, o
 code is open at a time. Several motions with one code may be unanswered:
 
     STARTED     belongs to the oldest unanswered motion
-    STORED      likewise; a stored motion is under way from the synchronous start on
+    STORED      the same; a stored motion is under way from the synchronous start on
     DONE,       end the motion under way, or else the oldest unanswered one, whose STARTED
     LIMIT_STOP  was then lost
     FAILED      belongs to a superseded motion if there is one, else to the oldest unanswered

@@ -83,7 +83,7 @@ def test_an_address_of_this_computer_needs_no_warning(address):
 
 @pytest.mark.parametrize("address", ["0.0.0.0:1", "192.168.1.7:1", "[::]:1", "bench.local:1"])
 def test_an_address_that_others_reach_comes_with_a_warning(address):
-    assert "whoever reaches" in beyond_this_computer(address)
+    assert "anyone who reaches" in beyond_this_computer(address)
 
 
 def test_no_address_at_all_is_refused():
@@ -101,7 +101,7 @@ def test_the_simulator_says_the_warning_where_a_person_sees_it():
         text=True,
     ) as process:
         _, err = process.communicate("quit\n", timeout=30.0)
-    assert err.startswith("armdrive: WARNING: whoever reaches 0.0.0.0")
+    assert err.startswith("armdrive: WARNING: anyone who reaches 0.0.0.0")
 
 
 # -- the holder's socket --------------------------------------------------------------------------

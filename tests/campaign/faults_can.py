@@ -16,8 +16,12 @@ NEAR_ZERO = 64
 def _lose_frames(stage: Stage) -> str:
     amount = stage.draw.choice(("next", "0.02", "0.1"))
     side = stage.draw.choice((HOST, DEVICE))
-    for_s = "" if amount == "next" else f" --for {stage.draw.choice((0.5, 2.0))}"
-    return ask(stage, f"lose-frame {amount} {side}{for_s}")
+    if amount == "next":
+        return ask(stage, f"lose-frame next {side}")
+    for_s = stage.draw.choice((0.5, 2.0))
+    if side == HOST:
+        stage.watch.lagging.begin(stage.now_s, for_s)
+    return ask(stage, f"lose-frame {amount} {side} --for {for_s}")
 
 
 def _double_frames(stage: Stage) -> str:

@@ -23,6 +23,7 @@ from kinematics.guards.guards import GuardedArm
 from tests.conformance.seen import ON_THE_STEP, Point
 
 from .freed import Freed
+from .lagging import Lagging
 from .speeds import SpeedWatch
 
 NOISE_S = 0.03
@@ -241,6 +242,8 @@ class Watch:
         """What is excused of shafts that a hand has turned a moment ago."""
         self.freed = Freed()
         """What is excused of a shaft that was blocked while nobody heard its drive."""
+        self.lagging = Lagging()
+        """What is excused of a joint one of whose motors misses its targets."""
         self._guarded = guarded
         self._step_mm = step_mm
         self._command: Command | None = None
@@ -542,7 +545,8 @@ class Watch:
             self.unled.let_pass(command.joints_beyond, beyond_rad)
             command.depth_mm = max(command.depth_mm, depth_mm)
         for each in violations:
-            if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + ROUNDING_RAD:
+            off_rad = ROUNDING_RAD + command.speed * self.lagging.allowed_rad(each.joint, time_s)
+            if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + off_rad:
                 beyond = math.degrees(each.excess_rad)
                 self._break(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
         # within its tolerance a guard reports nothing, and just beyond it the whole depth

@@ -36,6 +36,7 @@ from tests.conformance.seen import ON_THE_STEP, rests_within
 
 from .clock import Agenda, CampaignPace
 from .disk import Disk
+from .lagging import Lagging
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
@@ -146,6 +147,7 @@ class Stage:
         setting_hz = COUNTS_S_PER_RPM * (1 + CATCH_UP_RPM) if name == "mks" else 0.0
         tip_mm = self._step_mm() * near
         self.watch = Watch(self.world, guarded, tip_mm, speeds, near, slowest_hz, setting_hz)
+        self.watch.lagging = Lagging.of(self.config)
         # its firmware gives up the target of a motion that is stopped
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
         if isinstance(self.twin.board, DrivesOnBus):  # others catch nothing up

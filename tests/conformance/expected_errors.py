@@ -55,7 +55,7 @@ _Row = tuple[tuple[str, ...], Moment, tuple[str, ...], ExpectedError]
 ROWS: tuple[_Row, ...] = (
     # faults, when they strike, dialects, what is reported
     (MUTE, MOVING, BURSTS, ExpectedError(SILENT, CHECK_ARM)),
-    (MUTE, MOVING, ("grbl",), ExpectedError(SILENT, "mute in motion; a feed hold was sent")),
+    (MUTE, MOVING, ("grbl",), ExpectedError(SILENT, "arm was moving; a feed hold was sent")),
     (MUTE, STANDING, ("grbl",), ExpectedError(SILENT, CHECK_ARM)),
     ((*MUTE, *ALONE), MOVING, DRIVES, ExpectedError(SILENT, CHECK_BUS)),
     ((*MUTE, *ALONE), STANDING, DRIVES, ExpectedError(SILENT, CHECK_BUS)),
@@ -67,8 +67,8 @@ ROWS: tuple[_Row, ...] = (
     (RESTARTS, STANDING, ("robko01",), ExpectedError(RESTARTED, f"{RESET}: its positions are")),
     (RESTARTS, MOVING, ("armdroid",), ExpectedError(FAULT, ABORTED)),
     (RESTARTS, STANDING, ("armdroid",), ExpectedError(RESTARTED, "said Welcome: it was reset")),
-    (POWER, MOVING, ("grbl",), ExpectedError(SILENT, "mute in motion")),
-    (BOARD, MOVING, ("grbl",), ExpectedError(RESTARTED, f"mute in motion|{FROM_ZERO}")),
+    (POWER, MOVING, ("grbl",), ExpectedError(SILENT, "while the arm was moving")),
+    (BOARD, MOVING, ("grbl",), ExpectedError(RESTARTED, f"while the arm was moving|{FROM_ZERO}")),
     (RESTARTS, STANDING, ("grbl",), ExpectedError(RESTARTED, FROM_ZERO)),
     (RESTARTS, MOVING, ("mks",), ExpectedError(FAULT, RESET)),
     (RESTARTS, STANDING, ("mks",), ExpectedError(RESTARTED, f"{RESET}.*{FROM_ZERO}")),

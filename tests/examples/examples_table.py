@@ -13,7 +13,7 @@ from .on_arms import Example, Form
 
 def no_grip_switch(abilities: Abilities) -> str:
     """Say that an arm cannot measure what is between its fingers."""
-    return "" if abilities.grip_switch else "no grip switch"
+    return "" if abilities.grip_switch else "needs a grip switch"
 
 
 _SIDE = {"COLUMNS = ROWS = 2": "COLUMNS = ROWS = 1"}

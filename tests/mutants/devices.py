@@ -326,6 +326,58 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a slow MKS drive that is blocked is steered for ever",
+        promise="a blocked drive is noticed by its encoder, also in a pause",
+        path="armdrive/dialects/bus/observer.py",
+        old="        if self._stands_despite_orders(off):\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_following.py",
+            "test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause",
+        ),
+    ),
+    Mutant(
+        name="a slow MKS drive whose orders were lost is called blocked",
+        promise="a lost order is no fault of a drive",
+        path="armdrive/dialects/bus/observer.py",
+        old="confirmed = self.rejections.started_s > first.read_s ",
+        new="confirmed = True ",
+        tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
+    ),
+    Mutant(
+        name="an MKS bus that is always slow is waited for",
+        promise="a motion on a bus that is too slow ends by itself",
+        path="armdrive/dialects/bus/observer.py",
+        old="        if self._outages >= LATE_OUTAGES:\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_holdups.py",
+            "test_a_bus_that_is_too_slow_is_called_so",
+        ),
+    ),
+    Mutant(
+        name="an answer to an outage's own question begins another outage",
+        promise="a late bus is no outage",
+        path="armdrive/dialects/mks/motion.py",
+        old="if math.isinf(self._asked_s) or observer.outage_s > MAX_DELAY_S:\n",
+        new="if True:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_holdups.py",
+            "test_answers_that_always_take_less_than_a_tenth_of_a_second_are_no_outage",
+        ),
+    ),
+    Mutant(
+        name="a late answer is taken for that to a newer question",
+        promise="a late bus blames no drive",
+        path="armdrive/dialects/bus/observer.py",
+        old="max(drive.ledger.timeout_s, self.outage_s + OUTAGE_S)",
+        new="drive.ledger.timeout_s",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_holdups.py",
+            "test_a_motion_on_a_bus_that_is_always_slower_ends_by_itself_and_blames_no_drive",
+        ),
+    ),
+    Mutant(
         name="an MKS drive that takes no orders is not noticed",
         promise="a drive that denies its orders ends the motion",
         path="armdrive/dialects/mks/motion.py",

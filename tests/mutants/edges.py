@@ -217,6 +217,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a signal between two steps leaves another one deaf",
+        promise="Ctrl-C and SIGTERM end a program whenever they come",
+        path="armdrive/runtime/clock.py",
+        old="        if self._deferring:\n",
+        new="        if True:\n",
+        tests=tests_of(
+            "tests/armdrive/runtime/test_signals_between_steps.py",
+            "test_a_handler_that_raises_in_between_leaves_the_other_signals_working",
+        ),
+    ),
+    Mutant(
+        name="the terminal of a shell is opened as a port",
+        promise="no byte for an arm is typed into another program's terminal",
+        path="armdrive/transports/ports.py",
+        old="    if user is None:\n        return\n",
+        new="    return\n",
+        tests=tests_of(
+            "tests/armdrive/transports/test_serial_port.py",
+            "test_the_terminal_of_another_program_is_not_opened",
+        ),
+    ),
+    Mutant(
         name="callers of other users are answered",
         promise="the control socket is this user's alone",
         path="armdrive/storage/files.py",

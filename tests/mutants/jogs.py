@@ -77,6 +77,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="the answer to a jog stays",
+        promise="the notice is about the present motion or the latest one",
+        path="armdrive/motion/execute.py",
+        old='    core.diagnostics.notice = ""\n    try:',
+        new="    try:",
+        tests=tests_of(
+            "tests/armdrive/motion/jog/test_jogging_bounds.py",
+            "test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins",
+        ),
+    ),
+    Mutant(
+        name="an unreferenced arm jogs by any amount",
+        promise="a jog that no limit ends is never longer than the whole range",
+        path="armdrive/motion/jog/session.py",
+        old="        if abs(amount) <= high - low + LIMIT_TOLERANCE_RAD:",
+        new="        if True:",
+        tests=tests_of(
+            "tests/armdrive/motion/jog/test_jogging_bounds.py",
+            "test_no_jog_without_limits_is_longer_than_the_whole_range",
+        ),
+    ),
+    Mutant(
         name="an unknown posture is jogged along a line",
         promise="Cartesian jogging needs a known position",
         path="armdrive/motion/jog/session.py",

@@ -17,6 +17,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a motion ends well in error-stop",
+        promise="a motion ends where it was asked to, or an error says why not",
+        path="armdrive/motion/execute.py",
+        old="        yield\n        wire.require_no_fault()\n",
+        new="        yield\n",
+        tests=tests_of(
+            "tests/armdrive/motion/test_faults_in_motion.py",
+            "test_no_motion_ends_well_in_error_stop",
+        ),
+    ),
+    Mutant(
         name="the last part of a motion is dropped",
         promise="a motion ends where it was asked to",
         path="armdrive/motion/execute.py",

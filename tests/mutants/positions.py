@@ -248,11 +248,44 @@ MUTANTS = (
         name="trust is kept where homing failed",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/reference.py",
-        old="    core.learn(Evidence.HOMING_FAILED, wire.now_s)\n",
-        new="",
+        old="    core.learn(Evidence.HOMING_FAILED, wire.now_s)\n    if wire.stopping:\n",
+        new="    if wire.stopping:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_arm.py",
             "test_a_referenced_arm_whose_homing_was_stopped_is_suspect",
+        ),
+    ),
+    Mutant(
+        name="homing that ends in error-stop references the arm",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/motion/reference.py",
+        old="    registers = yield from wire.ask_registers()\n    _require_no_fault(wire)\n",
+        new="    registers = yield from wire.ask_registers()\n",
+        tests=tests_of(
+            "tests/armdrive/motion/test_faults_in_motion.py",
+            "test_an_alarm_after_the_last_homing_group_leaves_nothing_referenced",
+        ),
+    ),
+    Mutant(
+        name="homing goes on in error-stop",
+        promise="nothing moves in error-stop",
+        path="armdrive/motion/reference.py",
+        old="        _require_no_fault(wire)\n        return\n",
+        new="        return\n",
+        tests=tests_of(
+            "tests/armdrive/motion/test_faults_in_motion.py",
+            "test_an_alarm_in_a_homing_group_ends_the_homing",
+        ),
+    ),
+    Mutant(
+        name="a stopped jog ends well though its position was lost",
+        promise="a motion ends where it was asked to, or an error says why not",
+        path="armdrive/motion/execute.py",
+        old="        if wire.stopping and core.belief is not believed:\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/motion/test_faults_in_motion.py",
+            "test_a_stop_does_not_hide_a_power_failure",
         ),
     ),
     Mutant(

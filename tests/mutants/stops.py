@@ -327,6 +327,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a rehearsal allows motion that the controller's settings forbid",
+        promise="a rehearsal is refused what the run will be refused",
+        path="armdrive/programs/rehearsal.py",
+        old="        made.core.differences = seen.differences\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/programs/test_rehearsal.py",
+            "test_a_rehearsal_is_refused_while_the_controllers_settings_differ",
+        ),
+    ),
+    Mutant(
         name="a rehearsal allows Cartesian goals of an arm that was not measured",
         promise="a rehearsal is refused what the run will be refused",
         path="armdrive/programs/rehearsal.py",

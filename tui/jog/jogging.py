@@ -211,7 +211,7 @@ class DeskJogging:
             self._say(str(error))
 
     def carry_out(self, action: Action) -> None:
-        """Have the arm do what the dead-man says."""
+        """Make the arm follow the dead-man switch."""
         settings = self.settings
         if isinstance(action, Increment):
             self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)

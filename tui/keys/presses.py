@@ -26,7 +26,7 @@ class UrgentKeys:
         self._acted: deque[events.Key] = deque()
 
     def read(self, message: Message, urgent: Mapping[str, Callable[[], object]]) -> None:
-        """Have a key act that was just read, if it is an urgent one."""
+        """Act on a key that was just read, if it is urgent."""
         if isinstance(message, events.Key) and (act := urgent.get(message.key)) is not None:
             self._acted.append(message)
             act()

@@ -178,14 +178,14 @@ class LogView:
         return bool(new)
 
     def sieve(self, sieve: LogFilter) -> None:
-        """Have other lines in sight."""
+        """Scroll to other lines."""
         self.book.choose(sieve)
         self._folding = Folding()
         self._folding.take(self.book.lines, self.book.kept)
         self._changed()
 
     def find(self, text: str) -> None:
-        """Have only lines with a text in sight."""
+        """Show only lines that contain a text."""
         self.sieve(LogFilter(self.book.filter.topics, text))
 
     # -- keys ---------------------------------------------------------------------------------

@@ -227,7 +227,7 @@ class PlannedMove:
         return self._seen == self._asked(status) and not self._working
 
     def _foresee(self, status: Status) -> None:
-        """Have a preview worked out where something has changed, one at a time, not in motion."""
+        """Compute a preview if something has changed, one at a time, and not in motion."""
         asked = self._asked(status)
         if self._working or self.under_way or asked == self._seen:
             return

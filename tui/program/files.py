@@ -89,7 +89,7 @@ class ProgramFiles:
             self.follow()
 
     def follow(self) -> None:
-        """Have the chosen file read in a thread if it, or the arm's points, have changed."""
+        """Read the chosen file in a thread if it, or the arm's points, have changed."""
         path = self.chosen
         stamp = None if path is None else (path, stamp_of(path), self._desk.arm.points.stamp)
         if self._reading or stamp == self._read_as:

@@ -169,7 +169,7 @@ class DeskRun:
     # -- keys ---------------------------------------------------------------------------------
 
     def switch_stepping(self) -> None:
-        """Have the program wait before each motion, or no longer."""
+        """Make the program wait before each motion, or no longer."""
         self.stepping = not self.stepping
 
     def switch_pause(self) -> None:

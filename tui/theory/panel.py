@@ -213,7 +213,7 @@ class TheoryPanel(Horizontal):
         return self._near[1] if self._near[0] == of.values else None
 
     def _look_soon(self, of: Study) -> None:
-        """Have the nearest singularity looked for, once the posture has rested for a while.
+        """Search for the nearest singularity once the posture has rested for a while.
 
         That takes up to seconds, and an arm that moves needs them more.
         """

@@ -81,7 +81,7 @@ def slow(options: argparse.Namespace) -> Result:
 
 
 def record(options: argparse.Namespace) -> list[Result]:
-    """Have the chosen arms recorded, and return the files."""
+    """Make the chosen arms record, and return the files."""
     names = chosen_holders(options)
     if not names:
         raise ArmError("no program of yours is driving an arm: there is nothing to record")

@@ -15,10 +15,11 @@ from typing import Any
 
 from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_text
 from armdrive.cli.presenter import Result
-from armdrive.config.link_model import Model, read_model
+from armdrive.config.arm import ArmConfig
+from armdrive.config.link_model import Model, parsed_model, read_model
 from armdrive.config.sections import is_model_file, is_urdf
 from armdrive.errors import ArmFileError, BadRequest, Refused
-from armdrive.registry.arm_files import load_arm
+from armdrive.registry.arm_files import arm_of
 from armdrive.text.reading import read_toml
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
@@ -56,20 +57,24 @@ def find_model(word: str) -> Model:
     that cannot be used.
     """
     if is_model_file(word):
-        path = Path(word)
-        return _arm_of_file(path) if _is_arm_file(path) else read_model(path)
+        return _model_of_file(Path(word))
     found = find_system(word)
     notes = found.notes
     return Model(found.name, found.title, notes.source, found.chain(), angles=notes.angles)
 
 
-def _is_arm_file(path: Path) -> bool:
-    return not is_urdf(path.name) and "model" in read_toml(path, "the model file", ArmFileError)
+def _model_of_file(path: Path) -> Model:
+    """Return what a model file describes, or the arm of an arm file; the file is read once."""
+    if is_urdf(path.name):
+        return read_model(path)
+    table = read_toml(path, "the model file", ArmFileError)
+    if "model" in table:
+        return _model_of_arm(arm_of(table, path), path)
+    return parsed_model(table, path)
 
 
-def _arm_of_file(path: Path) -> Model:
+def _model_of_arm(config: ArmConfig, path: Path) -> Model:
     """Return the arm that an arm file describes, with its corrections and its tool."""
-    config = load_arm(path)
     arm, bare = config.model.arm, config.bare.arm
     source, unused = f"arm file {path.name}", config.model.unused
     if isinstance(bare, FiveAxisArm):

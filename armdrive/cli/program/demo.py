@@ -182,7 +182,7 @@ def _simulated() -> str:
 
 
 def run_on_real_arm(options: argparse.Namespace) -> Result:
-    """Have the blocks put down, reference the arm if it is not, and perform."""
+    """Let the person put the blocks down, reference the arm if necessary, and perform."""
     if not sys.stdin.isatty():
         raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
     with connect_chosen(options, allow_restored=options.allow_restored) as arm:

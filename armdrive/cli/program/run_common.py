@@ -137,7 +137,7 @@ INTERRUPTED = 130
 
 @contextlib.contextmanager
 def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True) -> Iterator[None]:
-    """Have the first Ctrl-C stop every arm and end the program, and the next one leave at once.
+    """Make the first Ctrl-C stop every arm and end the program, and the next one leave at once.
 
     Without `ends` only the arms are interrupted: a call that waits for one raises `Stopped`.
 

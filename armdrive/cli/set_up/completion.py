@@ -117,7 +117,7 @@ def _sequences() -> Iterable[str]:
 
 
 def _quietly(names: Callable[[], Iterable[str]]) -> Callable[[], Iterable[str]]:
-    """Have a fault complete nothing: a message would appear in the middle of what is typed."""
+    """Turn an error into no completions: a message would appear in the middle of the line."""
 
     def listed() -> Iterable[str]:
         try:

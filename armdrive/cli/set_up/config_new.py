@@ -43,6 +43,7 @@ from armdrive.setup.filing import FileProposal, after_writing, checked, propose,
 from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
+from armdrive.storage.files import arm_files, require_writable
 from armdrive.text.reading import is_there, read_toml
 from kinematics.errors import did_you_mean
 
@@ -53,6 +54,7 @@ KEYS = {"port": "connection.port"}
 def new(options: argparse.Namespace) -> Result:
     """Interview, show, ask, write."""
     given = _given(options)
+    require_writable(arm_files())
     silent = options.yes or options.answers is not None
     if as_json(options) and not silent:
         raise BadRequest("--json asks no questions: add --answers FILE or --yes")

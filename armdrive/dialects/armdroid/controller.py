@@ -60,7 +60,7 @@ LATENCY_S = 0.03  # delay that this computer and an adapter may add to the trans
 NEW_SESSION = (
     "the Armdroid's board said Welcome: it was reset, or another program has opened its port"
 )
-LET_GO = "the Armdroid's board said that its motors are off, which nobody had asked for"
+LET_GO = "the Armdroid's board reported its motors off, although no command had switched them off"
 
 
 class ArmdroidMotion:

@@ -30,6 +30,8 @@ EPSILON_S = 1e-6
 """Tolerance for rounded times."""
 POLL_SPACING_S = 0.1
 """Unanswered questions that are closer together than this count as one."""
+MOST_QUESTIONS = 256
+"""Questions kept for a drive that never replies: older ones are overdue in any case."""
 
 
 class Ledger:
@@ -42,6 +44,9 @@ class Ledger:
     """
 
     def __init__(self) -> None:
+        self.timeout_s = REPLY_TIMEOUT_S
+        """A question that is still open after this long counts as lost. After a longer outage, the
+        replies to later questions may be as late as that."""
         self.answers_orders = False
         """Whether the drive confirms orders. Its settings may switch that off."""
         self.unanswered_polls = 0
@@ -58,7 +63,7 @@ class Ledger:
         """Whether the drive brakes. Then the others may not be asked, and cannot reply."""
         self.asked_s = -math.inf
         """When its position was asked for last."""
-        self._questions: deque[float] = deque()
+        self._questions: deque[float] = deque(maxlen=MOST_QUESTIONS)
         self._polled_s = -math.inf
         self._owed = self._owed_before = self._missed = 0
         self._retried_s = -math.inf
@@ -71,8 +76,6 @@ class Ledger:
 
     def asked(self, now_s: float) -> None:
         """Record a question about its position."""
-        while self._questions and self._questions[0] < now_s - REPLY_TIMEOUT_S:
-            self._questions.popleft()
         self._questions.append(now_s)
         self.asked_s = now_s
         if not self.unanswered_polls or now_s >= self._polled_s + POLL_SPACING_S - EPSILON_S:
@@ -96,9 +99,12 @@ class Ledger:
             self._retried_s = now_s
         self._owed += owes
 
-    def located(self) -> float:
+    def located(self, now_s: float) -> float:
         """Record a position reply; return the earliest moment at which it can be sampled."""
-        return self._questions.popleft() if self._questions else -math.inf
+        overdue_s = now_s - self.timeout_s
+        while self._questions and self._questions[0] < overdue_s:
+            self._questions.popleft()
+        return self._questions.popleft() if self._questions else overdue_s
 
     def replied(self, now_s: float, *, settles: bool, asked: bool = True) -> None:
         """Record a frame from the drive; one that `settles` is one of the replies it owes.
@@ -140,6 +146,7 @@ class Ledger:
         self.away_s = self.open_s = self._suspected_s = math.inf
         self._missed, self._unproven = 0, False
         self.unanswered_polls, self.braking = 0, False
+        self.timeout_s = REPLY_TIMEOUT_S
 
     # -- conclusions --------------------------------------------------------------------------
 

@@ -11,7 +11,8 @@ reading lies in that interval, or for how long none came.
                                                                                 otherwise ignored
     behind      within reach but off its path; comes nearer, or turns at        observed
                 least half as far as ordered
-    blocked     like behind, but does neither                                   ends the motion
+    blocked     like behind, but does neither; or stands for 0.15 s in which    ends the motion
+                it confirmed orders that all lead away
     restarted   out of reach twice, or owes replies from an absence; and its    ends the motion
                 count can have run up from zero
     elsewhere   out of reach twice, otherwise                                   ends the motion
@@ -20,6 +21,7 @@ reading lies in that interval, or for how long none came.
                 turned, at five looks, and is half a corridor off its path
     mute        missed four polls while another drive replied                   ends the motion
     silent      all drives missed ten polls                                     ends the motion
+    late        five outages, and no reading within 0.1 s since the first       ends the motion
 
 The intervals, for a reading that arrived at r and was asked for at q or later:
 
@@ -47,7 +49,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.dialects.bus.ledger import LOOK_S, REPLY_TIMEOUT_S, Ledger, Rejections
+from armdrive.dialects.bus.ledger import EPSILON_S, LOOK_S, REPLY_TIMEOUT_S, Ledger, Rejections
 from armdrive.dialects.bus.paths import Course, Interval, PlannedPath
 from kinematics.spaces import Motors
 
@@ -63,6 +65,9 @@ PROMPT_REPLY_S = 0.03
 SPEED_SPAN_S = 0.03
 """Two readings no farther apart than this tell a drive's speed. It changes little in that time;
 and if one reply was so late that its moment is uncertain, they seem farther apart."""
+STANDING_S = 0.15
+"""A drive that has not turned for this long, though it confirmed an order to turn, is blocked. At
+the end of a motion it gets about as long: three times three looks, 0.02 s apart."""
 APART_S = 0.01
 """Two readings at least this far apart show that a drive stands, if it has not turned."""
 READINGS = 16
@@ -84,6 +89,9 @@ than `answer_s` (0.05 by default), and the adapter adds little."""
 MUTE_POLLS = 4
 """A drive that misses this many polls while another one replies is mute. On a bus that loses one
 frame in ten, that happens once in 750 polls."""
+LATE_OUTAGES = 5
+"""After this many outages without one prompt reading between them, all replies of this bus are
+late. After any other outage the next question is answered promptly."""
 SILENT_POLLS = 10
 """If all drives are silent, they get this many polls: then the computer is usually late."""
 
@@ -123,6 +131,7 @@ class DriveFinding(Enum):
     WEAK = "weak"
     MUTE = "mute"
     SILENT = "silent"
+    LATE = "late"
 
     @property
     def ends(self) -> bool:
@@ -175,6 +184,8 @@ class ObservedDrive:
         self.read_s = -math.inf
         self.asked_s = -math.inf
         """The earliest moment at which the last reading can have been sampled."""
+        self.prompt_s = -math.inf
+        """When the last reading came that was surely sampled within the allowed delay."""
         self.frame_s = -math.inf
         """When the last frame from it arrived, requested or not."""
         self.moving = False
@@ -188,12 +199,21 @@ class ObservedDrive:
         """The range of its targets since it stood last."""
         self._readings: deque[Reading] = deque(maxlen=READINGS)
         self._fit: tuple[float, float] | None = None
+        """The last count within reach, and the earliest moment at which it can be sampled."""
         self._outside = 0
+        """How many readings in a row were out of reach."""
         self._doubt: _Look | None = None
+        """The look behind its course that the next one is compared with; None while it follows."""
+        self._standing: Reading | None = None
+        """The first of the latest readings that all found it in one place, off its course."""
         self._met: _Look | None = None
+        """The look that the course was last compared with."""
         self._shares: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
+        """How far it turned, and how far it was ordered to, from look to look."""
         self._share_s = -math.inf
+        """When the last of these looks began."""
         self._rest = Interval(-math.inf, math.inf)
+        """Where it may come to rest after a stop."""
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"
@@ -244,7 +264,7 @@ class ObservedDrive:
         self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
-        self._doubt, self.lag = None, 0.0
+        self._doubt, self._standing, self.lag = None, None, 0.0
         self._shares.clear()
         self._met = _Look(self.course.place, self.course.place, now_s)
 
@@ -254,8 +274,10 @@ class ObservedDrive:
         """Record its count and conclude what that means."""
         course = self.course
         course.advance(now_s)
-        self.asked_s = max(self.ledger.located(), now_s - REPLY_TIMEOUT_S)
+        self.asked_s = self.ledger.located(now_s)
         self.count, self.read_s = count, now_s
+        if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
+            self.prompt_s = now_s
         self._readings.append(Reading(count, self.asked_s, now_s))
         self.ledger.conclude(now_s)
         off = abs(course.off(count, self._ordered_from_s))
@@ -264,15 +286,15 @@ class ObservedDrive:
             self.lag = course.place - count
         else:
             self._outside += 1
-        finding = self._judge(off <= self.bounds.corridor, now_s)
+        finding = self._judge(off, now_s)
         self.verdict = Verdict(self.node, finding, count, course.place)
         if self.moving and finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_course(count, now_s)
 
-    def _judge(self, follows: bool, now_s: float) -> DriveFinding:
+    def _judge(self, off: float, now_s: float) -> DriveFinding:
         """Return what the last reading shows.
 
-        `follows` means that the shaft is where its orders had it within the allowed delay.
+        The shaft is `off` where its orders had it within the allowed delay.
         """
         count = self.count or 0
         if self._outside >= CONFIRMING_LOOKS:
@@ -285,7 +307,9 @@ class ObservedDrive:
             self.ledger.acquit()  # its count proves that it kept its power
         if self._outside:
             return DriveFinding.DOUBTED
-        if follows:
+        if self._stands_despite_orders(off):
+            return DriveFinding.BLOCKED
+        if off <= self.bounds.corridor:
             self._doubt = None
             return DriveFinding.FITS
         before = self._doubt
@@ -295,6 +319,23 @@ class ObservedDrive:
             return DriveFinding.BLOCKED
         self._doubt = _Look(count, self.course.place, now_s)
         return DriveFinding.BEHIND
+
+    def _stands_despite_orders(self, off: float) -> bool:
+        """Return whether it confirmed orders that all led away from where it stands.
+
+        The corridor does not tell that of a slow drive: it is steered from where it was read, so
+        the targets of one that is blocked stay near it for ever, and it would spring there as soon
+        as it comes free.
+        """
+        last, first = self._readings[-1], self._standing
+        if off <= self.bounds.rest:
+            self._standing = None
+            return False
+        if first is None or abs(last.count - first.count) > self.bounds.tremble:
+            self._standing = last
+            return False
+        confirmed = self.rejections.started_s > first.read_s  # else its orders may have been lost
+        return confirmed and last.asked_s >= first.read_s + STANDING_S
 
     def _progresses(self, before: _Look) -> bool:
         """Return whether it turned nearer to its course, or at least half as far as ordered."""
@@ -471,10 +512,14 @@ class Observer:
         self.drives = tuple(drives)
         self.returned_s = math.inf
         """When a drive replied again after an outage; infinity if none did."""
+        self.outage_s = 0.0
+        """How long that outage was."""
         self.replied_s = -math.inf
         """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
         self._looks_off_path = 0
+        self._outages = 0  # since the last prompt reading
+        self._last_outage_s = -math.inf
 
     def __getitem__(self, node: int) -> ObservedDrive:
         return self._by_node[node]
@@ -484,7 +529,7 @@ class Observer:
 
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
-        self._looks_off_path, self.returned_s = 0, math.inf
+        self._looks_off_path, self._outages, self.returned_s = 0, 0, math.inf
         for drive in self.drives:
             drive.watch()
 
@@ -501,9 +546,13 @@ class Observer:
         """
         braking = any(drive.ledger.braking for drive in self.drives)
         if asked and self.silent_s(now_s) > OUTAGE_S and not braking:
-            self.returned_s = now_s
+            prompt = any(drive.prompt_s >= self._last_outage_s for drive in self.drives)
+            self._outages = 1 if prompt else self._outages + 1
+            self.outage_s, self.returned_s = self.silent_s(now_s), now_s
+            self._last_outage_s = now_s
             for drive in self.drives:
-                drive.ledger.suspect(now_s + REPLY_TIMEOUT_S)
+                drive.ledger.timeout_s = max(drive.ledger.timeout_s, self.outage_s + OUTAGE_S)
+                drive.ledger.suspect(now_s + drive.ledger.timeout_s)
                 drive.ledger.unanswered_polls = 0  # no drive replied, so none is to blame
         if asked:
             self.replied_s = now_s
@@ -562,12 +611,15 @@ class Observer:
         return self.silence()
 
     def silence(self) -> Verdict | None:
-        """Return the verdict on drives that leave repeated polls unanswered, or None."""
+        """Return the verdict on drives that leave polls unanswered, or reply late; or None."""
         drive = max(self.drives, key=lambda each: each.ledger.unanswered_polls)
         others = self.replied_s > drive.ledger.open_s
-        if drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
+        if self._outages >= LATE_OUTAGES:
+            finding = DriveFinding.LATE
+        elif drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
             return None
-        finding = DriveFinding.MUTE if others else DriveFinding.SILENT
+        else:
+            finding = DriveFinding.MUTE if others else DriveFinding.SILENT
         return Verdict(drive.node, finding, drive.count or 0, drive.course.place)
 
     def compare(

@@ -267,8 +267,8 @@ class BoardState:
             return "the board is locked by an alarm"
         number = "" if self.alarm.code is None else f" {self.alarm.code}"
         return (
-            f"the board is in alarm{number} ({self.alarm.meaning}): {self.alarm.remedy}. It may "
-            "answer nothing until then, which is no broken wire"
+            f"the board is in alarm{number} ({self.alarm.meaning}): {self.alarm.remedy}. Until "
+            "then the board may not answer, even if the cable is fine"
         )
 
     def registers(self) -> Registers:

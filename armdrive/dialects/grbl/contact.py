@@ -64,8 +64,8 @@ class GrblContact:
         boot_s, every_s = self.settings.boot_s, 2.0 * self.settings.poll_s
         alive = yield from self.exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
         if not alive and not (yield from self.exchange.soft_reset()):
-            self.io.write(b"", "? (and to a reset)")
-            return self.io.silence(began_s)
+            self.io.write(b"", "?")
+            return self.io.silence(began_s, "and none to a reset")
         if not (yield from self._end_leftover_motion()):
             return self.io.silence(began_s)
         # that reset may have been lost or not needed, so check that the board reads lines

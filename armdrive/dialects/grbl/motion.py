@@ -290,7 +290,8 @@ class GrblMotion:
 
     def _silence_of_mute(self) -> Timeout:
         """Return the reply to a motion during which the board has stopped reporting."""
-        return Timeout("? (mute in motion; a feed hold was sent)", self.settings.mute_s)
+        note = "while the arm was moving; a feed hold was sent"
+        return Timeout("?", self.settings.mute_s, note=note)
 
 
 @dataclass(slots=True, eq=False)
@@ -305,7 +306,7 @@ class GrblHoming:
     letters: str
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Answering:
-        """Have the board home all motors at once, or one group after the other."""
+        """Make the board home all motors at once, or one group after the other."""
         yield from self.exchange.look(self.settings.answer_s)
         if self.board.state in HELD:
             return RequestRejected(

@@ -34,7 +34,7 @@ class GrblSettings:
     """
 
     axes: str = setting("XYZABC", "the board's letter for each motor, in the arm's order")
-    unit: str = setting("steps", "what the board's mm is: steps or degrees", words=UNITS)
+    unit: str = setting("steps", "what a mm of the board stands for: steps or degrees", words=UNITS)
     ramp_s: float = setting(
         0.1, "time to full speed, to compute the expected accelerations", low=0.005, high=10.0
     )
@@ -103,17 +103,19 @@ class GrblSettings:
         letters = self.axes
         if not letters or set(letters) - set(AXIS_LETTERS) or len(set(letters)) != len(letters):
             raise ArmFileError(
-                f"grbl.axes gives each motor a letter of its own out of {AXIS_LETTERS}, not "
+                f"grbl.axes must give each motor its own letter from {AXIS_LETTERS}, not "
                 f"{letters!r}"
             )
         if not SERVOS.fullmatch(self.servo):
-            raise ArmFileError(f"grbl.servo is M3, or M67E0 and the like, not {self.servo!r}")
+            raise ArmFileError(f"grbl.servo must be M3, or one like M67E0, not {self.servo!r}")
         for word in self.outputs:
             if not OUTPUTS.fullmatch(word):
-                raise ArmFileError(f"grbl.outputs names flood, mist, P0, P1 ..., not {word!r}")
+                raise ArmFileError(
+                    f"grbl.outputs lists flood, mist, P0, P1 and so on, not {word!r}"
+                )
         if self.hard_limits_checked and not _is_day(self.hard_limits_checked):
             raise ArmFileError(
-                "grbl.hard_limits_checked is a day, written 2026-11-23, not "
+                "grbl.hard_limits_checked must be a date such as 2026-11-23, not "
                 f"{self.hard_limits_checked!r}"
             )
 
@@ -163,7 +165,7 @@ class BoardAxes:
         settings: GrblSettings = config.device
         transmission = config.model.transmission
         if transmission is None:
-            raise ArmFileError("no motor steps are known of this arm: give steps_per_turn")
+            raise ArmFileError("the arm's motor steps are not known: give steps_per_turn")
         count = len(transmission.motors)
         if len(settings.axes) < count:
             raise ArmFileError(
@@ -354,7 +356,7 @@ class Comparison:
         mask = self.number(REPORT)
         if mask is not None and int(mask) & MPOS_AND_BUFFER != MPOS_AND_BUFFER:
             wanted = int(mask) | MPOS_AND_BUFFER
-            yield _difference(REPORT, mask, wanted, "what reports tell")
+            yield _difference(REPORT, mask, wanted, "what reports contain")
         inches = self.number(INCHES)
         if inches:
             yield _difference(INCHES, inches, 0, "reports in inches")
@@ -364,10 +366,10 @@ class Comparison:
         for index, letter in enumerate(self.axes.letters):
             steps, wanted = self._of_axis(STEPS_PER_UNIT, index), expected.steps_per_unit[index]
             if steps is not None and abs(steps - wanted) > SAME:
-                yield self._of(STEPS_PER_UNIT, index, steps, wanted, f"steps a unit of {letter}")
+                yield self._of(STEPS_PER_UNIT, index, steps, wanted, f"steps per unit of {letter}")
             rate, wanted = self._of_axis(RATES, index), expected.rates[index] * 60.0
             if rate is not None and rate < wanted * (1.0 - RATE_TOLERANCE):
-                what = f"the fastest rate of {letter}: motion is slower than asked"
+                what = f"the highest rate of {letter}: motion is slower than requested"
                 yield self._of(RATES, index, rate, wanted, what, must=False)
             slope, wanted = self._of_axis(ACCELERATIONS, index), expected.accelerations[index]
             if slope is not None and slope < wanted * (1.0 - RATE_TOLERANCE):

@@ -114,8 +114,10 @@ class MotionRun:
         self.short: set[int] = set()
         """The drives that need their order again."""
         self.braking = stops.brake(())
+        """The stage of its latest stop; of no drives before the first one."""
         self._reply: Reply = Done()
         self._judged = False
+        """Whether it was stopped, so that nothing but where the drives rest tells of a fault."""
 
     def carry_out(self, phase: Phase) -> Script:
         """Run the motion to its end."""
@@ -138,6 +140,7 @@ class MotionRun:
             acts[Act.RESUME] = lambda: self._resume(trip)
         yield from run_phases(self.wire, phase, stages, acts, self.let_go)
         unstopped = self.braking.unstopped()
+        # after trouble, its own words say more than those about the stop
         if isinstance(unstopped, Timeout) or (unstopped and self._judged):
             return unstopped
         return self._reply
@@ -165,7 +168,7 @@ class MotionRun:
         """Stop the drives, then find out what is wrong with one and report it."""
         trouble = self.trouble
         self.braking = self.stops.brake(self.wire.under_way, judged=self._judged)
-        silent = (DriveFinding.MUTE, DriveFinding.SILENT)
+        silent = (DriveFinding.MUTE, DriveFinding.SILENT, DriveFinding.LATE)
         if isinstance(trouble, Verdict) and trouble.finding in silent:
             trouble = yield from self._find_silent(trouble)
         if isinstance(trouble, Verdict):
@@ -200,9 +203,11 @@ class MotionRun:
         else:
             named = ", ".join(map(str, silent)) or "a drive"
             what = f"{named} did not answer for a while"
-            if verdict.finding is DriveFinding.SILENT:
+            if verdict.finding is DriveFinding.LATE:
+                what = f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s"
+            elif verdict.finding is DriveFinding.SILENT or len(silent) == len(wire.drives):
                 what = "no drive answered for a while"
-            words = f"{what}: check the bus's wiring and its load"
+            words = f"{what}. Check the bus's wiring, its load and its adapter"
             self._reply = RequestRejected(words, silent=True)
         return None
 
@@ -340,8 +345,11 @@ class Outage:
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
         run, observer = self._run, self._wire.observer
-        if math.isfinite(observer.returned_s):  # perhaps after another outage
-            self._back_s, self._asked_s, observer.returned_s = now_s, math.inf, math.inf
+        if math.isfinite(observer.returned_s):
+            # a reply to its own question may take as long as any other: that is no new outage
+            if math.isinf(self._asked_s) or observer.outage_s > MAX_DELAY_S:
+                self._back_s, self._asked_s = now_s, math.inf
+            observer.returned_s = math.inf
         if run.blame(observer.silence()):
             return Signal.TROUBLE
         if not self._all_read or observer.doubtful:
@@ -359,7 +367,8 @@ class Outage:
             self._polling.poll(now_s)
             return self._polling.due_s
         if math.isinf(self._asked_s):
-            drained_s, until_s = self._back_s + DRAIN_S, self._back_s + REPLY_TIMEOUT_S
+            timeout_s = max(drive.ledger.timeout_s for drive in wire.drives)
+            drained_s, until_s = self._back_s + DRAIN_S, self._back_s + timeout_s
             if now_s < drained_s or (wire.observer.pending and now_s < until_s):
                 return drained_s if now_s < drained_s else min(now_s + DRAIN_S, until_s)
             self._asked_s, self._polled_s = now_s, -math.inf
@@ -410,7 +419,7 @@ class Arriving:
         run, observer = self._run, self._wire.observer
         if run.blame(run.unfit()):
             return Signal.TROUBLE
-        if math.isfinite(observer.returned_s):
+        if math.isfinite(observer.returned_s) and observer.outage_s > MAX_DELAY_S:
             return Signal.OUTAGE
         if run.blame(self._astray(now_s) or observer.silence()):
             return Signal.TROUBLE

@@ -294,7 +294,7 @@ class MksWire(ScriptIO[Event]):
             case Answered(_, _, EncoderRead(counts)):
                 drive.read(counts, self.now_s)
             case Stray(_, EncoderRead()):
-                drive.ledger.located()
+                drive.ledger.located(self.now_s)
             case Answered(_, _, StateRead(state)):
                 self.states[drive.node] = state
             case Answered(_, _, StallRead(on=True) | EnabledRead(on=False)):

@@ -283,13 +283,13 @@ def _least_s(config: ArmConfig, speeds: SpeedLimits, jog: Jog) -> float:
     if jog.space is Space.JOINT:
         return 0.0
     full = Scale(config, speeds).full(jog.space)
-    *tip, _ = zip(_amounts(config, jog), full, strict=True)
+    *tip, _ = zip(amounts_of(config, jog), full, strict=True)
     return max(abs(amount) / most for amount, most in tip)
 
 
 def _way(config: ArmConfig, jog: Jog, start: ArmCoordinates, *, known: bool) -> tuple[JogPath, int]:
     """Return the path of an increment, scaled to one second, and its number of pieces."""
-    amounts = _amounts(config, jog)
+    amounts = amounts_of(config, jog)
     spans = spans_of(config, start) if known else None
     way = jog_path(config, (jog.space, jog.frame), start, amounts, spans)
     if jog.space is Space.JOINT:
@@ -299,7 +299,7 @@ def _way(config: ArmConfig, jog: Jog, start: ArmCoordinates, *, known: bool) -> 
     return way, max(math.ceil(pieces), 1)
 
 
-def _amounts(config: ArmConfig, jog: Jog) -> tuple[float, ...]:
+def amounts_of(config: ArmConfig, jog: Jog) -> tuple[float, ...]:
     """Return an increment in mm and rad, converted from degrees."""
     lengths = ("x", "y", "z", GRIPPER_AXIS)
     return tuple(
@@ -313,7 +313,7 @@ def _clipped(config: ArmConfig, jog: Jog, start: ArmCoordinates) -> list[str]:
     names = axis_names(config, jog.space)
     spans = spans_of(config, start)
     places = start.values
-    amounts = _amounts(config, jog)
+    amounts = amounts_of(config, jog)
     if jog.space is Space.CARTESIAN:
         names, spans, places, amounts = names[-1:], spans[-1:], places[-1:], amounts[-1:]
     return [

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abort, segment_s
-from armdrive.errors import ArmError, BadRequest, NotReferenced, WrongState
+from armdrive.errors import ArmError, BadRequest, NotReferenced, OutOfBounds, WrongState
 from armdrive.motion.context import MotionContext, Way
 from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move, stream_held
 from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import JogEnded
-from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, stride
-from armdrive.motion.jog.rates import axis_names
+from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, amounts_of, stride
+from armdrive.motion.jog.rates import Scale, axis_names
 from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.tasks import TaskBody
 from kinematics.errors import KinematicsError, suggestion
+from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints, Pose
 
 # What a jog may do, given the state of the arm.
@@ -47,6 +49,47 @@ def check_jog(core: Core, jog: Jog) -> None:
             "jogging in Cartesian space needs a known position, and this one is "
             f"{core.belief.trust.value}: {core.belief.reason}. Jog joint by joint, or reference "
             "the arm first (`armdrive home`)"
+        )
+
+
+def check_increment(core: Core, jog: Jog) -> None:
+    """Raise like `check_jog`, and for an increment longer than the whole range of its axis."""
+    check_jog(core, jog)
+    _require_range(core, jog, amounts_of(core.config, jog))
+
+
+def check_duration(core: Core, speeds: SpeedLimits, hold: ContinuousJog, duration_s: float) -> None:
+    """Raise for a held jog that would take an axis further than its whole range."""
+    full = Scale(core.config, speeds).full(hold.jog.space)
+    shares = (hold.jog.amount(name) for name in axis_names(core.config, hold.jog.space))
+    longest_s = capped(core, hold.speed) * duration_s
+    _require_range(core, hold.jog, [a * b * longest_s for a, b in zip(shares, full, strict=True)])
+
+
+def _require_range(core: Core, jog: Jog, amounts: Sequence[float]) -> None:
+    """Raise `OutOfBounds` for more than the whole range of an axis if no limit ends the jog.
+
+    A jog is cut off at the limits, which needs a known position. Without one, such an amount is
+    wrong wherever the arm stands.
+    """
+    if core.position_known or jog.space is not Space.JOINT:
+        return
+    *_, gripper = names = axis_names(core.config, jog.space)
+    ranges = [(one.low_rad, one.high_rad) for one in core.config.model.arm.limits]
+    ranges.append(core.config.model.gripper_range_mm)
+    for name, amount, (low, high) in zip(names, amounts, ranges, strict=True):
+        if abs(amount) <= high - low + LIMIT_TOLERANCE_RAD:
+            continue
+        asked, whole, unit = amount, high - low, " mm"
+        if name != gripper:
+            asked, whole, unit = math.degrees(asked), math.degrees(whole), "°"
+        raise OutOfBounds(
+            f"the {name.replace('_', ' ')} would move by {asked:g}{unit}, but its whole range is "
+            f"{whole:g}{unit}, and no limit can end the jog because the position is "
+            f"{core.belief.trust.value}: jog by less, or reference the arm first (`armdrive home`)",
+            name=name,
+            value=asked,
+            bound=whole,
         )
 
 
@@ -229,7 +272,6 @@ class Jogged:
 def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
     """Serve increments and the held jog until neither is left, or until a stop."""
     core = wire.core
-    core.diagnostics.notice = ""
     try:
         with in_motion(wire, or_homing=True):
             yield from wire.look_before_motion()
@@ -277,7 +319,7 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
         return
     speed, known = capped(core, nudge.speed), core.position_known
     try:
-        check_jog(core, nudge.jog)
+        check_increment(core, nudge.jog)
         found = stride(
             core.config, speeds, nudge.jog, speed, core.position.coordinates, known=known
         )

@@ -264,7 +264,7 @@ def soft_reset(board: GrblBoard) -> None:
         code = _ABORTED
         _lose_current(board, restarts=True)
     board.cycle.kill(board)
-    board.booting.begin(_started_anew(board, code), board.now_s)
+    board.booting.begin(_restarted(board, code), board.now_s)
 
 
 def raise_critical(board: GrblBoard, code: int) -> None:
@@ -281,7 +281,7 @@ def raise_critical(board: GrblBoard, code: int) -> None:
 def fail(board: GrblBoard, code: int) -> None:
     """Raise a homing alarm, after which the board restarts; the motors stay on."""
     board.cycle.kill(board)
-    board.booting.begin(_started_anew(board, code), board.now_s)
+    board.booting.begin(_restarted(board, code), board.now_s)
 
 
 def switched_on(board: GrblBoard, wait_s: float) -> Boot:
@@ -292,7 +292,7 @@ def switched_on(board: GrblBoard, wait_s: float) -> Boot:
     _start(board)
 
 
-def _started_anew(board: GrblBoard, code: int) -> Boot:
+def _restarted(board: GrblBoard, code: int) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
         yield board.now_s + board.settings[IDLE_MS] / 1000  # observed: 0.26 s at $1=255
     if code:

@@ -253,7 +253,7 @@ class MotorDrive(Generic[R]):
             self._turn(steps, now_s)
 
     def _turn(self, steps: Motors, now_s: float) -> None:
-        """Have the arm follow steps that the rack has counted."""
+        """Make the arm follow steps that the rack has counted."""
         self.world.drive(steps, now_s)
 
 

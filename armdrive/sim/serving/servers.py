@@ -342,7 +342,7 @@ def beyond_this_computer(address: str) -> str:
     if host.lower() == "localhost" or _is_loopback(host):
         return ""
     return (
-        f"WARNING: whoever reaches {host} over the network can move this simulated arm and hear "
+        f"WARNING: anyone who reaches {host} over the network can move this simulated arm and hear "
         f"what is said to it; {LOOPBACK} keeps it to this computer"
     )
 

@@ -36,7 +36,7 @@ MOTION = (b"G1", b"G0", b"$J", b"$H", b"X")
 def test_other_firmware_is_named_with_the_remedy_and_gets_no_motion(name):
     device = FOREIGN[name]
     sentence = refused("grbl", SimPort(device))
-    assert f"What answered is no grbl, but {name}: " in sentence
+    assert f"The device does not speak grbl: it is {name}; " in sentence
     assert not any(word in device.heard for word in MOTION)
 
 
@@ -51,14 +51,14 @@ def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
 @pytest.mark.parametrize("dialect", ON_SERIAL)
 def test_an_echoing_line_is_recognised(dialect):
     sentence = refused(dialect, SimPort(Echo(baud=115_200)), 115_200)
-    assert "What is sent comes straight back" in sentence
+    assert "Everything that is sent comes straight back" in sentence
 
 
 def test_a_board_behind_such_a_line_moves_nothing():
     board = made("grbl")
     before = board.world.motors
     sentence = refused("grbl", SimPort(EchoingBoard(board)))
-    assert "What is sent comes straight back" in sentence
+    assert "Everything that is sent comes straight back" in sentence
     assert board.world.motors == before
 
 
@@ -68,7 +68,9 @@ def test_the_doctor_finds_an_echo_and_takes_it_for_no_answer():
     assert "comes straight back" in after.of_examination(echo)[0].what
     board = SimPort(EchoingBoard(made("robko01"))).examine(115_200)
     assert board.identity.dialect == "robko01"
-    assert any("comes back as well" in each.what for each in after.of_examination(board))
+    assert any(
+        "echoes everything that is sent" in each.what for each in after.of_examination(board)
+    )
 
 
 @pytest.mark.parametrize(
@@ -91,10 +93,10 @@ def test_an_echo_is_what_was_sent_in_its_order(sent, heard, echoed):
     ("key", "value", "named"),
     [
         (13, 1.0, "reports in inches"),
-        (10, 0.0, "what reports tell"),
-        (10, 1.0, "what reports tell"),
-        (100, 250.0, "steps a unit of X"),
-        (104, 80.0, "steps a unit of B"),
+        (10, 0.0, "what reports contain"),
+        (10, 1.0, "what reports contain"),
+        (100, 250.0, "steps per unit of X"),
+        (104, 80.0, "steps per unit of B"),
         (1, 25.0, "motors on while standing"),
     ],
 )

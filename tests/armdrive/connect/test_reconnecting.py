@@ -168,7 +168,7 @@ def test_reconnecting_goes_on_while_no_arm_answers(connected):
     arm.sleep(20.0)
     assert arm.status.state is State.DISCONNECTED
     assert arm.status.notice_code == "E502"
-    assert "but not the arm" in arm.status.error
+    assert "but the arm is not ready" in arm.status.error
     assert "then call `reset()`" not in arm.status.error + arm.status.notice
     assert arm.reconnector.tries > 1
     arm.twin.faults.end()

@@ -67,15 +67,23 @@ def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
 @pytest.mark.parametrize(
     ("asked", "says", "named"),
     [
-        ("teachmover", b"Welcome, Armdroid!\r\n", "say dialect armdroid"),
-        ("teachmover", b"\r\nGrbl 1.1h ['$' for help]\r\n", "Grbl 1.1h: say dialect grbl"),
-        ("armdroid", b"1\r0,0,0,0,0,0,0\r", "say dialect teachmover"),
-        ("armdroid", b"\xaa\x02\x02\x01\x01\xa9\x03", "say dialect robko01"),
+        ("teachmover", b"Welcome, Armdroid!\r\n", "set the dialect to armdroid"),
+        (
+            "teachmover",
+            b"\r\nGrbl 1.1h ['$' for help]\r\n",
+            "it is Grbl 1.1h; set the dialect to grbl",
+        ),
+        ("armdroid", b"1\r0,0,0,0,0,0,0\r", "set the dialect to teachmover"),
+        ("armdroid", b"\xaa\x02\x02\x01\x01\xa9\x03", "set the dialect to robko01"),
         ("teachmover", b"0,0,0,0,0,0,0\r", "Robko 01 retrofit, in its text mode"),
         ("teachmover", b"\x00\x80\xe0\x00\xf8", "is the baud rate right?"),
         ("teachmover", b"hello, who is there?\r\n", "answer: 'hello, who is there?"),
-        ("teachmover", b"hello, who is there?\r\n", "What came is no teachmover's. "),
-        ("teachmover", b"@,d,,,", "What came is no teachmover's"),
+        (
+            "teachmover",
+            b"hello, who is there?\r\n",
+            "The bytes received are not in the teachmover dialect. ",
+        ),
+        ("teachmover", b"@,d,,,", "The bytes received are not in the teachmover dialect"),
     ],
 )
 def test_the_error_quotes_what_was_received(asked, says, named):
@@ -85,7 +93,8 @@ def test_the_error_quotes_what_was_received(asked, says, named):
 
 def test_silence_is_reported_as_silence():
     sentence = refused("teachmover", SimPort(Deaf()))
-    assert "What" not in sentence
+    assert "The bytes received" not in sentence
+    assert "The device" not in sentence
     assert "no answer" in sentence
 
 

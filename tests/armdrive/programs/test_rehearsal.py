@@ -1,17 +1,19 @@
 """A rehearsal takes as long as the run, is refused what the run is, and says what it assumed."""
 
 import math
+from dataclasses import replace
 from itertools import count
 
 import pytest
 from amounts import THOROUGH
+from faults import arm_config, driven
 from program_acts import fingers, go, ready
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import Target, simulated_config
-from armdrive.errors import ArmError, NotReferenced, Refused
+from armdrive.errors import ArmError, NotReferenced, Refused, SettingsDiffer
 from armdrive.programs import read_program
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, ReadInput, Remember, Say
 from armdrive.programs.program import ArmProgram
@@ -55,6 +57,18 @@ def took_s(arm, script):
     began_s = arm.pace.now_s()
     ProgramRun(RunPlan(script), performer(arm)).carry_out()
     return arm.pace.now_s() - began_s
+
+
+def test_a_rehearsal_is_refused_while_the_controllers_settings_differ():
+    arm = driven(arm_config("grbl"), factory=True)
+    seen = replace(SeenArm.of(arm), world=None)  # as of a real arm, whose world is not known
+    rehearsal = rehearse(seen, RunPlan(Script((Say("begin"), ready()))))
+    with pytest.raises(SettingsDiffer, match=r"\$1=255"):
+        require_rehearsed(rehearsal, anyway=False)
+    assert rehearsal.at.line == 2
+    with pytest.raises(SettingsDiffer) as refused:
+        ProgramRun(RunPlan(Script((ready(),))), performer(arm)).carry_out()
+    assert str(refused.value) == str(rehearsal.refusal)
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)

@@ -1,6 +1,7 @@
 """The one state machine: every state against every event."""
 
 import pytest
+from faults import ready_arm
 
 from armdrive.errors import WrongState
 from armdrive.runtime.states import TRANSITIONS, Event, after
@@ -49,3 +50,29 @@ def test_motion_begins_in_standby_alone():
 def test_every_state_can_be_left_and_reached():
     assert {to for (state, _), to in TRANSITIONS.items() if to is not state} == set(State)
     assert {state for (state, _), to in TRANSITIONS.items() if to is not state} == set(State)
+
+
+REFUSED = [
+    (lambda arm: arm.move_j(base_deg=1.0), "move"),
+    (lambda arm: arm.jog_j(base_deg=1.0), "jogging"),
+    (lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0, speed=0.1), "turning motors"),
+    (lambda arm: arm.confirm_reference(), "confirming the reference"),
+    (lambda arm: arm.declare_posture(arm.joints), "declaring a posture"),
+    (lambda arm: arm.set_output(1), "switching an output"),
+    (lambda arm: arm.wait_inputs(high=1), "waiting for inputs"),
+    (lambda arm: arm.read_pendant_program(), "using the arm's own program memory"),
+    (lambda arm: arm.disable(), "disable"),
+]
+
+
+@pytest.mark.parametrize(("call", "action"), REFUSED, ids=[action for _, action in REFUSED])
+def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_first(call, action):
+    arm = ready_arm()
+    arm.estop()
+    assert arm.status.state is State.ERROR_STOP
+    with pytest.raises(WrongState) as refusal:
+        call(arm)
+    assert str(refusal.value) == (
+        f"{action} is not possible while the arm is in error-stop: look at the arm, then call "
+        "`reset()`"
+    )

@@ -146,14 +146,14 @@ def test_bytes_that_nobody_can_read_hint_at_the_baud_rate():
 
 
 def test_a_line_that_status_answers_but_read_does_not_is_no_teachmover():
-    assert "no dialect that armdrive knows" in only(Deaf(answers=b"0\r"), 9600).what
+    assert "not in a dialect that armdrive knows" in only(Deaf(answers=b"0\r"), 9600).what
 
 
 def test_another_dialect_than_expected_is_a_problem():
     found = SimPort(Deaf(answers=b"version = 1.3\r\n")).examine(9600)
     _, differs = after.of_examination(found, 9600, Connection("teachmover"))
     assert differs.grade is Grade.PROBLEM
-    assert "teachmover was expected, and armdroid answers" in differs.what
+    assert "the device speaks armdroid, not teachmover" in differs.what
     assert 'dialect = "armdroid"' in differs.mend
 
 

@@ -133,7 +133,7 @@ def test_the_day_is_written_into_the_arm_file_and_nothing_else_changes(tmp_path)
 
 
 def test_what_is_no_day_is_refused():
-    with pytest.raises(ArmFileError, match="hard_limits_checked is a day"):
+    with pytest.raises(ArmFileError, match="hard_limits_checked must be a date"):
         GrblSettings(hard_limits_checked="yesterday")
 
 

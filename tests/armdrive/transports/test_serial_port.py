@@ -3,19 +3,20 @@
 import errno
 import os
 import pty
+import subprocess
 import sys
 import termios
 import tty
 
 import pytest
 import serial
-from waiting import FOREVER_S, LONG_S, returns, soon
+from waiting import FOREVER_S, LONG_S, returns, soon, until
 
 from armdrive.errors import LinkLost, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
 from armdrive.transports import ports as refusals
 from armdrive.transports.link import Bell
 from armdrive.transports.opening import open_link
-from armdrive.transports.ports import PortHolder, holder, holders, refusal
+from armdrive.transports.ports import PortHolder, holder, holders, refusal, terminal_user
 from armdrive.transports.serial_port import SerialLink, clear_hupcl
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
@@ -248,6 +249,26 @@ def test_the_holder_of_an_open_device_is_found_by_its_links(ends, tmp_path):
     assert set(found) == {name, str(link)}
     assert found[name].pid == os.getpid()
     assert found[name].program
+
+
+@on_linux
+@pytest.mark.parametrize("address", ["{}", "spy://{}?file={}.log", "can:slcan:{}?bitrate=500000"])
+def test_the_terminal_of_another_program_is_not_opened(ends, tmp_path, address):
+    """The link of a killed simulator leads to the next terminal that takes the same number."""
+    _, name, _ = ends
+    link = tmp_path / "arm"
+    link.symlink_to(name)
+    shell = subprocess.Popen(["sh", "-c", f"exec cat < {name}"], start_new_session=True)
+    try:
+        until(lambda: terminal_user(name) is not None)
+        with pytest.raises(PortInUse, match=rf"arm is the terminal .* \(pid {shell.pid}\): remove"):
+            open_link(address.format(link, link), 9600)
+        assert terminal_user(name).pid == shell.pid
+    finally:
+        shell.kill()
+        shell.wait()
+    assert terminal_user(name) is None
+    SerialLink(str(link), 9600).close()
 
 
 def test_processes_that_cannot_be_looked_at_are_passed_over(tmp_path):

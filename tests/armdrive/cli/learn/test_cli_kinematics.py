@@ -9,6 +9,7 @@ from armdrive.cli.set_up.completion import script
 from armdrive.config.preset import corrected
 from armdrive.registry.arm_files import load_arm
 from armdrive.status import joints_view, pose_view
+from armdrive.text import reading
 from armdrive.text.toml import Problems, TomlTable
 from kinematics import PRESETS, Joints, preset
 from kinematics.frames.transforms import position_of
@@ -274,3 +275,14 @@ def test_a_wrong_arm_file_is_answered_by_its_own_problem(call, tmp_path):
     path = tmp_path / "lab.toml"
     path.write_text('model = "alpha3"\n', encoding="utf-8")
     assert "did you mean 'alpha2'" in call.refused("fk", "--model", str(path), "1", code=2)
+
+
+@pytest.mark.parametrize("kind", ["arm", "links"])
+def test_a_model_file_is_read_once(kind, tmp_path, monkeypatch):
+    path, times = tmp_path / "lab.toml", []
+    links = "[[links]]\nd_mm = 100.0\nalpha_deg = 90.0\n"
+    path.write_text(ARM if kind == "arm" else links, encoding="utf-8")
+    read = reading.read_text
+    monkeypatch.setattr(reading, "read_text", lambda *given: times.append(given) or read(*given))
+    assert find_model(str(path)).name == "lab"
+    assert [given[0] for given in times] == [path]

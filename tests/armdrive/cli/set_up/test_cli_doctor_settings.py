@@ -91,7 +91,7 @@ def test_they_are_mended_when_that_is_asked_for(call, bench, monkeypatch):
 def test_another_dialect_than_the_arm_file_says_is_not_connected_to(call, bench, lead_to):
     lead_to(made("robko01"))
     said = call("doctor", "--arm", "bench", "--yes", code=1).out
-    assert "teachmover was expected, and robko01 answers" in said
+    assert "the device speaks robko01, not teachmover" in said
     assert bench == []
 
 

@@ -48,6 +48,18 @@ def written():
 DEFAULTS = [""] * 10
 
 
+def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, typing, monkeypatch):
+    home = places.arm_files().parent.parent / "taken"
+    home.parent.mkdir(parents=True, exist_ok=True)
+    home.touch()
+    monkeypatch.setenv("ARMDRIVE_HOME", str(home))
+    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "skip", "yes")
+    said = call("config", "new", code=1)
+    assert str(places.arm_files()) in said.err
+    assert "make its folder writable" in said.err
+    assert "What is the arm called" not in said.out
+
+
 def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing, monkeypatch):
     typing("bench", "teachmover", "The one", *DEFAULTS[1:], "skip", "yes")
     said = call("config", "new", code=0)

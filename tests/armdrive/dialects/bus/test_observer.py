@@ -64,6 +64,8 @@ def happen(found: Observer, line: str) -> None:
             order(found, int(node), int(goal), float(speed), now_s)
         case "order-unanswered", node:
             found.sent(int(node), now_s, owes=True)
+        case "confirms", node:
+            found[int(node)].rejections.taken(now_s)
         case "resumes", node:
             found[int(node)].resume_from_reading(now_s)
         case "asked", node:
@@ -124,6 +126,7 @@ def test_a_healthy_drive_however_late_within_the_bound_is_never_blamed(
             order(found, 1, 50_000 + goal, speed, at_s)
         elif what == "obey":
             shaft.order(50_000 + goal, speed, SLOPE, at_s)
+            found[1].rejections.taken(at_s)
         else:
             shaft.advance(at_s)
             ask(found, 1, at_s)

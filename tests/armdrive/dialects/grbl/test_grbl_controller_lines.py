@@ -191,7 +191,7 @@ def test_axes_are_found_in_the_boards_own_order():
     ("section", "words"),
     [
         ({"axes": "XYZ"}, "6 motors"),
-        ({"axes": "XYZABX"}, "letter of its own"),
+        ({"axes": "XYZABX"}, "its own letter"),
         ({"unit": "inches"}, "steps, degrees"),
         ({"rates": [1.0, 2.0]}, "6 entries"),
         ({"rates": [0.0] * 6}, "grbl.rates"),

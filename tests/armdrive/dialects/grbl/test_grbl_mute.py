@@ -42,7 +42,7 @@ def test_a_board_that_goes_mute_in_motion_is_lost_within_a_second(begin, after_s
     arm.twin.faults.add("mute")
     assert noticed_s(arm) <= 1.0 + LOOK_S
     assert arm.status.trust is Trust.SUSPECT
-    assert "mute in motion" in arm.status.error
+    assert "while the arm was moving; a feed hold was sent" in arm.status.error
     lines_s = [sent_s for sent_s, piece in arm.twin.link.sent if piece.endswith(b"\n")]
     assert lines_s[-1] <= began_s + silent_s
     assert arm.twin.link.pressed(b"!")

@@ -9,6 +9,8 @@ from __future__ import annotations
 import pytest
 from amounts import in_pairs
 from mks_bench import (
+    FAR_FROM_ZERO,
+    MksBench,
     begun,
     blamed,
     ends_well,
@@ -17,9 +19,9 @@ from mks_bench import (
 )
 
 from armdrive.dialects.bus.ledger import LOOK_S
-from armdrive.dialects.bus.observer import CONFIRMING_LOOKS, MAX_DELAY_S
+from armdrive.dialects.bus.observer import CONFIRMING_LOOKS, MAX_DELAY_S, STANDING_S
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.tasks import AlertKind
+from armdrive.tasks import AlertKind, MoveAlong
 from kinematics import Motors
 
 SHORT_AHEAD_S = 0.06
@@ -30,7 +32,10 @@ FAST, SLOW = (9000, -3000, 0, 0, 0, 0), (300, -100, 0, 0, 0, 0)
 LATE_S = 0.005
 """So long at most does an answer take on this bus."""
 POLL_S, CORRIDOR = MksSettings().poll_s, MksSettings().corridor_counts
+REST, AHEAD_S = MksSettings().rest_counts, 0.2
 SPEEDS = (9000, -6000, 3000, -1000, 300, 0)
+RELIEVED_S = 0.2
+"""So long after it was found, a blocked drive is told to hold where it stands."""
 TOLD_S = 1.1
 """Half a second of looks behind those of the time before, and a stop."""
 
@@ -85,6 +90,23 @@ def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, af
     assert "drive 1 (base)" in alert.text
     behind_s = CORRIDOR / counts_s + MAX_DELAY_S
     assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
+
+
+@in_pairs("counts_s, after_s, paused_s", [-200, 600, -2458], [0.0, 0.3], [0.05, 0.3, 0.5, 9.0])
+def test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause(counts_s, after_s, paused_s):
+    """Its targets stay near it, within its corridor, and it would spring there at any time."""
+    bench, paused = MksBench(starts=FAR_FROM_ZERO).ready(), []
+    moves = straight(20, (6000, -3000, 1500, counts_s // 10, 700, 20))
+    bench.begin(MoveAlong(iter(moves), AHEAD_S, held_back=lambda: bool(paused)))
+    bench.run(after_s)
+    block(bench, 4)
+    began_s = bench.now_s
+    bench.at_s[began_s + paused_s] = lambda: paused.append(True)
+    blamed(bench, "drive 4 (right wrist)", AlertKind.ASTRAY)
+    found_s = MAX_DELAY_S + STANDING_S + 2.0 * REST / abs(counts_s) + 2.0 * POLL_S
+    assert bench.now_s - began_s <= found_s + RELIEVED_S
+    bench.node(4).free()
+    bench.stands()
 
 
 def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():

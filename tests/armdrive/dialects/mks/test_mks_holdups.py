@@ -7,6 +7,7 @@ from amounts import in_pairs
 from driver_bench import ANSWERS, BOTH, ORDERS
 from mks_bench import (
     AHEAD_S,
+    BURSTS,
     FAR_FROM_ZERO,
     WAY,
     MksBench,
@@ -18,11 +19,12 @@ from mks_bench import (
     off_path,
     segments,
     straight,
+    total,
 )
 from test_mks_arm import ready
 
 from armdrive.status import State, Trust
-from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, RequestRejected, Timeout
+from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected, Timeout
 from kinematics import Motors
 
 AFTER_S = [0.0, 0.01, 0.31, 0.42, 1.9]
@@ -110,6 +112,55 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
     assert bench.alerts()[0].kind is AlertKind.RESTARTED
     bench.run(2.0)
     assert bench.positions.largest < 4500
+
+
+# -- a bus that is always slow ---------------------------------------------------------------------
+
+SLOW_SETTINGS = [{}, {"segment_s": 0.1}, {"poll_s": 0.05}, {"poll_s": 0.2}, BURSTS]
+
+
+def slowed(late_s, after_s, settings):
+    """Return a bench on which each answer comes so late from a moment in the motion on."""
+    bench = MksBench(starts=(500_000,) * 6, settings=settings).ready()
+    if settings == BURSTS:
+        bench.begin(MoveBy(total(straight(20)), 60_000.0))
+    else:
+        bench.begin(along(straight(20)))
+    bench.run(after_s)
+    bench.waits_s = lambda _frame, host: 0.0 if host else late_s
+    return bench
+
+
+@in_pairs("late_s, after_s, settings", [0.065, 0.08, 0.09], [0.0, 0.5], SLOW_SETTINGS)
+def test_answers_that_always_take_less_than_a_tenth_of_a_second_are_no_outage(
+    late_s, after_s, settings
+):
+    bench = slowed(late_s, after_s, settings)
+    ends_well(bench)
+    assert (bench.positions - Motors((500_000,) * 6) - total(straight(20))).largest <= 8
+
+
+@in_pairs(
+    "late_s, after_s, settings", [0.12, 0.15, 0.25, 0.35, 0.45, 0.8], [0.0, 0.5], SLOW_SETTINGS
+)
+def test_a_motion_on_a_bus_that_is_always_slower_ends_by_itself_and_blames_no_drive(
+    late_s, after_s, settings
+):
+    bench = slowed(late_s, after_s, settings)
+    reply = bench.finish(12.0)
+    assert isinstance(reply, Done | RequestRejected), str(reply)
+    assert not bench.alerts()
+    bench.stands()
+
+
+@pytest.mark.parametrize("late_s", [0.15, 0.25, 0.4])
+def test_a_bus_that_is_too_slow_is_called_so(late_s):
+    reply = slowed(late_s, 0.5, {}).finish()
+    assert isinstance(reply, RequestRejected)
+    assert "the bus is too slow for this arm: answers take more than 0.1 s" in reply.reason
+
+
+# -- a pause in a hold-up --------------------------------------------------------------------------
 
 
 def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):

@@ -3,10 +3,11 @@
 import math
 
 import pytest
-from faults import ready_arm
+from faults import ready_arm, sim_arm
 
 from armdrive import Jog
-from armdrive.errors import BadRequest, WrongState
+from armdrive.errors import BadRequest, OutOfBounds, WrongState
+from armdrive.moves import JogMove
 from armdrive.registry.arm_files import parse_arm
 from armdrive.status import State
 
@@ -117,3 +118,48 @@ def test_a_pens_tip_is_jogged_along_its_own_line():
     assert after.x_mm > before.x_mm + 8.0
     assert (after.y_mm, after.z_mm) == pytest.approx((before.y_mm, before.z_mm), abs=0.5)
     assert "table" in arm.jog_l(z_mm=-400.0).note
+
+
+TOO_FAR = [
+    pytest.param(lambda arm: arm.jog_j(base_deg=1e6), "base", 1e6, 180.0, id="increment"),
+    pytest.param(lambda arm: arm.jog_j(base_deg=-181.0), "base", -181.0, 180.0, id="just too far"),
+    pytest.param(lambda arm: arm.jog_j(gripper_mm=200.0), "gripper", 200.0, 76.0, id="fingers"),
+    pytest.param(
+        lambda arm: arm.start(JogMove(Jog.joint(elbow=1e6))), "elbow", 1e6, 149.0, id="move"
+    ),
+    pytest.param(
+        lambda arm: arm.jog_j(base=-1.0, duration_s=1e5, speed=0.01), "base", None, 180.0, id="held"
+    ),
+]
+
+
+@pytest.mark.parametrize(("call", "name", "amount", "whole"), TOO_FAR)
+def test_no_jog_without_limits_is_longer_than_the_whole_range(call, name, amount, whole):
+    arm = sim_arm()
+    with pytest.raises(OutOfBounds, match=f"the {name} would move by .* whole range is") as refused:
+        call(arm)
+    assert refused.value.name == name
+    assert refused.value.bound == pytest.approx(whole, abs=0.1)
+    assert amount is None or refused.value.value == pytest.approx(amount)
+    assert not arm.twin.link.named(b"@STEP")
+
+
+def test_a_nudge_longer_than_the_whole_range_moves_nothing_and_says_so():
+    arm = sim_arm()
+    arm.nudge(Jog.joint(base=1e6), speed=1.0)
+    arm.sleep(1.0)
+    assert "whole range is 180°" in arm.status.notice
+    assert not arm.twin.link.named(b"@STEP")
+    assert arm.jog_j(base_deg=180.0, speed=1.0).joints.deg["base"] == pytest.approx(180.0, abs=0.1)
+
+
+def test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins():
+    arm = ready_arm()
+    arm.jog_l(z_mm=-400.0)
+    assert "table" in arm.status.notice
+    arm.move_j(base_deg=5.0)
+    assert arm.status.notice == ""
+    arm.hold(Jog.cartesian(frame="bench", x=1.0), speed=0.5, for_s=0.5)
+    assert "bench" in arm.status.notice
+    arm.gripper.open(30.0)
+    assert arm.status.notice == ""

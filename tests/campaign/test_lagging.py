@@ -1,0 +1,62 @@
+"""What is excused while a CiA 402 drive misses its targets: shared joints alone, by so much."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from .faults import FAULTS
+from .physical import Command
+from .stage import Stage
+
+LOSES = next(fault for fault in FAULTS if fault.name == "frames lost")
+
+
+def losing(words: str) -> Stage:
+    """Return a stage of CiA 402 drives on which just that fault has begun."""
+    for seed in range(100):
+        stage = Stage("cia402", random.Random(seed), 0)
+        if words in LOSES.begin(stage):
+            return stage
+    raise AssertionError(words)
+
+
+def breaks(stage: Stage, joint: str, beyond_deg: float, speed: float = 1.0) -> bool:
+    """Bring a joint beyond its limit while a command moves it; return whether that is found."""
+    arm = stage.config.model.arm
+    past_rad = arm.limits[arm.joint_names.index(joint)].low_rad - math.radians(beyond_deg)
+    there = stage.world.body.transmission.to_motors(
+        stage.world.joints.replace(**{joint: past_rad}), 0.0
+    )
+    stage.watch.begin(Command("move_j", known=True, speed=speed))
+    stage.world._shift(there - stage.world.motors, stage.now_s)
+    return any("beyond its limit" in each for each in stage.watch.broken)
+
+
+@pytest.mark.parametrize(
+    ("joint", "beyond_deg", "speed", "broken"),
+    [
+        ("wrist_pitch", 0.79, 1.0, False),
+        ("wrist_roll", 0.79, 1.0, False),
+        ("wrist_pitch", 3.0, 0.5, True),
+        ("wrist_pitch", 2.0, 0.2, True),
+        ("base", 0.79, 1.0, True),
+    ],
+)
+def test_a_joint_that_motors_share_may_be_off_by_the_targets_that_one_may_miss(
+    joint, beyond_deg, speed, broken
+):
+    assert breaks(losing("0.1 --from host"), joint, beyond_deg, speed) is broken
+
+
+@pytest.mark.parametrize("words", ["next --from host", "0.1 --from device"])
+def test_only_targets_that_may_be_lost_in_a_row_excuse_it(words):
+    assert breaks(losing(words), "wrist_pitch", 0.79)
+
+
+def test_the_excuse_ends_with_the_fault():
+    stage = losing("0.1 --from host")
+    stage.sleep(2.1)
+    assert breaks(stage, "wrist_pitch", 0.79)
