@@ -19,7 +19,7 @@ if sys.dont_write_bytecode:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 from amounts import THOROUGH
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 GARBAGE = 50_000
 """The number of new objects after which Python searches for garbage. By its default it would search
@@ -32,7 +32,13 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 settings.register_profile("everyday", deadline=None, derandomize=True, max_examples=20)
 settings.register_profile("thorough", deadline=None, max_examples=1000)
-settings.load_profile("thorough" if THOROUGH else "everyday")
+# where it only matters whether a test fails: the search for the shortest example takes longest
+settings.register_profile(
+    "unshrunk", settings.get_profile("everyday"), phases=[Phase.explicit, Phase.generate]
+)
+settings.load_profile(
+    os.environ.get("HYPOTHESIS_PROFILE") or ("thorough" if THOROUGH else "everyday")
+)
 
 
 def pytest_addoption(parser):

@@ -10,10 +10,7 @@ from kinematics import Motors
 
 from .excuses import TurnedByHand
 from .faults import FAULTS
-from .mission import run_mission
-from .outcome import Outcome
 from .physical import Bound
-from .run import story
 from .stage import Stage
 
 BASE, SHOULDER, BY = 0, 1, 25
@@ -66,13 +63,6 @@ def test_nothing_else_moves(motor, count, time_s):
 def test_no_stepper_is_turned_back():
     stage = Stage("teachmover", random.Random(1), 0)
     assert excuse_of(stage, stage.world.motors) is None
-
-
-@pytest.mark.parametrize("seed", [78000053, 78000296, 131000836])
-def test_a_hand_turns_a_shaft_as_its_drive_is_told_where_to_hold(seed):
-    """Random missions: the drive is switched on by its first order, holds already, or arrives."""
-    result = run_mission("cia402", seed)
-    assert result.outcome is not Outcome.VIOLATION, story(result)
 
 
 @pytest.mark.parametrize("referencing", [True, False])

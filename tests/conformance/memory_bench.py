@@ -193,7 +193,8 @@ class ThoroughMemoryBench(MemoryBench):
 MOTION, STOPS = ("move", "Cartesian", "gripper"), ("jog", "stop", "pause")
 SLOW = {"speed_error": 0.4}
 VARIANTS = (
-    Variant("grbl on an ATmega328P", "grbl", board={"firmware": "grbl"}),
+    Variant("grbl on an ATmega328P", "grbl", board={"firmware": "grbl"},
+            differs=(*MOTION, *STOPS, "speed", "homing by switches", "reconnect", "fault")),
     Variant("grblHAL", "grbl", board={"firmware": "grblhal"}, differs=(*MOTION, *STOPS)),
     Variant("FluidNC", "grbl", board={"firmware": "fluidnc"}, differs=(*MOTION, *STOPS)),
     Variant("grbl in degrees", "grbl", {"unit": "degrees"}, differs=MOTION),

@@ -174,7 +174,7 @@ def _check_recovery(
 
 
 def check_moves(bench: Bench, arm: Arm) -> None:
-    arm.move_j(**joints_from(arm, -6.0, 3.0))
+    arm.move_j(**joints_from(arm, -2.0, 1.0))
     check_arrived(bench, arm)
 
 

@@ -191,6 +191,8 @@ def grown_bytes(case: FuzzCase, seed: int, frames: int) -> int:
             case.sign_of_good(machine)
         return _held_bytes()
 
+    gc.collect()
+    gc.freeze()  # what other tests have left is not searched for garbage twice more
     tracemalloc.start(FRAMES_KEPT)
     try:
         before = used_bytes()

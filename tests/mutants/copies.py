@@ -17,19 +17,27 @@ PACKAGES = ("armdrive", "firmware_protocol", "kinematics", "tui")
 LEFT_OUT = {".git", ".venv", "__pycache__", ".pytest_cache", ".mypy_cache", ".ruff_cache"}
 LIBRARIES = (
     "can",
+    "code",
+    "execnet.gateway",
     "filelock",
     "hypothesis.strategies",
     "lark",
-    "numpy",
-    "platformdirs",
+    "multiprocessing.connection",
+    "numpy.random",
+    "pdb",
+    "platformdirs.pytest_plugin",
     "pytest_asyncio.plugin",
+    "pytest_textual_snapshot",
+    "pytest_timeout",
     "serial",
     "syrupy",
     "textual.app",
     "textual.pilot",
     "textual.widgets",
     "tomlkit",
+    "tomllib",
     "unittest.mock",
+    "xdist.looponfail",
     "xdist.plugin",
 )
 """What many tests import and no mutant is in: imported once for all of them."""
@@ -87,7 +95,7 @@ def environment(folder: Path) -> dict[str, str]:
     dropped = {"PYTHONPYCACHEPREFIX", "PYTHONDONTWRITEBYTECODE", "PYTEST_ADDOPTS"}
     dropped |= {name for name in os.environ if name.startswith(("PYTEST_XDIST", "GIT_"))}
     kept = {name: value for name, value in os.environ.items() if name not in dropped}
-    return {**kept, "PYTHONPATH": str(folder)}
+    return {**kept, "PYTHONPATH": str(folder), "HYPOTHESIS_PROFILE": "unshrunk"}
 
 
 def require_imported(folder: Path, packages: Sequence[str]) -> None:
@@ -111,6 +119,7 @@ class Copy:
         require_imported(folder, packages)
         self.folder = folder
         self._output = folder.with_name(f"{folder.name}.txt")
+        self._temporary = folder.with_name(f"{folder.name}-temporary")
         self._server = subprocess.Popen(
             [sys.executable, "-P", str(SERVER), *LIBRARIES],
             cwd=folder,
@@ -129,6 +138,7 @@ class Copy:
         words = ["-q", "-rfE", "--tb=line", "--color=no", "-p", "no:cacheprovider"]
         # the libraries are plugins too, and pytest warns that it cannot rewrite their assertions
         words += ["-W", "ignore::pytest.PytestAssertRewriteWarning", "-n", str(workers)]
+        words += [f"--basetemp={self._temporary}"]  # emptied by the next run
         words += [*(["-x"] if first else []), *tests]
         began_s = time.monotonic()
         assert self._server.stdin is not None

@@ -105,7 +105,7 @@ MUTANTS = (
         new="        return False",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_mute.py",
-            "test_a_board_that_goes_mute_in_motion_is_lost_within_a_second",
+            "test_a_board_that_goes_mute_in_motion_is_lost_within_a_second[0.1-begin_planned]",
         ),
     ),
     Mutant(
@@ -322,7 +322,7 @@ MUTANTS = (
         new="        if False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_following.py",
-            "test_a_blocked_shaft_is_told_within_the_documented_time",
+            "test_a_blocked_shaft_is_told_within_the_documented_time[9000-0.02-0.3]",
         ),
     ),
     Mutant(
@@ -385,7 +385,7 @@ MUTANTS = (
         new="                if drive.rejections.confirm() and False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_denied.py",
-            "test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once",
+            "test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once[0.2]",
         ),
     ),
     Mutant(
@@ -412,7 +412,7 @@ MUTANTS = (
         new="return None if run.trip.held_back() else Signal.LOCATED\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_late.py",
-            "test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow",
+            "test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow[there_and_back-well_s0-late_s0-lates0-0]",
         ),
     ),
     Mutant(
@@ -431,7 +431,7 @@ MUTANTS = (
         new="        if False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_expiring.py",
-            "test_nor_do_those_of_a_drive_whose_readings_are_lost_as_well",
+            "test_nor_do_those_of_a_drive_whose_readings_are_lost_as_well[9000-dies0-0.2]",
         ),
     ),
     Mutant(
@@ -478,7 +478,7 @@ MUTANTS = (
         new="            pass\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_restarting.py",
-            "test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_sent",
+            "test_a_drive_that_begins_anew_at_once_is_found_and_goes_no_farther_than_was_sent[start_speed0-0.21-0.0]",
         ),
     ),
     Mutant(
@@ -489,7 +489,7 @@ MUTANTS = (
         new="self._suspected_s = math.inf",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_restarting.py",
-            "test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion",
+            "test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion[0.09-0]",
         ),
     ),
     Mutant(
@@ -500,7 +500,7 @@ MUTANTS = (
         new="        pass\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_following.py",
-            "test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of_or_not",
+            "test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of_or_not[9000-0.8]",
         ),
     ),
     Mutant(
@@ -511,7 +511,7 @@ MUTANTS = (
         new="return None",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_following.py",
-            "test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_its_way",
+            "test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_its_way[-9000-0.5-12]",
         ),
     ),
     Mutant(
@@ -533,7 +533,7 @@ MUTANTS = (
         new="        return False",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_pressing.py",
-            "test_a_shaft_that_was_blocked_in_a_stop_does_not_spring_when_it_is_free",
+            "test_a_shaft_that_was_blocked_in_a_stop_does_not_spring_when_it_is_free[0.0-1]",
         ),
     ),
     Mutant(
@@ -610,7 +610,8 @@ MUTANTS = (
         new="False\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
-            "test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few",
+            "test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few"
+            "[0.08-one drive's targets]",
         ),
     ),
     Mutant(
@@ -621,7 +622,7 @@ MUTANTS = (
         new="            if False and any(",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
-            "test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time",
+            "test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time[fast-0.005]",
         ),
     ),
     Mutant(
@@ -632,7 +633,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_controller.py",
-            "test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back",
+            "test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back[0.001]",
         ),
     ),
     Mutant(
@@ -665,7 +666,7 @@ MUTANTS = (
         new="            elif False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_busy.py",
-            "test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_heard",
+            "test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_heard[busy_program]",
         ),
     ),
     Mutant(
@@ -698,7 +699,7 @@ MUTANTS = (
         new="            self._known = 1.0",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
-            "test_every_burst_fits_its_announced_length_and_once_measured_really_does",
+            "test_every_burst_fits_its_announced_length_and_once_measured_really_does[0.5]",
         ),
     ),
     Mutant(

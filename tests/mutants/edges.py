@@ -46,7 +46,7 @@ MUTANTS = (
         new="                restored = True\n",
         tests=tests_of(
             "tests/armdrive/setup/test_can_setup.py",
-            "test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user",
+            "test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user[interrupt]",
         ),
     ),
     Mutant(
@@ -158,7 +158,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/tui/test_desk.py",
-            "test_what_ends_a_hold_at_once",
+            "test_what_ends_a_hold_at_once[focus lost]",
         ),
     ),
     Mutant(
@@ -180,7 +180,7 @@ MUTANTS = (
         new='        self.disarm("stopped")',
         tests=tests_of(
             "tests/tui/test_desk.py",
-            "test_stop_keys_stop_disarm_and_close_whatever_is_open",
+            "test_stop_keys_stop_disarm_and_close_whatever_is_open[None]",
         ),
     ),
     Mutant(

@@ -26,7 +26,7 @@ MUTANTS = (
         new="not",
         tests=tests_of(
             "tests/armdrive/motion/jog/test_jogging_flow.py",
-            "test_a_hold_that_is_not_renewed_ends_by_itself",
+            "test_a_hold_that_is_not_renewed_ends_by_itself[0.05-0.0]",
         ),
     ),
     Mutant(
@@ -37,7 +37,7 @@ MUTANTS = (
         new="hold.until_s + 0.5 > wire.now_s and",
         tests=tests_of(
             "tests/armdrive/motion/jog/test_jogging_flow.py",
-            "test_a_hold_that_is_not_renewed_ends_by_itself",
+            "test_a_hold_that_is_not_renewed_ends_by_itself[0.05-0.0]",
         ),
     ),
     Mutant(

@@ -13,7 +13,7 @@ MUTANTS = (
         new=("    if legs:\n        return\n    if wire.core"),
         tests=tests_of(
             "tests/armdrive/motion/test_motion.py",
-            "test_the_physical_tip_stays_on_the_straight_line",
+            "test_the_physical_tip_stays_on_the_straight_line[0.0-way_mm0]",
         ),
     ),
     Mutant(
@@ -35,7 +35,7 @@ MUTANTS = (
         new=("    for leg in legs[:-1] or legs:\n        yield from follow_leg"),
         tests=tests_of(
             "tests/armdrive/motion/test_motion.py",
-            "test_the_physical_tip_stays_on_the_straight_line",
+            "test_the_physical_tip_stays_on_the_straight_line[0.0-way_mm0]",
         ),
     ),
     Mutant(
@@ -205,7 +205,7 @@ MUTANTS = (
         new="    if not",
         tests=tests_of(
             "tests/armdrive/motion/test_straying.py",
-            "test_the_tip_stays_within_the_announced_distance_of_the_line",
+            "test_the_tip_stays_within_the_announced_distance_of_the_line[2.0-robko01]",
         ),
     ),
     Mutant(
@@ -218,7 +218,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/motion/test_straying.py",
-            "test_no_joint_passes_a_limit_that_it_moves_along",
+            "test_no_joint_passes_a_limit_that_it_moves_along[elbow-start0-goal0-armdroid]",
         ),
     ),
     Mutant(
@@ -318,7 +318,7 @@ MUTANTS = (
         new="        return duration_s",
         tests=tests_of(
             "tests/armdrive/motion/test_pausing.py",
-            "test_an_override_makes_a_motion_last_as_much_longer",
+            "test_an_override_makes_a_motion_last_as_much_longer[teachmover]",
         ),
     ),
     Mutant(
@@ -340,7 +340,7 @@ MUTANTS = (
         new="pending = self._pending",
         tests=tests_of(
             "tests/armdrive/motion/test_pausing.py",
-            "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced",
+            "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced[mks]",
         ),
     ),
     Mutant(
@@ -354,7 +354,7 @@ MUTANTS = (
         ),
         tests=tests_of(
             "tests/armdrive/motion/test_pausing.py",
-            "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced",
+            "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced[armdroid]",
         ),
     ),
     Mutant(
@@ -365,7 +365,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_pausing.py",
-            "test_backlash_that_was_to_be_taken_up_is_taken_up_after_the_pause",
+            "test_backlash_that_was_to_be_taken_up_is_taken_up_after_the_pause[0.08]",
         ),
     ),
     Mutant(
@@ -401,7 +401,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/motion/test_gripper.py",
-            "test_a_grasp_measures_the_block_and_presses_as_asked",
+            "test_a_grasp_measures_the_block_and_presses_as_asked[4.0-3.0]",
         ),
     ),
     Mutant(

@@ -122,7 +122,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/storage/test_power_cuts.py",
-            "test_nothing_wrong_is_believed_after_an_end_at_any_moment",
+            "test_nothing_wrong_is_believed_after_an_end_at_any_moment[host_cut]",
         ),
     ),
     Mutant(
@@ -136,7 +136,7 @@ MUTANTS = (
         new=("            files.remove(temporary)\n        raise\n"),
         tests=tests_of(
             "tests/armdrive/storage/test_power_cuts.py",
-            "test_nothing_wrong_is_believed_after_an_end_at_any_moment",
+            "test_nothing_wrong_is_believed_after_an_end_at_any_moment[host_cut]",
         ),
     ),
     Mutant(

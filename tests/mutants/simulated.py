@@ -68,7 +68,8 @@ MUTANTS = (
         new="            pin = step\n",
         tests=tests_of(
             "tests/armdrive/motion/test_backlash_driven.py",
-            ("test_without_compensation_the_arm_is_off_by_its_play_and_with_it_by_nothing"),
+            "test_without_compensation_the_arm_is_off_by_its_play_and_with_it_by_nothing"
+            "[teachmover]",
         ),
     ),
     Mutant(

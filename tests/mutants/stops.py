@@ -24,7 +24,7 @@ MUTANTS = (
         new="        self.pace.wake()",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
-            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way[0.0-begin_planned-0.02-0.15]",
         ),
     ),
     Mutant(
@@ -35,7 +35,7 @@ MUTANTS = (
         new="while done < 1.0 and not released():",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
-            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way[0.0-begin_planned-0.02-0.15]",
         ),
     ),
     Mutant(
@@ -117,7 +117,7 @@ MUTANTS = (
         new="lead.io.command(drive, ENABLE, lead.states.mode_of(drive), drive.shaft.goal)",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
-            "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far",
+            "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far[0.15-alone]",
         ),
     ),
     Mutant(
@@ -255,7 +255,7 @@ MUTANTS = (
         new='            self.stop_why = f": this',
         tests=tests_of(
             "tests/armdrive/runtime/test_suspended.py",
-            "test_a_motion_does_not_go_on_when_its_program_wakes",
+            "test_a_motion_does_not_go_on_when_its_program_wakes[teachmover]",
         ),
     ),
     Mutant(
@@ -377,7 +377,7 @@ MUTANTS = (
         new="        share = 1.0 - done\n",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
-            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way[0.0-begin_planned-0.02-0.15]",
         ),
     ),
     Mutant(
@@ -432,7 +432,7 @@ MUTANTS = (
         new="MoveAlong(segments, 10.0, jog,",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller.py",
-            "test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way",
+            "test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way[begin_planned-0.1]",
         ),
     ),
     Mutant(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 
 from driver_bench import BusBench
@@ -13,7 +12,7 @@ from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.registry import DIALECTS
 from armdrive.registry.simulate import simulate
 from armdrive.tasks import MoveAlong, MoveBy
-from firmware_protocol.canopen import Service, Statusword, service_of
+from firmware_protocol.canopen import Service, service_of
 from firmware_protocol.frames import Frame
 from kinematics import Motors
 
@@ -67,10 +66,6 @@ class Rig(BusBench):
     def states(self) -> set[object]:
         """Return the set of the drives' states."""
         return {node.states.state for node in self.device.board.nodes}
-
-    def known_states(self) -> Iterable[Statusword | None]:
-        """Return the statusword of each drive that the driver knows."""
-        return [drive.word for drive in self.controller.group.drives]
 
 
 def steps(*counts: int) -> Motors:
