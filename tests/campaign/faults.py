@@ -13,7 +13,7 @@ from armdrive.motion.reference import PROMPT_S
 from armdrive.sim.device import DrivesOnBus, HasPendant, HasSwitches, Resettable
 from kinematics import Motors
 
-from .excuses import TurnedByHand
+from .excuses import NOISE_S, TurnedByHand
 from .faults_can import ON_A_BUS
 from .injection import DEVICE, HOST, CampaignFault, inject, motor
 from .missed_orders import excuse_cut_off, orders_cut_short, orders_lost
@@ -159,6 +159,7 @@ def _orders_cut_short(stage: Stage) -> None:
     """Excuse the drives if only some of them have got their orders."""
     if (excuse := orders_cut_short(stage)) is not None:
         stage.watch.missed_orders = excuse
+        stage.commands_lost_until_s = max(stage.commands_lost_until_s, stage.now_s + NOISE_S)
 
 
 def _kill_at_disk(stage: Stage) -> str:

@@ -326,6 +326,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a drive that homed by itself begins its next motion elsewhere",
+        promise="a healthy drive is not blamed",
+        path="armdrive/dialects/bus/observer.py",
+        old="        self.course.rest_at(self.goal, now_s)\n        self._restart_comparison(now_s)\n",
+        new="        self._restart_comparison(now_s)\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/bus/test_observer.py",
+            "test_a_drive_that_homed_by_itself_begins_its_next_motion_where_it_stands",
+        ),
+    ),
+    Mutant(
+        name="a doubted reading waits for the next poll",
+        promise="a drive that restarted is found at once",
+        path="armdrive/dialects/bus/observer.py",
+        old="if each.ledger.asked_s <= each.read_s)",
+        new="if each.ledger.asked_s < each.asked_s)",
+        tests=tests_of(
+            "tests/armdrive/dialects/bus/test_observer.py",
+            "test_a_case[doubted_after_a_lost_question]",
+        ),
+    ),
+    Mutant(
         name="a slow MKS drive that is blocked is steered for ever",
         promise="a blocked drive is noticed by its encoder, also in a pause",
         path="armdrive/dialects/bus/observer.py",

@@ -155,11 +155,6 @@ class Ledger:
         return self._retried_s + RETRY_PERIOD_S if others_s > self.open_s else math.inf
 
     @property
-    def is_asked(self) -> bool:
-        """Whether a question about its position is open."""
-        return bool(self._questions)
-
-    @property
     def pending(self) -> bool:
         """Whether the drive may have been away and may still send the replies it owes."""
         return math.isfinite(self._suspected_s)

@@ -246,6 +246,17 @@ class ObservedDrive:
         self.ledger.forget()
         self._restart_comparison(now_s)
 
+    def stand(self, now_s: float) -> None:
+        """Record that the drive stands: at its target if it is near it, otherwise at its count.
+
+        Its course may have left both: it followed the readings of a drive that homed by itself.
+        """
+        if self.moving or not self.is_near:
+            self.rest_at(self.count or 0, now_s)
+            return
+        self.course.rest_at(self.goal, now_s)
+        self._restart_comparison(now_s)
+
     def resume_from_reading(self, now_s: float) -> None:
         """Let its course continue from the last reading, at its time; the target stays.
 
@@ -581,8 +592,8 @@ class Observer:
 
     @property
     def to_reread(self) -> tuple[int, ...]:
-        """The ids of those that are to be asked again: they have no open question."""
-        return tuple(each.node for each in self.doubtful if not each.ledger.is_asked)
+        """The ids of those that are to be asked again: none has been asked since that reading."""
+        return tuple(each.node for each in self.doubtful if each.ledger.asked_s <= each.read_s)
 
     @property
     def due_s(self) -> float:

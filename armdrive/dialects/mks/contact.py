@@ -147,8 +147,7 @@ class MksContact:
             raise Obstructed(wire.absence(missing, began_s))
         for drive in wire.drives:
             wire.host.settle(drive.node)
-            if drive.moving or drive.register != drive.goal:
-                drive.rest_at(drive.count or 0, wire.now_s)
+            drive.stand(wire.now_s)
 
     def _adopt_and_relieve(self) -> WireScript[None]:
         """Adopt the drives' positions, and relieve those that push.

@@ -67,9 +67,7 @@ class MksMotion:
         if stale and (missing := (yield from wire.look())):
             raise Obstructed(wire.absent_words(missing))
         for drive in wire.drives:
-            drive.course.advance(wire.now_s)
-            if drive.moving or not drive.is_near:
-                drive.rest_at(drive.count or 0, wire.now_s)
+            drive.stand(wire.now_s)
         wire.observer.watch()
         wire.at_limit.clear()
         wire.unfit.clear()

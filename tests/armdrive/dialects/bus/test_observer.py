@@ -76,6 +76,10 @@ def happen(found: Observer, line: str) -> None:
             found.replied(int(node), now_s, settles=False, asked=False)
         case "silent-for", seconds:
             assert found.silent_s(now_s) == pytest.approx(float(seconds)), line
+        case "rereads", "nothing":
+            assert not found.to_reread, line
+        case "rereads", node:
+            assert found.to_reread == (int(node),), line
         case "expect", node, finding:
             verdict = found[int(node)].verdict
             assert verdict is not None
@@ -97,6 +101,20 @@ def test_a_case(path: Path) -> None:
     assert lines[0].startswith("# ")
     for line in lines[1:]:
         happen(found, line)
+
+
+def test_a_drive_that_homed_by_itself_begins_its_next_motion_where_it_stands() -> None:
+    found = observer(1)
+    rest(found, 1, 0, 0.0)
+    drive = found[1]
+    drive.moving = True
+    for at_s, count in ((0.05, 359), (0.1, 700), (0.15, 0)):  # it sets its zero at its switch
+        ask(found, 1, at_s)
+        tell(found, 1, count, at_s)
+    drive.moving = False
+    assert drive.course.place > BOUNDS.rest
+    drive.stand(0.2)
+    assert drive.course.place == 0.0
 
 
 def test_every_verdict_of_one_drive_has_a_case() -> None:
