@@ -105,18 +105,22 @@ class TurnedByHand:
 
 @dataclass(slots=True)
 class LostTargets:
-    """Excuses how far a shared joint leaves its path while one of its motors misses its targets.
+    """Excuses a shared joint off its path, and the speed of a drive that catches up.
 
     A CiA 402 drive gets a target with every SYNC. If the bus loses targets, the drive stands at the
     last one while the others go on, until the driver notices: after three readings that do not
     change, or after `LOST_CYCLES` periods without a reply (docs/controllers/can.md). By then a
-    joint that several motors turn is off its path, and may be beyond its limit.
+    joint that several motors turn is off its path, and may be beyond its limit. The drive turns to
+    the next target that it gets within one period, however far that is. If it loses the program's
+    heartbeat just then, it brakes from that speed by its ramp.
     """
 
     missed_s: float = 0.0
     """How much of its path one drive may miss; 0 for drives that do not need every target."""
     deviation_rad: Mapping[str, float] = field(default_factory=dict)
     """How far each shared joint may leave its path at full speed."""
+    brakes_s: float = 0.0
+    """How long a drive may take to stop from the speed at which it catches up."""
     _until_s: float = -math.inf
 
     @classmethod
@@ -126,11 +130,17 @@ class LostTargets:
         if not isinstance(settings, Cia402Settings):
             return cls()
         missed_s = LOST_CYCLES * settings.period_ms / 1000.0
-        return cls(missed_s, _deviation_rad(config, missed_s))
+        brakes_s = LOST_CYCLES * settings.quick_stop_s
+        return cls(missed_s, _deviation_rad(config, missed_s), brakes_s)
 
     def begin(self, now_s: float, for_s: float) -> None:
         """Begin the excuse: from now on the bus may lose targets for `for_s`."""
-        self._until_s = max(self._until_s, now_s + for_s + self.missed_s)
+        if self.missed_s:
+            self._until_s = max(self._until_s, now_s + for_s + self.missed_s)
+
+    def may_catch_up(self, time_s: float) -> bool:
+        """Return whether a drive may turn faster than its limit, or brake from such a speed."""
+        return time_s <= self._until_s + self.brakes_s
 
     def allowed_rad(self, joint: str, time_s: float) -> float:
         """Return how far a joint may be off its path at a time, at full speed."""

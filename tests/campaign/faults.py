@@ -53,11 +53,16 @@ def _duplicate(stage: Stage) -> str:
     return inject(stage, f"duplicate {_amount(stage.draw)} {side}", misdirects=side == HOST)
 
 
+NEXT_MESSAGE_S = 0.1
+"""A program sends its next message within this time: a heartbeat, a poll or a target."""
+
+
 def _delay(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
     by_s = stage.draw.choice((0.05, 0.2, 0.4, 1.0, 2.5))
     if side == HOST:
         stage.watch.late_s = by_s
+        stage.late_orders_until_s = stage.now_s + by_s + NEXT_MESSAGE_S
     return inject(stage, f"delay {by_s} next {side}", misdirects=side == HOST and by_s > 0.4)
 
 
@@ -72,6 +77,7 @@ def _noise(stage: Stage) -> str:
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
     if side == HOST and share >= DAMAGES_FRAMES and isinstance(stage.twin.board, DrivesOnBus):
         stage.commands_lost_until_s = stage.now_s + for_s
+        stage.watch.lost_targets.begin(stage.now_s, for_s)
         if stage.watch.must_stop:
             stage.add_silence_bound("the line damaged a stop")
         stage.watch.missed_orders = orders_lost(stage, for_s)

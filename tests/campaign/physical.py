@@ -433,6 +433,8 @@ class Watch:
         share = 1.0 if self._command is None else self._command.speed
         if time_s <= self._earlier_until_s < math.inf:
             share = max(share, self._earlier_speed)
+        if self.lost_targets.may_catch_up(time_s):
+            self.speeds.forget()
         caught_up = self._joints_of(self.slipped | self.sagged | self.turned_in_command)
         if sentence := self.speeds.violation(time_s, self.world.joints, share, caught_up):
             self._violation(sentence)

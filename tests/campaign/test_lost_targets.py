@@ -7,8 +7,11 @@ import random
 
 import pytest
 
+from kinematics import Motors
+
 from .faults import FAULTS
 from .physical import Command
+from .speeds import WINDOW_S
 from .stage import Stage
 
 LOSES = next(fault for fault in FAULTS if fault.name == "frames lost")
@@ -60,3 +63,16 @@ def test_the_excuse_ends_with_the_fault():
     stage = losing("0.1 --from host")
     stage.sleep(2.1)
     assert breaks(stage, "wrist_pitch", 0.79)
+
+
+@pytest.mark.parametrize(("after_s", "broken"), [(0.0, False), (2.6, True)])
+def test_a_drive_that_catches_up_may_be_faster_than_its_limit(after_s, broken):
+    stage = losing("0.1 --from host --for 2.0")
+    stage.sleep(after_s)
+    limit = stage.config.model.joint_speeds_rad_s[0]
+    per_rad = stage.world.body.transmission.matrix[0][0]
+    turn = round(2.0 * limit * WINDOW_S * per_rad)
+    stage.watch.begin(Command("move_j", position_known=True))
+    for number in range(3):
+        stage.world.drive(Motors((turn, 0, 0, 0, 0, 0)), stage.now_s + number * WINDOW_S)
+    assert any("its limit is" in each for each in stage.watch.broken) is broken
