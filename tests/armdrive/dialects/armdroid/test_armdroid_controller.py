@@ -402,7 +402,7 @@ def test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_b
     arm = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True))
     assert twin.world.motors != before
     assert arm.status.trust is Trust.SUSPECT
-    assert "motors are off" in arm.status.trust_reason
+    assert "motors off" in arm.status.trust_reason
     assert arm.status.state is State.DISABLED
     assert arm.status.error == ""
     arm.close()
@@ -417,7 +417,7 @@ def test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed(left):
     assert arm.status.trust is Trust.RESTORED
     before = twin.world.motors
     twin.faults.add("drop", "#1", side="host")
-    with pytest.raises(DeviceFault, match="motors are off"):
+    with pytest.raises(DeviceFault, match="motors off"):
         arm.enable()
     assert twin.world.motors != before
     assert arm.status.trust is Trust.SUSPECT
