@@ -316,7 +316,7 @@ def _motors(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
     transmission = config.model.transmission
     if transmission is None:
         yield (
-            f"no motor steps are known of the {config.model.title}: give steps_per_mm and "
+            f"the motor steps of the {config.model.title} are not known: give steps_per_mm and "
             "[steps_per_turn]"
         )
         return

@@ -87,7 +87,7 @@ def _transmission(model: ArmPreset, table: TomlTable) -> Transmission | None:
     joint_signs = table.by_name("joint_signs", axes, _sign)
     if model.transmission is None and len(per_unit) < len(names):
         table.problems.note(
-            f"no motor steps are known of the {model.title}: give steps_per_mm and, under "
+            f"the motor steps of the {model.title} are not known: give steps_per_mm and, under "
             f"[steps_per_turn], {', '.join(names[:-1])}"
         )
         return None

@@ -546,7 +546,8 @@ def check_of(config: ArmConfig, joints: Joints | None) -> DirectionCheck:
     transmission = config.model.transmission
     if transmission is None:
         raise Refused(
-            "no motor steps are known of this arm: give steps_per_mm and [steps_per_turn] first"
+            "the motor steps of this arm are not known: give steps_per_mm and [steps_per_turn] "
+            "first"
         )
     arm = config.model.arm
     return DirectionCheck(arm, transmission, joints or found_posture(arm))

@@ -213,7 +213,7 @@ def _settings(config: ArmConfig) -> GrblSettings:
 
 def _transmission(config: ArmConfig) -> Transmission:
     if config.model.transmission is None:
-        raise BadRequest("no motor steps are known of this arm, so it cannot be simulated")
+        raise BadRequest("the motor steps of this arm are not known, so it cannot be simulated")
     return config.model.transmission
 
 

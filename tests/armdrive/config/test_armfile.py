@@ -160,7 +160,7 @@ def test_two_lines_are_enough_and_the_arm_can_be_driven(tmp_path):
         ('model = "teachmover"\n[steps_per_turn]\ngripper = 10', "gripper"),
         ('model = "teachmover"\n[motor_signs]\nbase = 2', "1 or -1"),
         ('model = "teachmover"\n[lengths]\nhand_mm = "long"', "lengths.hand_mm"),
-        ('model = "alpha2"\n[motor_signs]\nbase = 1', "no motor steps are known"),
+        ('model = "alpha2"\n[motor_signs]\nbase = 1', "motor steps of the"),
         ("model = ", "not valid TOML"),
     ],
 )
