@@ -84,7 +84,7 @@ def measure(options: Options, rate: str) -> Iterator[Figures]:
     """Stream so many laps."""
     period_s, strategy = PERIODS_S[rate], RATES[rate]
     with DensePtyBench(strategy.dialect) as bench:
-        bench.fit(measured(strategy.dialect) + strategy.section())
+        bench.use_arm_file(measured(strategy.dialect) + strategy.section())
         arm = bench.ready()
         arm.move_to(START)
         lap = SHORT if options.quick else path()

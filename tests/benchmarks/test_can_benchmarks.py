@@ -59,7 +59,7 @@ def test_what_is_coordinated_keeps_to_its_way_and_what_is_not_leaves_it(
 
 def test_a_place_beside_a_straight_way_is_as_far_from_it_as_it_is():
     with DenseMemoryBench("mks") as bench:
-        bench.fit(can_strategies.measured("mks"))
+        bench.use_arm_file(can_strategies.measured("mks"))
         start = bench.look().motors
         end = start + type(start)((40_000, 0, 0, 0, 0, 0))
         way = can_coordination.StraightWay(bench, start, end)

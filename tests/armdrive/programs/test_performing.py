@@ -263,7 +263,7 @@ def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
     if name == "a look":
         does(SUSPENDED_IN[name])
         arm.pace.wait(never, 1.0)
-    with pytest.raises(Stopped, match="suspended: after that, nothing continues by itself"):
+    with pytest.raises(Stopped, match="suspended: after a suspension, nothing continues by itself"):
         does(SUSPENDED_IN[name])
     with pytest.raises(Stopped):
         does(Outputs(on=(1,)))
