@@ -109,8 +109,8 @@ class Performer:
             raise Stopped("the program was stopped")
         if self._absent() != self._absences:
             raise Stopped(
-                "the program was stopped, because it or its computer was suspended: after that, "
-                "nothing continues by itself"
+                "the program was stopped, because it or its computer was suspended: after a "
+                "suspension, nothing continues by itself"
             )
 
     def hold(self, text: str) -> None:
