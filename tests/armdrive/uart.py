@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from hypothesis import strategies as st
 
 DATA_BITS = 8
-IDLE_BITS = 40
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,6 @@ from kinematics_cases import TEACHMOVER
 from kinematics import Joints, KinematicsError, Pose, line_path
 from kinematics.paths.chords import TINY_RAD
 
-LARGEST_CORNER_DEG = 15.0
-
 
 def pose(x_mm, y_mm, z_mm, pitch_deg=-90.0, roll_deg=0.0):
     return Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm, pitch_deg=pitch_deg, roll_deg=roll_deg)
