@@ -321,8 +321,8 @@ MUTANTS = (
         old="        if before is not None and not self._progresses(before):\n",
         new="        if False:\n",
         tests=tests_of(
-            "tests/armdrive/dialects/mks/test_mks_following.py",
-            "test_a_blocked_shaft_is_told_within_the_documented_time[9000-0.02-0.3]",
+            "tests/armdrive/dialects/bus/test_observer.py",
+            "test_a_case[blocked]",
         ),
     ),
     Mutant(
