@@ -304,3 +304,13 @@ def test_a_program_fault_needs_a_program():
     stage.remove_killed_program()
     assert not stage.has_program
     assert math.isfinite(stage.now_s)
+
+
+@pytest.mark.parametrize(("slips", "broken"), [(False, True), (True, False)])
+def test_how_far_the_tip_moves_is_not_judged_once_a_stepper_has_slipped(slips, broken):
+    stage = a_stage("grbl")
+    if slips:
+        stage.watch.slipped.add(SHOULDER)
+    stage.add_bound("a stop", 1.0, 1.0)
+    stage.world.drive(steps(base=2000), stage.now_s)
+    assert any("it went" in each for each in stage.watch.broken) is broken

@@ -225,6 +225,7 @@ class PtyBench(ProcessBench):
 
     transport: ClassVar[str] = "pty"
     on_bus: ClassVar[bool] = True
+    bus_text: ClassVar[bool] = True
 
     def _door(self) -> tuple[str, str]:
         return "--slcan" if self.row.can else "--pty", str(self._home / "arm")
