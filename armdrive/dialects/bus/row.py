@@ -22,7 +22,6 @@ def bus_dialect(
     traffic: Traffic,
     register_bits: int,
     silence: str,
-    check_bytes: bool,
     beats: bool = False,
 ) -> Dialect:
     """Return the entry of a dialect; `language` is the protocol's name in commands and in words.
@@ -42,7 +41,7 @@ def bus_dialect(
             queued_segments=3,
             reports_while_moving=True,
             own_homing=True,
-            check_bytes=check_bytes,
+            check_bytes=True,
             current=Switching.BOTH,
             jog_burst_s=0.15,
             planned_burst_s=0.3,
