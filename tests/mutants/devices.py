@@ -411,6 +411,14 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="the course of a drive that obeys late is moved to where it is",
+        promise="a drive that obeys late within the bound is never blamed",
+        path="armdrive/dialects/bus/observer.py",
+        old="CORRECTION_GAIN * course.off(count, self._ordered_from_s)\n",
+        new="CORRECTION_GAIN * course.off(count, self.ledger.asked_s)\n",
+        tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
+    ),
+    Mutant(
         name="a resumed drive is taken to be where it was read a while ago",
         promise="a late computer calls no healthy drive blocked",
         path="armdrive/dialects/bus/observer.py",

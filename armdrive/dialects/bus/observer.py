@@ -28,7 +28,8 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
     reach       from the last reading within reach: as far as any order in force lets the drive
                 turn since then; also wherever its orders had it lately (a blocked shaft springs
                 there when it comes free), plus the give of a loaded shaft
-    following   where its orders had it between q - late_s and r, plus a corridor
+    following   where its orders had it between q - late_s and r, plus a corridor; a place where
+                they did not have it moves its course a part of the way there
     from zero   as far as any order in force lets it turn since it may have restarted
     rest        after a stop: between where its orders had it and its target, plus a corridor
 
@@ -59,7 +60,7 @@ polls are at most this late (docs/background/measurements.md)."""
 PROGRESS_SHARE = 0.5
 """A drive that is behind makes progress if it turns at least this share of what it was ordered."""
 CORRECTION_GAIN = 0.3
-"""How far a course is moved towards a reading, as a share of their distance: half in two looks."""
+"""How much each look moves a course, and a place on it, towards a reading: half in two looks."""
 PROMPT_REPLY_S = 0.03
 """A reply takes at most this long, unless the computer is busy: docs/background/measurements.md."""
 SPEED_SPAN_S = 0.03
@@ -197,6 +198,8 @@ class ObservedDrive:
         self.verdict: Verdict | None = None
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
+        self._behind = 0.0
+        """How far it is behind its course, averaged over its latest looks."""
         self._readings: deque[Reading] = deque(maxlen=READINGS)
         self._fit: tuple[float, float] | None = None
         """The last count within reach, and the earliest moment at which it can be sampled."""
@@ -224,6 +227,11 @@ class ObservedDrive:
     def goal(self) -> int:
         """Its last target, or where it stands."""
         return round(self.course.goal)
+
+    @property
+    def place(self) -> float:
+        """Where it probably is: as far behind its course as it was found lately."""
+        return self.course.place - self._behind
 
     def order(self, goal: int, speed: float, slope: float, now_s: float) -> None:
         """Record an order with its speed and ramp."""
@@ -275,7 +283,7 @@ class ObservedDrive:
         self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
-        self._doubt, self._standing, self.lag = None, None, 0.0
+        self._doubt, self._standing, self.lag, self._behind = None, None, 0.0, 0.0
         self._shares.clear()
         self._met = _Look(self.course.place, self.course.place, now_s)
 
@@ -357,7 +365,10 @@ class ObservedDrive:
         return turned > self.bounds.rest and (nearer or turned >= PROGRESS_SHARE * ran)
 
     def _correct_course(self, count: int, now_s: float) -> None:
-        """Move its course towards the reading.
+        """Move its course as far towards the reading as no delay within the bound explains.
+
+        A drive that obeys late is on its course, only later: it would not be, if its course were
+        moved to it and then turned back with the next order, which the drive obeys late again.
 
         A shaft that does not turn moves nothing: otherwise its course would wait for it, and a
         blocked shaft would never be found. Only prompt replies count, since a late one belongs to
@@ -368,7 +379,10 @@ class ObservedDrive:
         self._note_share(turned, ran, now_s)
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
-            course.correct(CORRECTION_GAIN * course.off(count, self.ledger.asked_s))
+            behind = -course.off(count, self.ledger.asked_s)
+            shift = CORRECTION_GAIN * course.off(count, self._ordered_from_s)
+            course.correct(shift)
+            self._behind += CORRECTION_GAIN * (behind - self._behind) + shift
         self._met = _Look(count, course.place, now_s)
 
     def _note_share(self, turned: float, ran: float, now_s: float) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from armdrive.dialects.bus.observer import (
@@ -125,25 +125,30 @@ def test_every_verdict_of_one_drive_has_a_case() -> None:
 
 @given(
     late_s=st.floats(0.0, MAX_DELAY_S - 0.01),
-    speed=st.integers(300, 90_000),
-    goals=st.lists(st.integers(-60_000, 60_000), min_size=1, max_size=4),
+    slope=st.sampled_from([SLOPE, SLOPE / 10.0]),
+    every_s=st.sampled_from([0.05, 0.1, 0.2, 0.4]),
+    look_s=st.sampled_from([0.02, 0.04, 0.05, 0.1]),
+    orders=st.lists(
+        st.tuples(st.integers(-60_000, 60_000), st.integers(300, 90_000)), min_size=1, max_size=8
+    ),
 )
+@example(0.09, SLOPE, 0.4, 0.1, [(18_693, 46_736), (0, 46_736)])
+@example(0.086, SLOPE, 0.2, 0.02, [(0, 78_000), (-35_000, 78_000)] * 4)
 def test_a_healthy_drive_however_late_within_the_bound_is_never_blamed(
-    late_s: float, speed: int, goals: list[int]
+    late_s: float, slope: float, every_s: float, look_s: float, orders: list[tuple[int, int]]
 ) -> None:
     found, shaft = observer(1), observer(1)[1].course
     rest(found, 1, 50_000, 0.0)
     shaft.rest_at(50_000, 0.0)
-    events = [(0.4 * index, goal) for index, goal in enumerate(goals)]
-    looks_s = [0.1 * index for index in range(1, 5 * len(goals))]
-    moments = [(at_s, "order", goal) for at_s, goal in events]
-    moments += [(at_s + late_s, "obey", goal) for at_s, goal in events]
-    moments += [(at_s, "look", 0) for at_s in looks_s]
-    for at_s, what, goal in sorted(moments):
+    moments = [(look_s * index, "look", 0, 0) for index in range(1, 5 + round(4.0 / look_s))]
+    for index, (turn, speed) in enumerate(orders):
+        moments.append((every_s * index, "order", 50_000 + turn, speed))
+        moments.append((every_s * index + late_s, "obey", 50_000 + turn, speed))
+    for at_s, what, goal, speed in sorted(moments):
         if what == "order":
-            order(found, 1, 50_000 + goal, speed, at_s)
+            found[1].order(goal, speed, slope, at_s)
         elif what == "obey":
-            shaft.order(50_000 + goal, speed, SLOPE, at_s)
+            shaft.order(goal, speed, slope, at_s)
             found[1].rejections.taken(at_s)
         else:
             shaft.advance(at_s)
