@@ -197,9 +197,9 @@ def recover(wire: MotionContext, lost_s: float, lost_link: str) -> TaskBody[None
         core.readings.current = Current.UNKNOWN
     _weigh(core, registers, wire.now_s)
     core.readings.outputs = None
-    core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
     core.diagnostics.notice = ""
     yield from compare_settings(wire)
+    core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
     link = wire.engine.link.description
     _latch(core, was, BACK.format(elsewhere="" if link == lost_link else f", now {link}"))
     core.mark_still()

@@ -165,8 +165,9 @@ def _deviation_rad(config: ArmConfig, missed_s: float) -> dict[str, float]:
 class MissedOrders:
     """Excuses joints that leave their path, and their limits, while a drive does not get orders.
 
-    The other drives go on until the driver notices. Only joints that the drive turns are excused,
-    and only until all drives can stand. `missed_orders` tells when that happens. Times in s.
+    The other drives go on until the driver notices, and a joint that the drive was to turn the
+    other way is faster than planned. Only joints that the drive turns are excused, and only until
+    all drives can stand. `missed_orders` tells when that happens. Times in s.
     """
 
     joints: frozenset[str]
@@ -185,6 +186,10 @@ class MissedOrders:
         if math.isinf(self._until_s) and time_s <= self.fault_ends_s:
             self._until_s = time_s + self.noticed_s
         return math.isfinite(self._until_s) and time_s <= self._until_s
+
+    def excuses_speed(self, time_s: float, window_s: float) -> bool:
+        """Return whether a mean speed over the last `window_s` is of joints that it excuses."""
+        return self.excuses(time_s) or time_s <= self._until_s + window_s < math.inf
 
     def allow_excess(self, allowed: dict[str, float], beyond: Mapping[str, float]) -> None:
         """Allow the joints to stay as far beyond their limits as they are now, and no further."""

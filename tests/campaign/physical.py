@@ -29,7 +29,7 @@ from kinematics.guards.guards import GuardedArm
 from tests.conformance.observation import ON_THE_STEP, Point
 
 from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand
-from .speeds import SpeedWatch
+from .speeds import WINDOW_S, SpeedWatch
 
 ROUNDING_RAD = math.radians(0.5)
 """How far a joint may be beyond a limit because motors stand on whole steps."""
@@ -435,8 +435,10 @@ class Watch:
             share = max(share, self._earlier_speed)
         if self.lost_targets.may_catch_up(time_s):
             self.speeds.forget()
-        caught_up = self._joints_of(self.slipped | self.sagged | self.turned_in_command)
-        if sentence := self.speeds.violation(time_s, self.world.joints, share, caught_up):
+        free = self._joints_of(self.slipped | self.sagged | self.turned_in_command)
+        if self.missed_orders is not None and self.missed_orders.excuses_speed(time_s, WINDOW_S):
+            free |= self.missed_orders.joints
+        if sentence := self.speeds.violation(time_s, self.world.joints, share, free):
             self._violation(sentence)
         if self._path_is_judged:
             self._check_path(time_s)

@@ -23,6 +23,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.dialects.mks.steering import CATCH_UP_RPM
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
+from armdrive.motion.standing import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.device import DrivesOnBus, Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
@@ -267,8 +268,17 @@ class Stage:
         """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        there = there and self.arm.core.diagnostics.error_code not in LINK_ERRORS
-        return there and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        return there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+
+    @property
+    def _link_failed(self) -> bool:
+        """Whether the arm lost its wire, or its drives did not reply, and it was not reset since.
+
+        An error that was latched before the loss keeps its code.
+        """
+        assert self.arm is not None
+        diagnostics = self.arm.core.diagnostics
+        return diagnostics.error_code in LINK_ERRORS or MEANWHILE in diagnostics.error
 
     @property
     def polls_arm(self) -> bool:

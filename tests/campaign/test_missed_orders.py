@@ -57,6 +57,22 @@ def test_a_joint_may_go_no_further_beyond_its_limit_after_the_excuse():
         assert len(watch.broken) == broken, watch.broken
 
 
+@pytest.mark.parametrize(("joint", "excused"), [("elbow", True), ("wrist_roll", False)])
+def test_only_the_joints_of_the_drive_may_turn_too_fast(joint, excused):
+    stage = Stage("mks", random.Random(1), 0)
+    world, watch = stage.world, stage.watch
+    watch.missed_orders = MissedOrders(frozenset({joint}), fault_ends_s=5.0, noticed_s=1.0)
+    watch.begin(Command("home", position_known=False))
+    fast_rad_s = 1.4 * stage.config.model.joint_speeds_rad_s[2]
+    for step in range(1, 30):
+        ahead = world.joints.replace(elbow=world.joints[2] + 0.05 * fast_rad_s)
+        there = world.body.transmission.to_motors(ahead, 0.0)
+        world._shift(there - world.motors, 0.05 * step)
+        if step == 20:
+            assert any("elbow turned" in each for each in watch.broken) is not excused
+    assert any("elbow turned" in each for each in watch.broken)  # the excuse has ended
+
+
 @pytest.mark.parametrize(("joint", "excused"), [("wrist_roll", True), ("elbow", False)])
 def test_only_the_joints_of_the_drive_may_reach_their_mechanical_stops(joint, excused):
     stage = Stage("cia402", random.Random(1), 0)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 
 import pytest
 
-from armdrive.errors import NoAnswer
+from armdrive.errors import ArmError, NoAnswer
 from kinematics import Motors
 
 from .actions import connect
@@ -88,6 +89,22 @@ def test_no_drive_is_ordered_to_hold_between_a_lost_wire_and_the_reset():
     stage.twin.faults.add("bus-off", for_s=0.2)
     arm.sleep(3.0)
     arm.reconnect()
+    assert not stage._can_hold(FINGERS, stage.now_s)
+    arm.reset()
+    assert stage._can_hold(FINGERS, stage.now_s)
+
+
+def test_an_emergency_stop_on_a_lost_wire_does_not_hide_the_loss():
+    stage = Stage("mks", random.Random(1), 0)
+    connect(stage)
+    arm = stage.arm
+    arm.enable()
+    stage.twin.faults.add("bus-off", for_s=0.2)
+    with contextlib.suppress(ArmError):
+        arm.estop()
+    arm.sleep(3.0)
+    arm.reconnect()
+    assert arm.status.error_code == "E303"
     assert not stage._can_hold(FINGERS, stage.now_s)
     arm.reset()
     assert stage._can_hold(FINGERS, stage.now_s)

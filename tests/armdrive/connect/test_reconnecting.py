@@ -54,6 +54,18 @@ two_kinds = pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 """A device that gets bursts and one that queues; conformance does the same for all dialects."""
 
 
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl", "mks", "cia402"])
+def test_an_arm_whose_wire_comes_back_allows_no_motion_before_error_stop(connected, dialect):
+    arm = connected(dialect, reconnect=True)
+    unplug(arm)
+    replug(arm)
+    states = {arm.status.state}
+    for _ in range(round(LONG_S / 0.001)):
+        arm.sleep(0.001)
+        states.add(arm.core.state)
+    assert states == {State.DISCONNECTED, State.ERROR_STOP}
+
+
 @two_kinds
 def test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing(connected, dialect):
     arm = connected(dialect, reconnect=True)
