@@ -22,8 +22,8 @@ from .stage import STATE, Stage, suspend
 
 
 def _no_check_bytes(stage: Stage) -> bool:
-    """Return whether the device obeys changed numbers, because messages have no check bytes."""
-    return not stage.config_abilities.check_bytes
+    """Return whether the device obeys changed numbers: neither messages nor a bus have checks."""
+    return not stage.config_abilities.check_bytes and not isinstance(stage.twin.board, DrivesOnBus)
 
 
 def _amount(draw: random.Random) -> str:

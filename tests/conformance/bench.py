@@ -39,8 +39,8 @@ class Bench(abc.ABC):
     """How long a motion lasts before it is stopped; each in a motion of its own."""
     on_bus: ClassVar[bool] = False
     """Whether the bench can have drives on a CAN bus."""
-    bus_text: ClassVar[bool] = False
-    """Whether a bus is reached by a serial adapter's text, in which nothing checks a digit."""
+    bus_is_checked: ClassVar[bool] = True
+    """Whether frames are checked on the whole way to the drives, as on a CAN bus itself."""
     simulated: ClassVar[bool] = True
     """Whether the arm is simulated, so that it can come to no harm and do none."""
     trusts_geometry: ClassVar[bool] = False

@@ -18,12 +18,8 @@ def _never(_: Bench) -> bool:
 
 
 def _unchecked(bench: Bench) -> bool:
-    """Return whether the device obeys changed numbers, because messages have no check bytes.
-
-    A CAN bus checks its frames, but the text of a serial CAN adapter has no check. MKS frames have
-    one of their own, CANopen's have none.
-    """
-    return not bench.abilities.check_bytes or (bench.bus_text and bench.row.name == "cia402")
+    """Return whether the device obeys changed numbers: messages and line have no checks."""
+    return not bench.abilities.check_bytes and not (bench.row.can and bench.bus_is_checked)
 
 
 def _always(_: Bench) -> bool:

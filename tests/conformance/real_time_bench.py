@@ -225,7 +225,7 @@ class PtyBench(ProcessBench):
 
     transport: ClassVar[str] = "pty"
     on_bus: ClassVar[bool] = True
-    bus_text: ClassVar[bool] = True
+    bus_is_checked: ClassVar[bool] = False  # the text of a serial adapter has no check
 
     def _door(self) -> tuple[str, str]:
         return "--slcan" if self.row.can else "--pty", str(self._home / "arm")

@@ -11,8 +11,8 @@ reading lies in that interval, or for how long none came.
                                                                                 otherwise ignored
     behind      within reach but off its path; comes nearer, or turns at        observed
                 least half as far as ordered
-    blocked     like behind, but does neither; or stands for 0.15 s in which    ends the motion
-                it confirmed orders that all lead away
+    blocked     like behind, but does neither; or stands off its orders for     ends the motion
+                0.15 s, although it confirmed one meanwhile
     restarted   out of reach twice, or owes replies from an absence; and its    ends the motion
                 count can have run up from zero
     elsewhere   out of reach twice, otherwise                                   ends the motion
@@ -313,7 +313,7 @@ class ObservedDrive:
     def _judge(self, off: float, now_s: float) -> DriveFinding:
         """Return what the last reading shows.
 
-        The shaft is `off` where its orders had it within the allowed delay.
+        `off` is how far the shaft is from where its orders had it within the allowed delay.
         """
         count = self.count or 0
         if self._outside >= CONFIRMING_LOOKS:
@@ -340,11 +340,10 @@ class ObservedDrive:
         return DriveFinding.BEHIND
 
     def _stands_despite_orders(self, off: float) -> bool:
-        """Return whether it confirmed orders that all led away from where it stands.
+        """Return whether it has stood off its orders for long, although it confirmed one meanwhile.
 
-        The corridor does not tell that of a slow drive: it is steered from where it was read, so
-        the targets of one that is blocked stay near it for ever, and it would spring there as soon
-        as it comes free.
+        A slow drive that is blocked stays within its corridor: it is steered from where it was
+        read, so its targets stay near it. It would spring to them as soon as it comes free.
         """
         last, first = self._readings[-1], self._standing
         if off <= self.bounds.rest:

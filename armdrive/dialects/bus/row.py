@@ -22,6 +22,7 @@ def bus_dialect(
     traffic: Traffic,
     register_bits: int,
     silence: str,
+    check_bytes: bool,
     beats: bool = False,
 ) -> Dialect:
     """Return the entry of a dialect; `language` is the protocol's name in commands and in words.
@@ -41,7 +42,7 @@ def bus_dialect(
             queued_segments=3,
             reports_while_moving=True,
             own_homing=True,
-            check_bytes=True,
+            check_bytes=check_bytes,
             current=Switching.BOTH,
             jog_burst_s=0.15,
             planned_burst_s=0.3,
