@@ -6,7 +6,7 @@ import os
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import agreed, say, typed
+from armdrive.cli.presenter import agreed, say, say_lines, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
@@ -86,6 +86,7 @@ HELP = """\
   done                    confirm: the arm stands in the posture
   quit                    leave without confirming"""
 CLEAR, MOTORS_ON = "ok", "on"
+LEAVE = ("no", "n", "quit", "q")
 
 
 class TerminalOperator:
@@ -114,7 +115,7 @@ class TerminalOperator:
         """Let the person jog the arm to the posture until they say that it is there."""
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
-        say(HELP)
+        say_lines(HELP)
         while (line := typed("> ")) is not None:
             words = line.lower().split()
             if words == ["done"]:
@@ -137,11 +138,10 @@ class TerminalOperator:
             for name, amount in parse_jogs(words, axes_of(request.arm)):
                 say(jogged(request.arm, name, amount))
         except (ArmError, KinematicsError) as error:
-            say(
-                f"{error}. Type one of these lines:\n{HELP}"
-                if isinstance(error, BadRequest)
-                else str(error)
-            )
+            say(str(error))
+            if isinstance(error, BadRequest):
+                say("Type one of these lines:")
+                say_lines(HELP)
         self._say_rest(request)
 
     def _show(self, request: PostureRequest) -> None:
@@ -154,7 +154,14 @@ class TerminalOperator:
 
 
 def _types(word: str, question: str) -> bool:
-    return (typed(f"{question}? Type {word}: ") or "").lower() == word
+    """Ask until the person types the word (True) or leaves (False)."""
+    while (answer := typed(f"{question}? Type {word}: ")) is not None:
+        if answer.lower() == word:
+            return True
+        if answer.lower() in LEAVE:
+            return False
+        say(f"Type {word} to go on, or no to leave.")
+    return False
 
 
 def difference(request: PostureRequest) -> str:

@@ -11,6 +11,8 @@ from armdrive.cli import main
 from armdrive.storage import files as places
 
 TRACEBACK = "Traceback"
+ESCAPED_BREAK = "\\n  "
+"""A line break in a text of ours that was printed as an escape, as one in foreign text has to be."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class Caller:
         said = self._capsys.readouterr()
         called = Called(ended, said.out, said.err)
         assert TRACEBACK not in said.out + said.err
+        assert "--json" in words or ESCAPED_BREAK not in said.out + said.err, called
         assert code is None or ended == code, called
         return called
 

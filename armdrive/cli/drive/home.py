@@ -70,7 +70,7 @@ def _guided(arm: Arm) -> None:
     guide = TerminalOperator(terminal=at_terminal())
     if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
         raise OperatorNeeded(
-            "not confirmed: nothing was moved or referenced. Run `armdrive home` in a terminal, or "
+            "not confirmed: nothing was moved or referenced. Answer the questions in a terminal, or "
             "state where the arm is: --yes (its reference posture) or --declare JOINT=DEG ..."
         )
     while True:

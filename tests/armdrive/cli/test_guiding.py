@@ -58,6 +58,21 @@ def test_without_a_confirmation_nothing_is_referenced(call, typing, lines):
     assert call("status", "--json", code=0).json["pose"] is None
 
 
+def test_an_answer_that_is_neither_yes_nor_no_is_asked_for_again(call, typing):
+    at_the_mark()
+    typing("yes", "", "ok", "done")
+    said = call("home", "--guide", code=0).out
+    assert said.count("Is the way clear? Type ok: ") == 3
+    assert said.count("Type ok to go on, or no to leave.") == 2
+
+
+def test_a_no_leaves_at_once_and_the_refusal_names_the_other_ways(call, typing):
+    typing("no", "ok", "done")
+    said = call("home", "--guide", code=3)
+    assert "Step 2 of 3" not in said.out
+    assert "Answer the questions in a terminal, or state where the arm is" in said.err
+
+
 def test_nothing_moves_before_the_person_confirms_a_clear_way(call, typing):
     at_the_mark()
     before = world_file(ARM).read_text()

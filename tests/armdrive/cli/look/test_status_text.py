@@ -96,6 +96,7 @@ def test_an_arm_without_a_position_shows_none(view):
         ({"state": "error-stop", "error_code": "E502"}, "then call `reset()`"),
         ({"state": "error-stop"}, "call `reset()`"),
         ({"trust": "suspect", "trust_code": "E703"}, "then call `home()`"),
+        ({"trust": "suspect", "trust_code": "E716"}, "Look at the arm, then call `home()`"),
         ({"trust": "unknown", "trust_code": "E701"}, "Call `home()`."),
         ({"trust": "restored", "trust_code": "E702"}, "a simulated arm confirms its position"),
         (
