@@ -15,6 +15,20 @@ from armdrive.errors.table import code_of_name
 from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
 
+# Bounds: they are rounded up, because less was not promised.
+
+
+def rounded_up(bound: float, digits: int) -> float:
+    """Round a bound to this many digits, but never below it."""
+    scale = 10.0**digits
+    return math.ceil(round(bound * scale, 6)) / scale  # 0.28 * 100 is a little more than 28
+
+
+def bound_words(time_s: float, distance_mm: float) -> str:
+    """Return how long, and how far, something goes on at most."""
+    return f"{rounded_up(time_s, 2):.2f} s and {rounded_up(distance_mm, 0):.0f} mm"
+
+
 # The traffic on the wire, and the load that it makes.
 
 BITS_A_BYTE = 10  # on a serial wire: a start bit, eight data bits and a stop bit
@@ -402,12 +416,12 @@ STATUS_FIELDS: Mapping[str, _Row] = MappingProxyType(
         "read_back_steps": (lambda status: status.read_back, _STEPS),
         "inputs": (lambda status: status.inputs, _maybe(_COUNT)),
         "outputs": (lambda status: status.outputs, _maybe(_COUNT)),
-        "stop_time_s": (lambda status: round(status.stop_time_s, 3), _NUMBER),
-        "stop_distance_mm": (lambda status: round(status.stop_distance_mm, 1), _NUMBER),
-        "silent_time_s": (lambda status: round(status.silent_time_s, 3), _NUMBER),
-        "silent_distance_mm": (lambda status: round(status.silent_distance_mm, 1), _NUMBER),
-        "pause_time_s": (lambda status: round(status.pause_time_s, 3), _NUMBER),
-        "pause_distance_mm": (lambda status: round(status.pause_distance_mm, 1), _NUMBER),
+        "stop_time_s": (lambda status: rounded_up(status.stop_time_s, 3), _NUMBER),
+        "stop_distance_mm": (lambda status: rounded_up(status.stop_distance_mm, 1), _NUMBER),
+        "silent_time_s": (lambda status: rounded_up(status.silent_time_s, 3), _NUMBER),
+        "silent_distance_mm": (lambda status: rounded_up(status.silent_distance_mm, 1), _NUMBER),
+        "pause_time_s": (lambda status: rounded_up(status.pause_time_s, 3), _NUMBER),
+        "pause_distance_mm": (lambda status: rounded_up(status.pause_distance_mm, 1), _NUMBER),
         "scheduling_jitter": (lambda status: _jitter_view(status.scheduling_jitter), _JITTER),
         "underruns": (lambda status: status.underruns, _COUNT),
         "torque": (
@@ -511,12 +525,10 @@ def _inputs(bits: int) -> str:
 
 
 def _stopping(view: Mapping[str, Any]) -> str:
-    words = f"takes at most {view['stop_time_s']:.2f} s and {view['stop_distance_mm']:.0f} mm"
+    words = f"takes at most {bound_words(view['stop_time_s'], view['stop_distance_mm'])}"
     if view["silent_time_s"] > view["stop_time_s"]:
-        words += (
-            f"; without this program, {view['silent_time_s']:.2f} s and "
-            f"{view['silent_distance_mm']:.0f} mm"
-        )
+        silent = bound_words(view["silent_time_s"], view["silent_distance_mm"])
+        words += f"; without this program, {silent}"
     return words
 
 

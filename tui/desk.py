@@ -225,7 +225,7 @@ class ArmControl:
         agreed: Outcome,
         done: str = "confirmed: the position is referenced",
         *,
-        asked: str = "Does the arm stand exactly so?",
+        asked: str = "Does the arm stand exactly like this?",
     ) -> None:
         """Draw a posture with a question, and make the call if the answer to `asked` is yes."""
         desk = self._desk

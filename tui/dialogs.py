@@ -16,7 +16,7 @@ from textual.screen import ModalScreen
 from textual.widgets import Input
 
 from armdrive.render.scene import Moment, posture_cameras
-from armdrive.status import Status
+from armdrive.status import Status, rounded_up
 from kinematics.presets import ArmModel
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import KEYS_WIDTH, Keyboard, bindings, label
@@ -161,10 +161,10 @@ def _broken(line: str, width: int) -> list[str]:
 def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:
     """Return the three facts, each of them one line."""
     stop, reference = label(keys.of("stop")[0]).upper(), keys.label("reference")
-    way = f"{status.stop_time_s:.2f} s, {status.stop_distance_mm:.0f} mm"
+    long, far = rounded_up(status.stop_time_s, 2), rounded_up(status.stop_distance_mm, 0)
     return (
         f"1 {stop} stops the arm from anywhere, but is no emergency switch.",
-        f"2 The arm feels nothing, and stops late: {way}. Hands off.",
+        f"2 The arm feels nothing, and stops late: {long:.2f} s, {far:.0f} mm. Hands off.",
         f"3 Its numbers hold only after a reference ({reference}): look at the arm.",
     )
 

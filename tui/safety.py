@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from textual.content import Content
 from textual.widgets import Static
 
 from armdrive.errors.printable import printable
-from armdrive.status import State, Status, Trust, coded, trust_words
+from armdrive.status import State, Status, Trust, coded, rounded_up, trust_words
 from tui.keys.keyboard import Keyboard, label
 from tui.keys.table import STOP, titled
 from tui.widgets import PlainText, Span
@@ -126,8 +125,11 @@ def stopping_text(distance_mm: object, time_s: object) -> str:
     That is a bound for the motion under way, or for the fastest one while none is planned: the
     present speed is known to the controller alone.
     """
-    far = math.ceil(distance_mm) if isinstance(distance_mm, int | float) else UNKNOWN
-    return f"a stop takes up to {far} mm, {number_text(time_s, 2)} s"
+    far, long = (
+        UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
+        for bound, digits in ((distance_mm, 0), (time_s, 2))
+    )
+    return f"a stop takes up to {far} mm, {long} s"
 
 
 def look_for_link(keys: Keyboard) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from armdrive.blocking import Wait, blocking, coroutine_of
+from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
 from armdrive.errors import NoAnswer, WaitTimeout, WrongState
 from armdrive.errors.arguments import BASIC, checked_calls
@@ -29,6 +31,8 @@ class Connection:
         self._parts = parts
         self._on_close: list[Callable[[], None]] = list(parts.closers)
         self.closed = False
+        if parts.lock is not None:
+            self._close_at_exit()
 
     @property
     def reconnects(self) -> bool:
@@ -67,6 +71,17 @@ class Connection:
                 parts.core.happen(Event.LOST)
                 parts.engine.close()
             self._release()
+
+    def _close_at_exit(self) -> None:
+        """Close the arm when its program ends without doing so."""
+        process = os.getpid()
+
+        def close() -> None:
+            if os.getpid() == process:  # a forked child has only a copy of the arm
+                run_blocking(self.close())
+
+        atexit.register(close)
+        self.on_close(lambda: atexit.unregister(close))
 
     def on_close(self, call: Callable[[], None]) -> None:
         """Call `call` once when the arm is closed."""

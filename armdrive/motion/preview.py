@@ -31,7 +31,7 @@ from armdrive.moves import (
 from armdrive.registry import dialect
 from armdrive.runtime.position import MotionSegment, alike, joints_between
 from armdrive.runtime.stop_bounds import run_on, stretches
-from armdrive.status import joints_view, pose_view, violation_text
+from armdrive.status import bound_words, joints_view, pose_view, rounded_up, violation_text
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import Posture, postures
 from kinematics.geometry import ArmGeometry, Point
@@ -421,10 +421,8 @@ def preview_lines(preview: Preview) -> Iterator[str]:
         yield duration_words(preview)
         yield from (margin_words(one) for one in preview.margins[:MARGINS_SHOWN])
         yield from (clearance_words(preview, one) for one in preview.clearances[:CLEARANCES_SHOWN])
-        yield (
-            f"a stop on the way takes at most {preview.stop_time_s:.2f} s and "
-            f"{preview.stop_distance_mm:.0f} mm"
-        )
+        stop = bound_words(preview.stop_time_s, preview.stop_distance_mm)
+        yield f"a stop on the way takes at most {stop}"
     for refusal in (preview.hindrance, preview.problem):
         if refusal is not None:
             yield f"refused: {refusal}"
@@ -514,8 +512,8 @@ def preview_view(preview: Preview) -> dict[str, Any]:
             }
             for one in preview.clearances
         ],
-        "stop_time_s": round(preview.stop_time_s, 3),
-        "stop_distance_mm": round(preview.stop_distance_mm, 1),
+        "stop_time_s": rounded_up(preview.stop_time_s, 3),
+        "stop_distance_mm": rounded_up(preview.stop_distance_mm, 1),
         "nearest": None
         if nearest is None
         else {

@@ -23,7 +23,7 @@ from armdrive.setup.directions import (
     check_of,
 )
 from armdrive.setup.filing import FileProposal
-from armdrive.status import State
+from armdrive.status import State, rounded_up
 from armdrive.text.reading import read_text
 from armdrive.text.toml_amend import Change, amended
 
@@ -59,7 +59,7 @@ def _explanation(arm: Arm) -> str:
         "Have the arm stand roughly like this, clear of everything, fingers half open. Stand "
         "behind it: left and right are yours as you look along the arm, clockwise as you look "
         "along the hand. Keep a hand at the power switch; a stop takes up to "
-        f"{arm.status.stop_time_s:.2f} s."
+        f"{rounded_up(arm.status.stop_time_s, 2):.2f} s."
     )
 
 

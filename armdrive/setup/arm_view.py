@@ -11,7 +11,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
 from armdrive.registry import dialect
 from armdrive.runtime.stop_bounds import stop_bound
-from armdrive.status import pose_view
+from armdrive.status import pose_view, rounded_up
 from kinematics.presets import ArmPreset
 from kinematics.transmission import MotorSpec, Transmission
 
@@ -94,10 +94,10 @@ def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
     for name, burst_s in (("jog", motion.jog_burst_s), ("planned", motion.planned_burst_s)):
         bound = stop_bound(config, controller, None, burst_s)
         found[name] = {
-            "time_s": round(bound.time_s, 3),
-            "distance_mm": round(bound.distance_mm, 1),
-            "silent_time_s": round(bound.silent_time_s, 3),
-            "silent_distance_mm": round(bound.silent_distance_mm, 1),
+            "time_s": rounded_up(bound.time_s, 3),
+            "distance_mm": rounded_up(bound.distance_mm, 1),
+            "silent_time_s": rounded_up(bound.silent_time_s, 3),
+            "silent_distance_mm": rounded_up(bound.silent_distance_mm, 1),
         }
     return found
 

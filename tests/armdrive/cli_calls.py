@@ -12,7 +12,7 @@ from armdrive.storage import files as places
 
 TRACEBACK = "Traceback"
 ESCAPED_BREAK = "\\n  "
-"""A line break in a text of ours that was printed as an escape, as one in foreign text has to be."""
+"""A line break of our own that was printed as an escape, as only one in foreign text may be."""
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ SHOWN = {
     "first-run": "Before you move anything",
     "help": "Move the arm, on the jog screen",
     "palette": "A simulated arm goes there by itself",
-    "question": "Does the arm stand exactly so?",
+    "question": "Does the arm stand exactly like this?",
 }
 """Words that only this picture's screen has, of each picture."""
 MOST_BYTES = 130_000

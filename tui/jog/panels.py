@@ -14,7 +14,7 @@ from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.motion.frames import BASE, TOOL
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, Status
+from armdrive.status import LinkStats, Status, rounded_up
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
@@ -230,7 +230,8 @@ def _if_silent(status: Status) -> str:
     """Say how far the tip goes if this program dies, where that is farther than after a stop."""
     if status.silent_time_s <= status.stop_time_s:
         return ""
-    return f"if the link dies {status.silent_time_s:.2f} s, {status.silent_distance_mm:.0f} mm"
+    long, far = rounded_up(status.silent_time_s, 2), rounded_up(status.silent_distance_mm, 0)
+    return f"if the link dies {long:.2f} s, {far:.0f} mm"
 
 
 def _steps(steps: Sequence[int] | None) -> str:

@@ -14,7 +14,7 @@ from armdrive.motion.frames import TOOL
 from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
 from armdrive.moves import Motion
 from armdrive.render.scene import Moment
-from armdrive.status import State, Status
+from armdrive.status import State, Status, rounded_up
 from kinematics.guards.path import Clearance
 from kinematics.spaces import Joints
 from tui.desk import Desk
@@ -108,7 +108,8 @@ def _way_line(way: PostureOption) -> str:
 
 def _stop(preview: Preview) -> str:
     """Say how much a stop on the way takes at most."""
-    return f"a stop takes up to {preview.stop_time_s:.2f} s, {preview.stop_distance_mm:.0f} mm"
+    long, far = rounded_up(preview.stop_time_s, 2), rounded_up(preview.stop_distance_mm, 0)
+    return f"a stop takes up to {long:.2f} s, {far:.0f} mm"
 
 
 def _duration(preview: Preview) -> str:

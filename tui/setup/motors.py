@@ -8,7 +8,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
 from armdrive.setup.directions import TRIAL_SPEED, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
-from armdrive.status import State, Trust
+from armdrive.status import State, Trust, rounded_up
 from tui.desk import Desk
 from tui.keys.presses import SinglePress
 from tui.setup.stages import Correction, Go, SetupStage, StageText
@@ -72,7 +72,7 @@ class MotorsStage(SetupStage):
 
     def _before(self) -> str:
         stop = self.desk.link.status.stop_time_s
-        stops = f"; a stop takes up to {stop:.2f} s" if stop is not None else ""
+        stops = f"; a stop takes up to {rounded_up(stop, 2):.2f} s" if stop is not None else ""
         return (
             "Have the arm stand roughly as drawn, clear of everything, fingers half open. Stand "
             "behind it: left and right are yours as you look along the arm. Keep a hand at the "

@@ -70,8 +70,8 @@ def _guided(arm: Arm) -> None:
     guide = TerminalOperator(terminal=at_terminal())
     if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
         raise OperatorNeeded(
-            "not confirmed: nothing was moved or referenced. Answer the questions in a terminal, or "
-            "state where the arm is: --yes (its reference posture) or --declare JOINT=DEG ..."
+            "not confirmed: nothing was moved or referenced. Answer the questions in a terminal, "
+            "or state where the arm is: --yes (its reference posture) or --declare JOINT=DEG ..."
         )
     while True:
         try:

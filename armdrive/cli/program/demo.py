@@ -28,6 +28,7 @@ from armdrive.registry.simulate import simulate
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.sim.simulated_arm import SimulatedArm
+from armdrive.status import rounded_up
 from kinematics.guards.shapes import Box
 
 FRAME_S = 1.0 / 15.0
@@ -189,7 +190,8 @@ def run_on_real_arm(options: argparse.Namespace) -> Result:
         say(arm.status.which)
         for job in JOBS:
             say(_placing(job))
-        say(f"One stop takes up to {arm.status.stop_time_s:.2f} s; Ctrl-C asks for it.")
+        stop_s = rounded_up(arm.status.stop_time_s, 2)
+        say(f"One stop takes up to {stop_s:.2f} s; Ctrl-C asks for it.")
         if not agreed("Are the blocks in place, and no one within the arm's reach? Type yes: "):
             raise OperatorNeeded("not confirmed: nothing was moved")
         settle_trust(arm)

@@ -23,6 +23,9 @@ if sys.platform == "win32":
 from waiting import suspended, until
 from watched_sim import WatchedSim
 
+from armdrive import Arm
+from armdrive.status import Trust
+
 HOST = Path(__file__).parents[1] / "ending_host.py"
 UNDER_WAY = 60
 """Steps of the base after which a motion has reached its speed."""
@@ -119,6 +122,40 @@ def by_suspending(ground: Ground) -> int:
     with contextlib.suppress(ProcessLookupError):
         os.kill(child, signal.SIGTERM)
     return ground.told()["ended"]
+
+
+FORGETFUL = """
+import os, sys
+from armdrive import Arm, Joints
+arm = Arm.connect(sys.argv[1], dialect=sys.argv[2])
+arm.enable()
+arm.confirm_reference()
+arm.move_j(base_deg=60, speed=0.3, wait=False)
+print(arm.status.stop_time_s, flush=True)
+os.read(0, 1)
+if os.fork() == 0:
+    sys.exit()
+os.wait()
+assert not arm.closed
+"""
+"""A script that forgets to close its arm; the exit of a forked child closes nothing."""
+
+
+def test_a_script_that_forgets_to_close_its_arm_stops_it_and_its_position_is_remembered(tmp_path):
+    with WatchedSim(tmp_path / "arm", "teachmover") as sim:
+        script = subprocess.Popen(
+            [sys.executable, "-c", FORGETFUL, sim.port, "teachmover"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        bound_s = float(script.stdout.readline())
+        sim.watch.moves_by(UNDER_WAY)
+        _, errors = script.communicate(b"\n")
+        sim.watch.stands_within(bound_s)
+        assert (script.returncode, errors) == (0, b"")
+        with Arm.connect(sim.port, dialect="teachmover") as arm:
+            assert arm.status.trust is Trust.RESTORED
 
 
 ENDINGS = (

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from dataclasses import replace
 
 import pytest
 
 from armdrive import Arm
 from armdrive.cli.look.status import INKS, Watched, next_step, status_lines
 from armdrive.cli.presenter import Inked
-from armdrive.status import State, Trust, status_view
+from armdrive.status import State, Trust, rounded_up, status_view
 
 PROGRAM = {"file": "stack.arm", "line": 3, "text": "move pick", "percent": 40.2, "left_s": 12.4}
 
@@ -46,6 +47,28 @@ def test_the_page_has_everything_with_its_unit(view):
     assert rows["disable"].startswith("the arm sags")
     assert "`armdrive move`" in rows["next"]
     assert "-508" not in "".join(rows.values())  # motor steps are in the JSON alone
+
+
+def test_a_bound_is_never_shown_smaller_than_it_is(view):
+    bounds = {"stop_time_s": 0.651, "stop_distance_mm": 115.2}
+    silent = {"silent_time_s": 0.701, "silent_distance_mm": 120.01}
+    shown = page(view | bounds | silent)["stop"]
+    assert shown == "takes at most 0.66 s and 116 mm; without this program, 0.71 s and 121 mm"
+
+
+@pytest.mark.parametrize(
+    ("bound", "digits", "shown"),
+    [(0.28, 2, 0.28), (0.281, 2, 0.29), (115.01, 0, 116), (115.0, 0, 115), (0.0, 1, 0.0)],
+)
+def test_a_bound_is_rounded_up_and_a_round_one_stays(bound, digits, shown):
+    assert rounded_up(bound, digits) == shown
+
+
+def test_the_json_of_a_bound_is_never_smaller_either(view):
+    with Arm.connect("sim:teachmover") as arm:
+        status = replace(arm.status, stop_time_s=0.65101, stop_distance_mm=115.01)
+    assert status_view(status)["stop_time_s"] == 0.652
+    assert status_view(status)["stop_distance_mm"] == 115.1
 
 
 def test_angles_and_names_stand_below_each_other(view):
