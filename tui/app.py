@@ -29,6 +29,7 @@ from textual.screen import ModalScreen
 from textual.timer import Timer
 
 from armdrive.errors import ArmError
+from armdrive.errors.printable import in_words
 from kinematics.errors import KinematicsError
 from tui.dialogs import HelpScreen, StillPalette
 from tui.keys.keyboard import Keyboard
@@ -256,8 +257,10 @@ class Calls:
         """Show in the next picture why the request is refused."""
         try:
             yield
-        except (ArmError, KinematicsError, OSError) as error:
+        except (ArmError, KinematicsError) as error:
             self._app.message = str(error)
+        except OSError as error:
+            self._app.message = str(in_words(error))
 
     @contextlib.contextmanager
     def acting(self, *, repeats: bool = False) -> Iterator[None]:

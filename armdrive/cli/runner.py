@@ -20,7 +20,7 @@ from armdrive.cli.options import JSON_OPTION, CommandParser, Declare, help_of
 from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present, with_arm
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
-from armdrive.errors.printable import as_message
+from armdrive.errors.printable import as_message, in_words
 from armdrive.errors.table import error_view, tagged
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem, nearest_word
 
@@ -69,7 +69,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
-        return _say(options, _in_words(error), ArmError.exit_code)
+        return _say(options, in_words(error), ArmError.exit_code)
     except Exception as error:
         if _raises_unexpected():
             raise
@@ -108,17 +108,6 @@ def _fill_closed_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
-
-
-def _in_words(error: OSError) -> OSError:
-    """Return an error of the operating system as a sentence with its file."""
-    if error.filename is None or not error.strerror:
-        return error
-    file = os.fsdecode(error.filename)
-    return OSError(
-        f"{file} cannot be used ({error.strerror}): free some space, make its folder writable, or "
-        "set ARMDRIVE_HOME to a writable folder"
-    )
 
 
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:

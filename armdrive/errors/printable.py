@@ -8,6 +8,8 @@ escape.
 
 from __future__ import annotations
 
+import os
+
 LONGEST_LINE = 2_000
 """Characters. A longer line of a message quotes its input at length, and loses its middle."""
 
@@ -52,6 +54,17 @@ def shortened(line: str, most: int = LONGEST_LINE) -> str:
 def reason_of(error: object) -> str:
     """Return why something failed, in the system's words where it has some, without its number."""
     return str(getattr(error, "strerror", None) or error)
+
+
+def in_words(error: OSError) -> OSError:
+    """Return an error of the operating system as a sentence with its file."""
+    if error.filename is None or not error.strerror:
+        return error
+    file = os.fsdecode(error.filename)
+    return OSError(
+        f"{file} cannot be used ({error.strerror}): free some space, make its folder writable, or "
+        "set ARMDRIVE_HOME to a writable folder"
+    )
 
 
 def encodable(text: str, encoding: str | None) -> str:

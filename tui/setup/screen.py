@@ -13,6 +13,7 @@ from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
 from armdrive.setup.filing import file_of
 from armdrive.status import Status
+from armdrive.storage.files import require_writable
 from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
@@ -88,6 +89,8 @@ class Steps(SetupStage):
 
     def _begun(self) -> MotorsStage:
         """Return the check that was left half-way, or a new one."""
+        if self.path is not None:
+            require_writable(self.path.parent)  # before a motor turns for what cannot be kept
         if self._motors is None or self._motors.check.trial is None:
             self._motors = MotorsStage(self.desk, self.go, self)
         return self._motors

@@ -19,6 +19,7 @@ from armdrive.setup.filing import FileProposal, write
 from armdrive.setup.interview import Describing
 from armdrive.setup.ports import ClosedPort, closed_ports, look_at
 from armdrive.setup.survey import Report
+from armdrive.storage.files import arm_files, require_writable
 from kinematics.errors import KinematicsError
 from tui.app import TypedText
 from tui.desk import Desk
@@ -329,6 +330,7 @@ class InterviewAsking(SetupStage):
 
     def __init__(self, desk: Desk, go: Go, before: SetupStage, found: dict[str, str]) -> None:
         super().__init__(desk, go, before)
+        require_writable(arm_files())  # not only after forty questions
         self.describing = Describing(found)
 
     @property

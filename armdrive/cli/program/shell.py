@@ -33,6 +33,7 @@ from armdrive.cli.terminal_person import ask_operator, settle_trust
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError, BadRequest, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented
+from armdrive.errors.printable import in_words
 from armdrive.errors.table import tagged
 from armdrive.programs.acts import Say
 from armdrive.programs.interpreter import to_json
@@ -259,7 +260,8 @@ class ShellTerminal:
 
     def complain(self, error: BaseException) -> None:
         """Say what went wrong, and what can be typed now."""
-        put_error(f"armdrive: {presented(tagged(error), SHELL)}\n")
+        said = in_words(error) if isinstance(error, OSError) else error
+        put_error(f"armdrive: {presented(tagged(said), SHELL)}\n")
         ways = [WAYS_OUT.get(self.shell.arm.status.state, "")]
         ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
         put_error("".join(f"{way}\n" for way in ways if way))

@@ -36,6 +36,7 @@ from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage.arm_lock import hold
+from armdrive.storage.files import require_writable
 from armdrive.transports import opening, ports
 from armdrive.transports.address import is_can
 from armdrive.transports.link import Link
@@ -80,6 +81,7 @@ def _config(name: str) -> ArmConfig:
 
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
     """Commission real drives."""
+    require_writable(arm_path(options.name).parent)
     port = options.port or _known_port(config) or chosen_port()
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:

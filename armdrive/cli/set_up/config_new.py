@@ -189,6 +189,8 @@ def signs(options: argparse.Namespace) -> Iterator[Result]:
     path = read(options.name).path
     config = load_arm(path)
     alone = options.yes or as_json(options)
+    if not options.sim:
+        require_writable(path.parent)  # before a person and the motors work for nothing
     with _connected(config, simulated=options.sim, alone=alone, wanted=WATCHED) as arm:
         found = _found_signs(arm, alone=alone)
         simulated = arm.simulated
@@ -218,6 +220,8 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
     config = load_arm(path)
     switches = switches_of(config)
     alone = options.yes or as_json(options)
+    if not options.sim:
+        require_writable(path.parent)  # before a person and the motors work for nothing
     with _connected(config, simulated=options.sim, alone=alone, wanted=PRESSED) as arm:
         make_ready(arm)
         seen = check_switches(Dialog(_person(arm, alone=alone)), arm, switches)

@@ -11,6 +11,7 @@ from armdrive.errors import PortUnavailable
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.survey import Report
 from armdrive.storage import files as places
+from armdrive.storage.files import StateFiles
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.table import SETUP_KEYS
 from tui.setup.screen import Steps
@@ -183,6 +184,24 @@ async def test_a_name_that_is_taken_is_refused_and_its_file_left_alone():
         assert "not overwritten" in session.text("messages")
         assert session.stage.describing.question.key == "name"
     assert path.read_text(encoding="utf-8") == FILE
+
+
+@pytest.mark.parametrize("step", ["2 describe", "4 check"])
+async def test_a_folder_that_cannot_be_written_is_found_before_the_first_question(
+    monkeypatch, step
+):
+    path = written()
+
+    def refused(*words, **named):
+        raise OSError(30, "Read-only file system", str(words[-1]))
+
+    monkeypatch.setattr(StateFiles, "create", refused)
+    config = load_arm(path) if step == "4 check" else None
+    async with SetupSession(config) as session:
+        await session.choose(step)
+        assert isinstance(session.stage, Steps)
+        assert session.text("messages").startswith(f"{path.parent} cannot be used (Read-only")
+        assert "make its folder writable" in session.text("messages")
 
 
 async def test_referencing_asks_as_the_desk_does():

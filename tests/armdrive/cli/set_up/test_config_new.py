@@ -23,6 +23,7 @@ from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
 from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
+from armdrive.storage.files import StateFiles
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 
@@ -238,6 +239,20 @@ def test_a_reversed_motor_is_shown_as_a_change_and_written_only_for_a_real_arm(
     typing("yes", *motors, "yes")
     assert f"written: {path}" in call("config", "signs", "bench", code=0).out
     assert tomllib.loads(path.read_text(encoding="utf-8"))["motor_signs"] == {"elbow": -1}
+
+
+@pytest.mark.parametrize("words", [("config", "signs"), ("config", "limits")])
+def test_nothing_is_connected_for_a_file_that_cannot_be_written(call, monkeypatch, words):
+    path = write_arm_file("bench", PLAIN)
+
+    def refused(*words, **named):
+        raise OSError(30, "Read-only file system", str(words[-1]))
+
+    monkeypatch.setattr(StateFiles, "create", refused)
+    monkeypatch.setattr(config_new, "switches_of", lambda config: ())
+    monkeypatch.setattr(config_new, "_connected", None)
+    said = call.refused(*words, "bench", code=1)
+    assert said.startswith(f"armdrive: [E002] {path.parent} cannot be used (Read-only")
 
 
 def test_the_directions_of_a_file_are_looked_at_later(call):
