@@ -29,6 +29,9 @@ from armdrive.errors import BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
 
+if sys.platform != "win32":
+    import termios
+
 
 class Ink(Enum):
     """Colours of words on a terminal, as the numbers of ANSI's "select graphic rendition"."""
@@ -218,11 +221,24 @@ def typed(prompt: str) -> str | None:
     return line.strip()
 
 
+def forget_typed() -> None:
+    """Forget the lines that were typed or pasted at the terminal and not read yet."""
+    if sys.platform != "win32" and sys.stdin.isatty():
+        with contextlib.suppress(termios.error, OSError, ValueError, AttributeError):
+            termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+
+
+def confirmation(question: str) -> str | None:
+    """Return what is typed once the question is shown: a line from before confirms nothing."""
+    forget_typed()
+    return typed(question)
+
+
 def agreed(question: str) -> bool:
     """Ask a question at the terminal; any answer but yes means no."""
     if not sys.stdin.isatty():
         return False
-    answer = typed(question)
+    answer = confirmation(question)
     return answer is not None and answer.lower() in ("yes", "y")
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from armdrive.cli.presenter import say, typed
+from armdrive.cli.presenter import forget_typed, say, typed
 from armdrive.dialog.conversation import AskPerson, Question, WrongAnswer, yes_or_no
 from armdrive.errors import BadRequest, OperatorNeeded
 
@@ -86,6 +86,7 @@ class TerminalPerson:
 
     def answer(self, asked: AskPerson) -> Any:
         """Ask until the answer can be used. Raises as `ask_value` does."""
+        forget_typed()  # it may switch motors on or turn them
         return ask_value(asked.question, resumed_by=self.resumed_by)
 
 

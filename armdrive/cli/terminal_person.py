@@ -6,7 +6,7 @@ import os
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import agreed, say, say_lines, typed
+from armdrive.cli.presenter import agreed, confirmation, say, say_lines, typed
 from armdrive.dialog.operator import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
@@ -155,7 +155,7 @@ class TerminalOperator:
 
 def _types(word: str, question: str) -> bool:
     """Ask until the person types the word (True) or leaves (False)."""
-    while (answer := typed(f"{question}? Type {word}: ")) is not None:
+    while (answer := confirmation(f"{question}? Type {word}: ")) is not None:
         if answer.lower() == word:
             return True
         if answer.lower() in LEAVE:

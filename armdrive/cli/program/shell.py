@@ -18,7 +18,7 @@ from typing import NoReturn, Self
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.presenter import agreed, as_json, put, put_error, tell
+from armdrive.cli.presenter import agreed, as_json, forget_typed, put, put_error, tell
 from armdrive.cli.program.run_common import (
     LOOK_EVERY_S,
     Pressed,
@@ -46,9 +46,6 @@ from armdrive.status import State, pose_view
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
 from kinematics.errors import KinematicsError
-
-if sys.platform != "win32":
-    import termios
 
 READLINE: ModuleType | None
 try:
@@ -107,9 +104,7 @@ class TypedLines:
 
     def forget(self) -> None:
         """Forget what was typed or pasted beyond the line that was taken last."""
-        if sys.platform != "win32":
-            with contextlib.suppress(termios.error, OSError, ValueError):
-                termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+        forget_typed()
 
     def _interrupt(self, number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG002
         self.interrupted = "" if self._readline is None else self._readline.get_line_buffer()

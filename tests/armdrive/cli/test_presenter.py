@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import sys
 from argparse import Namespace
 
 import pytest
 
+from armdrive.cli import presenter
 from armdrive.cli.presenter import (
     Ink,
     Inked,
     Result,
+    agreed,
     complain,
     has_colour,
     present,
@@ -20,6 +23,25 @@ from armdrive.cli.presenter import (
     tell,
     with_arm,
 )
+
+if sys.platform != "win32":
+
+    def test_a_line_typed_before_its_question_is_shown_confirms_nothing(monkeypatch):
+        keyboard, terminal = os.openpty()
+        shown = []
+
+        def show(text):
+            shown.append(text)
+            os.write(keyboard, b"no\n")
+
+        monkeypatch.setattr(presenter, "put", show)
+        os.write(keyboard, b"yes\nyes\n")
+        with os.fdopen(terminal, encoding="utf-8") as stdin:
+            monkeypatch.setattr(sys, "stdin", stdin)
+            assert not agreed("Open it? Type yes: ")
+        assert shown == ["Open it? Type yes: "]
+        os.close(keyboard)
+
 
 STATE, NAME = Result({"state": "standby"}, "it stands"), Result({"name": "a"}, ("its name:", "a"))
 
