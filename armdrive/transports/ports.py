@@ -5,6 +5,7 @@ Listing them opens none of them. Each error says what to do about it.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import json
 import os
@@ -268,14 +269,36 @@ def refusal(port: str, error: BaseException) -> PortUnavailable:
     return PortUnavailable(f"{port} cannot be opened ({text}): check its name and its settings")
 
 
+PSEUDO_TERMINALS = "/dev/pts/"
+"""Where Linux makes them, and gives the numbers of closed ones to new ones."""
+
+
+def is_left_link(port: Path) -> bool:
+    """Return whether a link is older than the pseudo-terminal that it leads to.
+
+    A program makes the link to its pseudo-terminal after that. Reading and writing a terminal
+    leaves its `st_ctime` alone.
+    """
+    if not (port.is_symlink() and os.path.realpath(port).startswith(PSEUDO_TERMINALS)):
+        return False
+    with contextlib.suppress(OSError):
+        return port.lstat().st_mtime_ns < port.stat().st_ctime_ns
+    return False
+
+
 def require_no_terminal(port: str) -> None:
-    """Raise `PortInUse` for the terminal of a shell or a login.
+    """Raise `PortInUse` for the terminal of a shell or a login, `PortUnavailable` for an old link.
 
     What the driver sends would be typed there. A Raspberry Pi's serial port has a login until that
-    is switched off, and the link of a killed simulator may lead to a terminal that was opened
-    later.
+    is switched off. The link of a killed simulator may lead to a terminal that was opened later, or
+    to another simulator's arm.
     """
     user = terminal_user(port)
+    if user is None and is_left_link(Path(port)):
+        raise PortUnavailable(
+            f"{port} is a link that an ended simulator has left: {os.path.realpath(port)} now "
+            "belongs to another program. Remove the link, and start the simulator again"
+        )
     if user is None:
         return
     way = "end that program, or name another port"

@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
+from armdrive.transports.ports import is_left_link
 from firmware_protocol.frames import (
     BELL,
     CR,
@@ -75,7 +76,7 @@ class PtyServer:
     """A pseudo-terminal in raw mode; `path` becomes a link to the side that others open.
 
     The server keeps that side open itself, so that clients can come and go. The link replaces only
-    a link to a pseudo-terminal that no longer exists, and `close` removes it.
+    the link of an ended simulation, and `close` removes it.
     """
 
     paced = True
@@ -156,10 +157,10 @@ class PtyServer:
             raise PortUnavailable(f"{path} cannot be made: {error.strerror}") from None
 
     def _left_behind(self, path: Path) -> bool:
-        """Return whether a link leads to a pseudo-terminal that is gone, or to this one."""
+        """Return whether a link leads to a pseudo-terminal that is gone, or that is a newer one."""
         target = str(path.readlink())
         is_pty = target.startswith(_PTY_FOLDERS)
-        return is_pty and (target == self._target or not path.exists())
+        return is_pty and (target == self._target or not path.exists() or is_left_link(path))
 
 
 # --- Network ports -------------------------------------------------------------------------------

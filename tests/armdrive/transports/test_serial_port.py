@@ -271,6 +271,20 @@ def test_the_terminal_of_another_program_is_not_opened(ends, tmp_path, address):
     SerialLink(str(link), 9600).close()
 
 
+@on_linux
+@pytest.mark.parametrize("address", ["{}", "spy://{}?file={}.log", "can:slcan:{}?bitrate=500000"])
+def test_the_link_of_a_killed_simulator_leads_to_no_other_simulator(ends, tmp_path, address):
+    _, name, _ = ends
+    link = tmp_path / "arm"
+    link.symlink_to(name)
+    os.utime(link, ns=(0, 0), follow_symlinks=False)  # made before this pseudo-terminal was
+    with pytest.raises(PortUnavailable, match=f"arm is a link that .* {name} now belongs to"):
+        open_link(address.format(link, link), 9600)
+    link.unlink()
+    link.symlink_to(name)
+    SerialLink(str(link), 9600).close()
+
+
 def test_processes_that_cannot_be_looked_at_are_passed_over(tmp_path):
     for pid, target in (("12", "/dev/other"), ("7", "/dev/arm"), ("9", "/dev/arm")):
         (tmp_path / pid / "fd").mkdir(parents=True)

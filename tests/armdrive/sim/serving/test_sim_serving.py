@@ -284,6 +284,16 @@ class TestPty:
         server.close()
         assert not link.is_symlink()
 
+    def test_it_replaces_the_link_of_a_killed_one_that_leads_to_another_simulation(self, tmp_path):
+        other = PtyServer()
+        link = tmp_path / "arm"
+        link.symlink_to(other.address)
+        os.utime(link, ns=(0, 0), follow_symlinks=False)  # from before the other one began
+        server = PtyServer(link)
+        assert str(link.readlink()) != other.address
+        server.close()
+        other.close()
+
     @pytest.mark.parametrize("kind", ["file", "elsewhere", "alive"])
     def test_it_replaces_nothing_else(self, tmp_path, kind):
         link, other = tmp_path / "arm", None
