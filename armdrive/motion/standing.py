@@ -114,17 +114,21 @@ def enable(wire: MotionContext) -> TaskBody[None]:
 def reset(wire: MotionContext) -> TaskBody[None]:
     """Leave error-stop: wait for a quiet line, then read the position. Moves nothing.
 
-    If the device may have switched its motors off, the arm is disabled afterwards.
+    If the device may have switched its motors off, the arm is disabled afterwards. If it reports
+    something new meanwhile, the arm stays in error-stop.
     """
     core = wire.core
     yield from wire.quiet()
     reply = yield from wire.request(ClearFault())
     if not isinstance(reply, Done):
         raise DeviceFault(f"the controller stays in its fault: {reply}")
+    if not wire.stopping:
+        core.diagnostics.error = core.diagnostics.notice = ""
     registers = yield from wire.ask_registers()
     if wire.stopping:
         raise wire.stopped("a stop came during the reset: call `reset()` again")
-    core.diagnostics.error = core.diagnostics.notice = ""
+    if core.diagnostics.error:  # reported after the device had cleared its fault
+        raise DeviceFault(core.diagnostics.error)
     weigh_difference(wire, core.position.compare(registers))
     yield from compare_again(wire)
     switched = core.controller.abilities.current is Switching.BOTH

@@ -9,11 +9,12 @@ from amounts import in_pairs
 from faults import Rule, as_it_stands, late_by, ready_arm, sim_arm, sim_config, stand_still_s
 
 from armdrive import Jog
-from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
+from armdrive.errors import ArmError, DeviceFault, OperatorNeeded, Stopped, WrongState
+from armdrive.motion.context import alerted
 from armdrive.motion.device import set_outputs
 from armdrive.motion.resolve import prepare
 from armdrive.status import State, Trust
-from armdrive.tasks import MoveBy
+from armdrive.tasks import Alert, AlertKind, MoveBy
 from firmware_protocol.teachmover import Key
 
 ERRORS = [0.0, 0.5, 0.9, -0.3]
@@ -199,6 +200,21 @@ def test_a_second_emergency_stop_during_the_reset_is_not_lost():
     with pytest.raises(Stopped):
         arm.reset()
     assert arm.status.state is State.ERROR_STOP
+
+
+def test_what_the_device_reports_during_the_reset_stays_latched():
+    arm = ready_arm()
+    arm.estop()
+    arm.stop()
+    alert = Alert(AlertKind.ALARM, "the STOP key of the pendant was pressed")
+    arm.twin.link.on_write = lambda data: alerted(arm.core, alert, arm.engine.now_s)
+    with pytest.raises(DeviceFault, match="the STOP key of the pendant was pressed"):
+        arm.reset()
+    assert arm.status.state is State.ERROR_STOP
+    assert "the STOP key of the pendant was pressed" in arm.status.error
+    arm.twin.link.on_write = lambda data: None
+    arm.reset()
+    assert (arm.status.state, arm.status.error) == (State.STANDBY, "")
 
 
 def test_a_reset_with_a_late_answer_on_the_line_takes_it_for_nothing_else():
