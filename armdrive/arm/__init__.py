@@ -22,7 +22,7 @@ from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.dialog.operator import Operator, PostureRequest
-from armdrive.errors import NoAnswer
+from armdrive.errors import NoAnswer, WrongState
 from armdrive.errors.arguments import checked_calls
 from armdrive.motion import device as device_tasks
 from armdrive.motion import standing
@@ -123,12 +123,13 @@ class Arm:
         """Connect to an arm: `target` is an arm file's name, a port with `dialect=`, or `sim:NAME`.
 
         Without a target, connect to the simulated TeachMover or, in a script under `armdrive run`,
-        to the arm that the command names.
-        Options: `dialect` and `baud` (of a port), `pace` ("simulated", "real", a multiple of real
-        time, or a `SimulatedClock` that several simulated arms share), `allow_restored`,
-        `operator`, and
-        `reconnect` (keep trying to restore a lost connection; the default is in the arm file). If
-        the environment has `ARMDRIVE_FORCE_SIM=1`, every arm is simulated. Raises
+        to the arm that the command names. `dialect` and `baud` belong to a port. `pace` is
+        "simulated", "real", a multiple of real time, or a `SimulatedClock` that several simulated
+        arms share. With `allow_restored`, a remembered position needs no confirmation. `operator`
+        is the function that `home` and `verify` ask. With `reconnect`, a lost connection is
+        restored automatically; the default is in the arm file. `twin` is the simulated arm to use.
+
+        If the environment has `ARMDRIVE_FORCE_SIM=1`, every arm is simulated. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
         """
         options = ConnectOptions(
@@ -144,8 +145,14 @@ class Arm:
 
     @blocking
     async def __enter__(self) -> Self:
-        if self.core.state is State.DISABLED:
-            await coroutine_of(self.enable)()
+        if self.closed:
+            raise WrongState("this connection was closed for good: create a new one")
+        try:
+            if self.core.state is State.DISABLED:
+                await coroutine_of(self.enable)()
+        except BaseException:  # `with Arm.connect()` has no other name for it
+            await self.connection.close()
+            raise
         return self
 
     def __exit__(

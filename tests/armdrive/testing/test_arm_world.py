@@ -6,10 +6,10 @@ import asyncio
 
 import pytest
 
-from armdrive import Arm, ArmInUse, AsyncArm, NotReferenced, Pose, Stopped
+from armdrive import Arm, ArmInUse, AsyncArm, NoAnswer, NotReferenced, Pose, Stopped, WrongState
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.world.table import IncidentKind
-from armdrive.status import Trust
+from armdrive.status import State, Trust
 from armdrive.testing import ArmWorld
 
 
@@ -189,3 +189,17 @@ def test_the_end_closes_what_is_open_and_later_connections_lead_elsewhere():
         handle.wait()
     with Arm.connect() as other:
         assert other.twin is not world.twin
+
+
+def test_a_with_block_whose_arm_cannot_be_switched_on_leaves_no_connection_open():
+    with ArmWorld("sim:robko01") as world:
+        arm = Arm.connect("sim:robko01")
+        world.faults.add("mute")
+        with pytest.raises(NoAnswer), arm:
+            raise AssertionError("the motors are not on")
+        assert arm.closed
+        with pytest.raises(WrongState, match="closed for good"), arm:
+            raise AssertionError("the arm is not connected")
+        world.faults.end("mute")
+        with Arm.connect("sim:robko01") as again:
+            assert again.status.state is State.STANDBY
