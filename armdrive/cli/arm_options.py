@@ -10,9 +10,19 @@ from armdrive.registry import DIALECTS
 
 def add_arm_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose an arm."""
-    group = parser.add_argument_group(
-        "which arm", "Without one of these options, the default arm or the simulated TeachMover."
-    )
+    group = _add_choice(parser, "the default arm or the simulated TeachMover")
+    group.add_argument("--fresh", action="store_true", help="start the simulated arm over")
+    add_json_option(parser)
+
+
+def add_driven_arm_options(parser: argparse.ArgumentParser, otherwise: str) -> None:
+    """Add the options that choose an arm that a program is driving; `otherwise` is without one."""
+    _add_choice(parser, otherwise)
+    add_json_option(parser)
+
+
+def _add_choice(parser: argparse.ArgumentParser, otherwise: str) -> argparse._ArgumentGroup:
+    group = parser.add_argument_group("which arm", f"Without one of these options, {otherwise}.")
     dialects = ", ".join(DIALECTS)
     group.add_argument("--arm", metavar="NAME", type=name, help="an arm file, by name or path")
     group.add_argument(
@@ -26,8 +36,11 @@ def add_arm_options(parser: argparse.ArgumentParser) -> None:
         help="the language of the arm on --port, one of the same",
     )
     group.add_argument("--baud", type=count, metavar="RATE", help="the baud rate of --port")
-    group.add_argument("--fresh", action="store_true", help="start the simulated arm over")
-    add_json_option(parser)
+    return group
+
+
+EVERY_DRIVEN = "every arm that your programs are driving"
+ONLY_DRIVEN = "the only arm that your programs are driving"
 
 
 def names_arm(options: argparse.Namespace) -> bool:

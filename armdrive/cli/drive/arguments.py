@@ -7,7 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.arm_options import (
+    EVERY_DRIVEN,
+    add_allow_restored,
+    add_arm_options,
+    add_driven_arm_options,
+)
 from armdrive.cli.options import (
     SPEED_HELP,
     Action,
@@ -306,7 +311,7 @@ def _pause(parser: argparse.ArgumentParser) -> None:
       armdrive pause --sim teachmover
 
     """
-    add_arm_options(parser)
+    add_driven_arm_options(parser, EVERY_DRIVEN)
 
 
 # --- pendant
@@ -474,7 +479,7 @@ def _record(parser: argparse.ArgumentParser) -> None:
       armdrive record --sim teachmover --output monday.jsonl
 
     """
-    add_arm_options(parser)
+    add_driven_arm_options(parser, EVERY_DRIVEN)
     parser.add_argument(
         "--output", type=Path, metavar="FILE", help="copy the recording to this file"
     )
@@ -511,7 +516,7 @@ def _resume(parser: argparse.ArgumentParser) -> None:
       armdrive resume --sim teachmover
 
     """
-    add_arm_options(parser)
+    add_driven_arm_options(parser, EVERY_DRIVEN)
 
 
 # --- slow
@@ -529,7 +534,7 @@ def _slow(parser: argparse.ArgumentParser) -> None:
 
     """
     parser.add_argument("speed", type=_override, metavar="SPEED", help="0.2 or 20%%; at least 1%%")
-    add_arm_options(parser)
+    add_driven_arm_options(parser, EVERY_DRIVEN)
 
 
 LEAST_OVERRIDE = 0.01
@@ -557,7 +562,7 @@ def _stop(parser: argparse.ArgumentParser) -> None:
       armdrive stop --sim teachmover
 
     """
-    add_arm_options(parser)
+    add_driven_arm_options(parser, EVERY_DRIVEN)
 
 
 # --- verify

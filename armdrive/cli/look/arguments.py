@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.arm_options import ONLY_DRIVEN, add_arm_options, add_driven_arm_options
 from armdrive.cli.options import Declare, add_json_option, number, positive
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import Topic
@@ -124,7 +124,7 @@ def _watch(parser: argparse.ArgumentParser) -> None:
         help=f"time between two looks (default {WATCH_EVERY_S:g})",
     )
     parser.add_argument("--screen", action="store_true", help="draw the arm, with keys to stop it")
-    add_arm_options(parser)
+    add_driven_arm_options(parser, ONLY_DRIVEN)
 
 
 ARGUMENTS: Mapping[str, Declare] = MappingProxyType(

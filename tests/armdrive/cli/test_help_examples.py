@@ -98,3 +98,18 @@ def held_arm():
     with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
         arm.confirm_reference()
         yield
+
+
+@pytest.mark.parametrize(
+    ("command", "otherwise"),
+    [
+        *((command, "every arm that your programs are driving") for command in OF_A_HOLDER),
+        ("watch", "the only arm that your programs are driving"),
+    ],
+)
+def test_the_help_of_a_command_to_a_driving_program_says_which_arm_it_means(
+    call, command, otherwise
+):
+    said = call("help", command, code=0).out
+    assert f"Without one of these options, {otherwise}." in said
+    assert "--fresh" not in said, "that program has the simulated arm already"
