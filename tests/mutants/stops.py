@@ -208,16 +208,27 @@ MUTANTS = (
         name="a reset moves the arm",
         promise="leaving an error moves nothing",
         path="armdrive/motion/standing.py",
-        old=('    core.diagnostics.error = core.diagnostics.notice = ""\n    weigh'),
+        old="    weigh_difference(wire, core.position.compare(registers))\n    yield from comp",
         new=(
-            '    core.diagnostics.error = core.diagnostics.notice = ""\n'
             "    at = core.position.acknowledged\n"
             "    yield from wire.move(at + type(at)([40] * len(at)), 100.0, None)\n"
-            "    weigh"
+            "    weigh_difference(wire, core.position.compare(registers))\n"
+            "    yield from comp"
         ),
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst",
+        ),
+    ),
+    Mutant(
+        name="a reset takes no notice of what the device reports meanwhile",
+        promise="error-stop latches what a device reports",
+        path="armdrive/motion/standing.py",
+        old="    if core.diagnostics.error:  # reported after",
+        new="    if False:  # reported after",
+        tests=tests_of(
+            "tests/armdrive/runtime/test_stopping.py",
+            "test_what_the_device_reports_during_the_reset_stays_latched",
         ),
     ),
     Mutant(

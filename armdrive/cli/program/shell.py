@@ -184,6 +184,11 @@ WAYS_OUT: Mapping[State, str] = MappingProxyType(
 )
 """What to type in each state in which nothing moves."""
 
+NEWS: Mapping[State, str] = MappingProxyType(
+    {State.ERROR_STOP: "in error-stop", State.DISCONNECTED: "disconnected"}
+)
+"""How the shell reports that a state came while nothing was typed."""
+
 REFERENCE = "`home` references the arm"
 
 
@@ -382,8 +387,8 @@ class _PromptLoop:
     def _tell_news(self) -> None:
         """Say what happened to the arm while nothing was typed."""
         status = self._shell.arm.status
-        bad = status.state in (State.ERROR_STOP, State.DISCONNECTED)
-        news = f"the arm is in {status.state.value}: {status.error}" if bad else ""
+        where = NEWS.get(status.state)
+        news = f"the arm is {where}: {status.error}" if where else ""
         if news and news != self._told:
             put_error(f"{presented(news, SHELL)}\n")
         self._told = news

@@ -151,7 +151,9 @@ def test_a_real_arm_asks_at_the_prompt_and_one_that_is_gone_leaves_the_program(b
         assert "armdrive" not in prompt.enter("delay 0")
         sim.process.kill()
         sim.process.wait()
-        assert "`reconnect` looks for the wire" in prompt.enter("draw 0, 0, 20")
+        said = prompt.enter("draw 0, 0, 20")
+        assert "`reconnect` looks for the wire" in said
+        assert "the arm is disconnected: " in said
         assert "armdrive: [E4" in prompt.enter("reconnect")
     assert "are in" in prompt.enter(f"save {path}")
     assert path.read_text(encoding="utf-8") == "home\ndelay 0\n"
