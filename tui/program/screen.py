@@ -249,7 +249,8 @@ class ProgramScreen(DeskScreen):
         programs.show_rows(names, files.at if names else None)
         programs.display = bool(files.paths) and not run.busy
         self._show_lines()
-        self.text("run").show_lines(self._run_lines(status))
+        lines = ((self.desk.spoken(line), ink) for line, ink in self._run_lines(status))
+        self.text("run").show_lines(lines)
         printed = [printable(each) for each in [*run.printed][-PRINTS_SHOWN:]]
         self.show_panel("printed", "\n".join(printed))
 

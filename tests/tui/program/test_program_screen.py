@@ -217,6 +217,16 @@ async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path
         assert not session.screen.run.busy
 
 
+async def test_a_refusal_names_the_keys_of_the_desk_and_not_the_calls_of_python(own_home, tmp_path):
+    with Arm.connect("sim:teachmover") as stranger:
+        async with ProgramSession(stranger, tmp_path, refused="draw 0, 20, 0\n") as session:
+            await session.keys("r")
+            shown = " ".join(session.text("run").split())
+            assert "REFUSED IN LINE 1: planned motion needs a trusted position" in shown
+            assert "press H" in shown
+            assert "home()" not in shown
+
+
 NOT_READY = [
     (State.DISABLED, "P switches them on"),
     (State.ERROR_STOP, "the arm is in error-stop"),
