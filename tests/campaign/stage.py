@@ -268,7 +268,9 @@ class Stage:
         """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        return there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        return (
+            there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        )
 
     @property
     def _link_failed(self) -> bool:

@@ -31,8 +31,8 @@ MUTANTS = (
         name="a stop does not end a motion between its bursts",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/motion/execute.py",
-        old="while done < 1.0 and not (wire.stopping or released()):",
-        new="while done < 1.0 and not released():",
+        old="while done < 1.0 and not (wire.stopping or is_released()):",
+        new="while done < 1.0 and not is_released():",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_stopped_arm_stands_within_the_stated_time_and_way[0.0-begin_planned-0.02-0.15]",
@@ -54,11 +54,12 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/motion.py",
         old=(
-            "            if self.io.stop_asked or request.let_go():\n"
+            "            if self.io.stop_asked or request.released():\n"
             "                return (yield from self._halt(trip))"
         ),
         new=(
-            "            if request.let_go():\n                return (yield from self._halt(trip))"
+            "            if request.released():\n"
+            "                return (yield from self._halt(trip))"
         ),
         tests=tests_of(
             "tests/conformance/test_conformance.py",
@@ -136,9 +137,10 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/armdroid/controller.py",
         old=(
-            "            if self._io.stop_asked or let_go():\n                self._board.give_up()"
+            "            if self._io.stop_asked or released():\n"
+            "                self._board.give_up()"
         ),
-        new=("            if let_go():\n                self._board.give_up()"),
+        new=("            if released():\n                self._board.give_up()"),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",

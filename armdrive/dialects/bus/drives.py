@@ -19,6 +19,23 @@ ALL_SILENT = (
 """What to check if no drive on the bus answers."""
 
 
+BUS_REMEDY = "Check the bus's wiring, its load and its adapter"
+"""What to check if drives did not answer for a while, and answer again."""
+
+
+def not_heard_words(who: str) -> str:
+    """Return that drives (`who`, in words) did not answer for a while, and what to check."""
+    return f"{who} did not answer for a while. {BUS_REMEDY}"
+
+
+def off_target_words(drive: object, count: int, target: int, unit: str) -> str:
+    """Return that a drive is not at its target, and the likely causes."""
+    return (
+        f"{drive} is at {count}, not at {target} {unit}: it is blocked, overloaded, was turned by "
+        "force, or was reset"
+    )
+
+
 class Obstructed(Exception):
     """A request cannot be carried out, or not completely; carries the reply to it.
 

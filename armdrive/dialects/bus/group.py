@@ -135,16 +135,16 @@ def run_phases(
     phase: Phase,
     stages: Stages,
     acts: Acts,
-    let_go: Callable[[], bool] = never,
+    released: Callable[[], bool] = never,
 ) -> Generator[float, H | None, None]:
     """Lead the drives from a phase through all that follow, until the motion has ended.
 
-    A stop goes first, in every phase: before the stage is asked what else has changed. `let_go`
+    A stop goes first, in every phase: before the stage is asked what else has changed. `released`
     tells whether the motion is a jog that was released, which is a stop too.
     """
     stage = stages[phase]()
     while phase is not Phase.ENDED:
-        row = TABLE.get((phase, Signal.STOP)) if io.stop_asked or let_go() else None
+        row = TABLE.get((phase, Signal.STOP)) if io.stop_asked or released() else None
         if row is None and (signal := stage.signal(io.now_s)) is not None:
             row = TABLE.get((phase, signal))
         if row is None:

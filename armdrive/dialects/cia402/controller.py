@@ -100,8 +100,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             if not self.group.contacted:
                 yield from self._contact.connect()
             match request:
-                case MoveBy(steps, rate_hz, let_go):
-                    reply = yield from self._profile.burst(steps, rate_hz, let_go)
+                case MoveBy(steps, rate_hz, released):
+                    reply = yield from self._profile.burst(steps, rate_hz, released)
                 case MoveAlong():
                     reply = yield from self._cyclic.drive(request)
                 case HomeDevice(groups):

@@ -101,7 +101,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         target = drive.seen if target is None else target
         self.write(self.bus.command(drive.node, word, mode, target))
 
-    def order(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
+    def send_nmt(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
         """Send drives a network management order."""
         for drive in drives:
             self.write(pack(canopen.Nmt(command, drive.node).frame))
@@ -127,12 +127,12 @@ class Cia402Exchange(ScriptIO[HostEvent]):
 
     # -- positions ----------------------------------------------------------------------------
 
-    def look(self) -> Script[None]:
+    def require_positions(self) -> Script[None]:
         """Read every position. Raises `Obstructed` if a drive does not report its own."""
-        if missing := (yield from self.poll()):
+        if missing := (yield from self.look()):
             raise Obstructed(self.absence(missing))
 
-    def poll(self) -> Script[tuple[Cia402Drive, ...]]:
+    def look(self) -> Script[tuple[Cia402Drive, ...]]:
         """Read every position; return the drives that do not report theirs."""
         for tried in range(1, TRIES + 1):
             asked_s = self.now_s

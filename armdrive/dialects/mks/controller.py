@@ -131,10 +131,10 @@ class MksController(ScriptRunner[Event]):
                 if homed == Done():
                     yield from self._contact.adopt_positions()
                 return homed
-            case MoveBy(steps, rate_hz, let_go) if not self.abilities.queued_segments:
-                return (yield from self._bursts.burst(steps, rate_hz, let_go))
-            case MoveBy(let_go=let_go):
-                along = MoveAlong(iter((request,)), request.duration_s + 1.0, let_go=let_go)
+            case MoveBy(steps, rate_hz, released) if not self.abilities.queued_segments:
+                return (yield from self._bursts.burst(steps, rate_hz, released))
+            case MoveBy(released=released):
+                along = MoveAlong(iter((request,)), request.duration_s + 1.0, released=released)
                 return (yield from self._motion.along(along))
             case MoveAlong():
                 return (yield from self._motion.along(request))

@@ -60,7 +60,7 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
     """Its error is smaller than the one at which drives fault, so only its standing shows it."""
     rig, released = Rig().ready(), []
     jog = (MoveBy(steps(1000, -500), rate_hz) for _ in range(40))
-    rig.begin(MoveAlong(jog, 0.3, let_go=lambda: bool(released)))
+    rig.begin(MoveAlong(jog, 0.3, released=lambda: bool(released)))
     rig.run(0.3)
     rig.twin.world.stalled.add(0)
     rig.run(blocked_s)

@@ -86,7 +86,7 @@ KINDS = pytest.mark.parametrize("made", MADE)
 def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
     """Tell whether the motion ended as asked; else it has to say that a heartbeat was missed."""
     alerts = rig.alerts()
-    assert not any(alert.kind is AlertKind.ASTRAY for alert in alerts), (reply, alerts)
+    assert not any(alert.kind is AlertKind.OFF_PATH for alert in alerts), (reply, alerts)
     if reply == wanted:
         assert not alerts
         return True
@@ -96,16 +96,16 @@ def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
 
 @in_pairs("how, made, seed", ["stop", "release", "end"], MADE, SEEDS)
 def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, how):
-    rig, let_go = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
+    rig, released = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
     before = rig.positions
     line = LINE[:10] if how == "end" else LINE
-    rig.begin(MoveAlong(iter(line), 0.3, let_go=lambda: bool(let_go)))
+    rig.begin(MoveAlong(iter(line), 0.3, released=lambda: bool(released)))
     rig.run(0.4)
     rig.busy = True
     if how == "stop":
         rig.stop()
     elif how == "release":
-        let_go.append(True)
+        released.append(True)
     reply = rig.finish()
     assert reply == (Done() if how == "end" else Halted()), reply
     assert not rig.alerts()
@@ -119,14 +119,14 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, ho
 @pytest.mark.parametrize("seed", SEEDS)
 @KINDS
 def test_one_whose_drives_miss_a_heartbeat_meanwhile_says_so(made, seed):
-    rig, let_go = made(seed).ready(), []
-    rig.begin(MoveAlong(iter(LINE), 0.3, let_go=lambda: bool(let_go)))
+    rig, released = made(seed).ready(), []
+    rig.begin(MoveAlong(iter(LINE), 0.3, released=lambda: bool(released)))
     rig.run(0.4)
     rig.busy = True
-    let_go.append(True)
+    released.append(True)
     if not keeps_its_reference(rig, rig.finish(), Halted()):
         assert rig.do(ClearFault()) == Done()
-    assert not any(alert.kind is AlertKind.ASTRAY for alert in rig.alerts())
+    assert not any(alert.kind is AlertKind.OFF_PATH for alert in rig.alerts())
 
 
 @KINDS
@@ -140,7 +140,7 @@ def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_hear
     reply = rig.finish()
     assert "drive 1 (base) is at" in str(reply)
     assert "it is blocked" in str(reply)
-    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ASTRAY]
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.OFF_PATH]
 
 
 @pytest.mark.parametrize(

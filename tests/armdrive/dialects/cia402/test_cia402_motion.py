@@ -202,10 +202,10 @@ def test_no_stop_takes_the_current_away(hard):
 
 def test_who_lets_go_has_the_arm_slow_down_on_its_way():
     rig = Rig().ready()
-    before, let_go = rig.positions, [False]
-    rig.begin(MoveAlong(iter(LINE * 4), 1.0, let_go=lambda: let_go[0]))
+    before, released = rig.positions, [False]
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0, released=lambda: released[0]))
     rig.run(0.5)
-    let_go[0] = True
+    released[0] = True
     there = rig.positions[0]
     assert rig.finish() == Halted()
     base, shoulder, *_ = rig.positions - before

@@ -101,7 +101,7 @@ def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 1 (base) is at" in reply.reason
-    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ASTRAY]
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.OFF_PATH]
     rig.twin.world.stalled.clear()
     rig.check_stands(1.0)
 

@@ -225,7 +225,7 @@ def test_a_stop_ends_it_within_the_bound_and_tells_where(hard, after_s):
 def test_a_jog_that_is_let_go_of_stops():
     bench = MksBench().ready()
     held = [True]
-    bench.begin(along(straight(50), jog=True, let_go=lambda: not held[0]))
+    bench.begin(along(straight(50), jog=True, released=lambda: not held[0]))
     bench.run(0.5)
     held[0] = False
     assert bench.finish() == Halted()
@@ -264,13 +264,13 @@ FAULTS = {
     "falls silent": (lambda bench: setattr(bench.node(2), "mute", True),
                      None, r"drive 2 \(shoulder\)"),
     "is blocked": (lambda bench: bench.node(3).block(),
-                   AlertKind.ASTRAY, r"drive 3 \(elbow\)"),
+                   AlertKind.OFF_PATH, r"drive 3 \(elbow\)"),
     "stalls and lets go": (lambda bench: bench.node(2).stall(),
                            AlertKind.SWITCHED_OFF, r"drive 2 \(shoulder\) has stalled"),
     "is reset": (lambda bench: bench.node(1).reset(),
                  AlertKind.RESTARTED, r"drive 1 \(base\)"),
     "is in another mode": (lambda bench: bench.node(5).set_mode(mks.Mode.PULSE_FOC),
-                           AlertKind.ASTRAY, r"drive 5 \(left wrist\) is in mode 2"),
+                           AlertKind.OFF_PATH, r"drive 5 \(left wrist\) is in mode 2"),
     "reaches a limit switch": (reach_a_switch, AlertKind.ALARM_LOST,
                                r"drive 1 \(base\) has run into a limit switch"),
 }  # fmt: skip
