@@ -12,6 +12,8 @@ Read in this order:
     words      one frame described in words
     row        the registry entry of an arm with such drives
 
-If a drive falls silent in motion, its ledger counts the unanswered polls. The observer concludes
-`mute` (`silent` if no drive replies), and the group stops the others and reports why.
+If an MKS drive falls silent in motion, its ledger counts the unanswered polls. The observer
+concludes `mute` (`silent` if no drive replies), and the phases of `group` stop the others and
+report why. A CiA 402 drive reports at every SYNC, so there the missed reports are counted instead
+(`cia402.leading`).
 """

@@ -47,9 +47,9 @@ class Phase(Enum):
     MOVING = "moving"
     """The drives receive one target after the other."""
     OUTAGE = "bus outage"
-    """No drive replies: each ends at its last target and gets no further one. When one replies
-    again, late replies are read first, then the position or state of every drive. If the arm is
-    paused meanwhile, this lasts until it resumes."""
+    """No drive replies, or drives may have missed this program's heartbeat and stopped: none gets a
+    further target, and each ends at its last one. Late replies are read first, then the position or
+    state of every drive. If the arm is paused meanwhile, this lasts until it resumes (MKS)."""
     ARRIVING = "arriving"
     """The drives have their final targets and complete the rest."""
     STOPPING = "stopping"
@@ -63,11 +63,11 @@ class Signal(Enum):
     """What has changed in a phase."""
 
     STOP = "a stop was requested, or a jog was released"
-    OUTAGE = "no drive has replied for a while, or one has replied again after that"
+    OUTAGE = "no drive has replied for a while, one replies again, or a heartbeat may be missing"
     TROUBLE = "a drive does not follow its orders, or does not reply"
     REJECTED = "a drive reports that it rejects an order"
     ALL_SENT = "the final targets have been sent"
-    LOCATED = "every drive's position and speed are known, and the arm is not paused"
+    LOCATED = "every drive's position and speed are known, or its state can be read"
     SHORT = "a drive stands short of its target: its order may have been lost"
     OUT_OF_RANGE = "a target cannot be expressed"
     ARRIVED = "all drives stand at their targets"
@@ -81,7 +81,7 @@ class Act(Enum):
     NOTHING = "nothing"
     STOP = "send the stop"
     STOP_HARD = "send the stop, without a ramp"
-    EXPLAIN = "send the stop, then find out what is wrong and report it"
+    EXPLAIN = "send the stop, find out what is wrong, and report it"
     REPEAT = "send the order again"
     RESUME = "continue from where the drives are, leaving nothing out"
     HOLD = "have each drive hold where it stands"

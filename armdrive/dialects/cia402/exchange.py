@@ -42,7 +42,8 @@ LAST_ANSWER_S = 0.25
 """How much longer the last answer is waited for: a frame may wait that long in the computer or the
 adapter (see `transports/can_threads.py`)."""
 MUTE_CYCLES = 20
-"""A drive that reports nothing in this many cycles is mute; a busy computer is late by fewer."""
+"""A drive that reports nothing in this many cycles is mute; a busy computer is late by fewer. In
+motion it is usually found earlier: by the question about its state after an outage."""
 BEATS_LOST = 3.5
 """A drive at rest may miss this many of its own heartbeats before it is asked for a reply."""
 POLLS_LOST = 4

@@ -58,8 +58,8 @@ WAIT_CYCLES = 3
 """While a drive has reported nothing for this many cycles, all slow down, and stop in the end. A
 bus that loses one frame in ten loses three in a row once in 1000 cycles."""
 LOST_CYCLES = 5
-"""A drive that has not been seen to turn for this many cycles gets no further targets, even if it
-reported nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
+"""When a drive has not been seen to turn for this many cycles, all stand, even if it reported
+nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
 loses nothing."""
 BRAKING_S = 1.0
 """How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
@@ -254,6 +254,9 @@ class MotionLead:
     @property
     def _may_have_stopped(self) -> bool:
         """Whether drives may have missed this program's heartbeat and stopped by themselves.
+
+        With the default settings that is so once a drive has not reported for 0.125 s, before it is
+        mute by `MUTE_CYCLES`.
 
         Such a drive would take its next target as an order to continue, and jump to where the
         others, or the targets, are by now.
