@@ -25,6 +25,7 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.motion.standing import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
+from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import DrivesOnBus, Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
@@ -34,6 +35,7 @@ from armdrive.storage.record import FileRecorder
 from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
+from firmware_protocol.canopen import DriveState
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
@@ -80,6 +82,7 @@ LINK_ERRORS = ("E407", "E409", "E502")
 """The errors of an arm that lost its wire, or whose drives do not reply. Until the arm is reset,
 the driver does not order a drive to hold where its shaft is, so a blocked shaft springs back once
 it is free (docs/controllers/mks.md)."""
+BRAKING = (DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
 POLLED_STATES = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 
 
@@ -158,6 +161,7 @@ class Stage:
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
         if isinstance(self.twin.board, DrivesOnBus):  # steppers make up for no lost steps
             self.watch.spring_back.can_hold = self._can_hold
+            self.watch.lost_targets.brakes = self._brakes
             self.world.closed_loop = True
 
     @property
@@ -271,6 +275,11 @@ class Stage:
         return (
             there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
         )
+
+    def _brakes(self) -> bool:
+        """Return whether a CiA 402 drive brakes by its own ramp."""
+        nodes = getattr(self.twin.board, "nodes", ())
+        return any(isinstance(node, Cia402Node) and node.states.state in BRAKING for node in nodes)
 
     @property
     def _link_failed(self) -> bool:
