@@ -21,8 +21,8 @@ SPRINGS_BACK_S = 0.1
 """A shaft that comes free reaches its set-point within this time."""
 HOLDS_WITHIN_S = 0.7
 """A drive whose shaft is blocked in a motion holds at the shaft's place within this time: the
-driver notices the block within 0.6 s (docs/controllers/mks.md, docs/controllers/can.md), and the
-order takes 0.1 s."""
+driver notices the block within 0.6 s, and the order takes 0.1 s. In a slow CiA 402 motion it
+notices later (docs/controllers/can.md), but meanwhile the command allows the motion."""
 
 
 @dataclass(slots=True)
@@ -156,13 +156,14 @@ class LostTargets:
         """Return how much longer than `window_s`, which ends now, joints may seem to have turned.
 
         Drives that catch up add `missed_s`. A drive that brakes from several times its speed covers
-        the square of that, times what it covers as it stops from full speed.
+        the square of that, times what it covers as it stops from full speed; but it is never faster
+        than that speed.
         """
         brakes_s = LOST_CYCLES * self.quick_stop_s
         if time_s <= self._until_s + brakes_s and self.brakes():
             self._braked_s = time_s
         if time_s <= self._braked_s + window_s:
-            return LOST_CYCLES**2 * self.quick_stop_s / 2.0
+            return min(LOST_CYCLES**2 * self.quick_stop_s / 2.0, (LOST_CYCLES - 1) * window_s)
         return self.missed_s if time_s <= self._until_s + window_s else 0.0
 
     def allowed_rad(self, joint: str, time_s: float) -> float:

@@ -71,9 +71,9 @@ def test_the_excuse_ends_with_the_fault():
         (0.0, 1.4, False, False),
         (2.6, 1.4, False, True),
         (0.0, 1.5, False, True),
-        (0.0, 3.0, True, False),
-        (2.6, 3.0, True, True),
-        (0.0, 8.0, True, True),
+        (0.0, 5.0, True, False),
+        (2.6, 5.0, True, True),
+        (0.0, 5.5, True, True),
     ],
 )
 def test_a_drive_that_catches_up_and_one_that_brakes_then_may_be_that_much_faster(

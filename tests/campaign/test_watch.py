@@ -314,3 +314,16 @@ def test_how_far_the_tip_moves_is_not_judged_once_a_stepper_has_slipped(slips, b
     stage.add_bound("a stop", 1.0, 1.0)
     stage.world.drive(steps(base=2000), stage.now_s)
     assert any("it went" in each for each in stage.watch.broken) is broken
+
+
+def test_a_late_message_is_excused_until_it_has_come():
+    stage = a_stage()
+    connect(stage)
+    stage.twin.faults.add("delay", 0.4, "next", side="host")
+    stage.watch.late_s = 0.4
+    call(stage, lambda: None)
+    assert stage.watch.late_s == 0.4  # the program has sent nothing yet
+    call(stage, stage.arm.stop)
+    stage.sleep(5.0)
+    call(stage, lambda: None)
+    assert stage.watch.late_s == 0.0
