@@ -18,8 +18,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import HOST_S, Obstructed, bus_motors
-from armdrive.dialects.bus.group import BUS_REQUESTS
+from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.compare import compare, mend
 from armdrive.dialects.cia402.contact import Cia402Contact

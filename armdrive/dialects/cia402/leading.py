@@ -1,6 +1,6 @@
 """Lead CiA 402 drives through a motion: whether it can begin, what ends it, how the drives stop.
 
-The table of phases is in `bus/group.py`. Here are the stages that all motions share and the actions
+`bus/phases.py` has the table of phases. Here are the stages that all motions share and the actions
 between them. Each kind of motion adds one stage of its own (`motion.py`).
 
 A stop is the quick stop of every drive. When all stand, they leave it again and hold.
@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import Obstructed, not_heard_words
-from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.observer import DriveFinding
+from armdrive.dialects.bus.phases import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.stages import Braking
 from armdrive.dialects.cia402.exchange import (
     ENABLE,

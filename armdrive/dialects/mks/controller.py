@@ -12,8 +12,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import HOST_S, Obstructed, bus_motors
-from armdrive.dialects.bus.group import BUS_REQUESTS
+from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping

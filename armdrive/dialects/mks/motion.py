@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from armdrive.dialects.bus.drives import BUS_REMEDY, Obstructed, not_heard_words
-from armdrive.dialects.bus.group import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
@@ -21,6 +20,7 @@ from armdrive.dialects.bus.observer import (
     Verdict,
 )
 from armdrive.dialects.bus.paths import KEPT_S
+from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops

@@ -13,32 +13,9 @@ from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import (
-    ClearFault,
-    DropCurrent,
-    HomeDevice,
-    MendSetting,
-    MoveAlong,
-    MoveBy,
-    ReadPosition,
-    ReadSettings,
-    SwitchOn,
-    never,
-)
+from armdrive.tasks import never
 
 H = TypeVar("H")
-BUS_REQUESTS = (
-    MoveBy,
-    MoveAlong,
-    HomeDevice,
-    ReadPosition,
-    ReadSettings,
-    MendSetting,
-    SwitchOn,
-    DropCurrent,
-    ClearFault,
-)
-"""The requests that drives on a bus carry out."""
 
 
 class Phase(Enum):
