@@ -19,8 +19,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.controller import Controller
 from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.controller import Controller
 from armdrive.dialects.mks.steering import CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
@@ -276,7 +276,8 @@ class Stage:
         """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        return there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        there = there and not self._link_failed
+        return there and time_s >= self.no_hold_until_s.get(motor, -math.inf)
 
     @property
     def _link_failed(self) -> bool:
