@@ -6,13 +6,13 @@ An excuse sees only the motors or joints that it is about; every other motion is
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.cia402.leading import LOST_CYCLES
 from armdrive.dialects.cia402.settings import Cia402Settings
-from kinematics import Motors
+from kinematics import Motors, Transmission
 
 NOISE_S = 0.03
 """The longest time between an event and the next look at the arm."""
@@ -178,15 +178,20 @@ def shared_joints(config: ArmConfig) -> frozenset[str]:
     return frozenset(name for name, row in rows if sum(map(bool, row)) > 1)
 
 
-def one_motor_rates_rad_s(config: ArmConfig) -> dict[str, float]:
-    """Return how fast one motor alone turns each joint at most, at the joints' greatest speeds."""
-    transmission, speeds = config.model.transmission, config.model.joint_speeds_rad_s
-    fastest_hz = [
-        math.fsum(abs(share) * speed for share, speed in zip(row, speeds, strict=False))
+def fastest_hz(transmission: Transmission, speeds_rad_s: Sequence[float]) -> list[float]:
+    """Return the greatest speed of each motor, with every joint at its greatest speed."""
+    return [
+        math.fsum(abs(share) * speed for share, speed in zip(row, speeds_rad_s, strict=False))
         for row in transmission.matrix
     ]
+
+
+def one_motor_rates_rad_s(config: ArmConfig) -> dict[str, float]:
+    """Return how fast one motor alone turns each joint at most, at the joints' greatest speeds."""
+    transmission = config.model.transmission
+    motors_hz = fastest_hz(transmission, config.model.joint_speeds_rad_s)
     return {
-        name: max(abs(share) * hz for share, hz in zip(row, fastest_hz, strict=True))
+        name: max(abs(share) * hz for share, hz in zip(row, motors_hz, strict=True))
         for name, row in zip(transmission.joint_names, transmission.inverse, strict=False)
     }
 

@@ -28,7 +28,7 @@ from kinematics import Joints, Motors, Transmission
 from kinematics.guards.guards import GuardedArm
 from tests.conformance.observation import ON_THE_STEP, Point
 
-from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand
+from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand, fastest_hz
 from .speeds import NOTHING, WINDOW_S, SpeedWatch
 
 ROUNDING_RAD = math.radians(0.5)
@@ -303,6 +303,11 @@ class Watch:
         self._bounds.append(bound)
 
     @property
+    def commanded_speed(self) -> float:
+        """The share of its greatest speed at which the arm may move."""
+        return 1.0 if self._command is None else self._command.speed
+
+    @property
     def must_stop(self) -> bool:
         """Whether the arm has to come to rest: a bound holds."""
         return bool(self._bounds)
@@ -431,7 +436,7 @@ class Watch:
         self._check_bounds(time_s)
         if self.may_move(time_s):
             self._rest_position = self.world.motors
-        share = 1.0 if self._command is None else self._command.speed
+        share = self.commanded_speed
         if time_s <= self._earlier_until_s < math.inf:
             share = max(share, self._earlier_speed)
         free = self._joints_of(self.slipped | self.sagged | self.turned_in_command)
@@ -590,11 +595,8 @@ def _all_motors_rad_s(
     transmission: Transmission, speeds_rad_s: Sequence[float]
 ) -> tuple[float, ...]:
     """Return how fast each joint turns if all its motors turn it one way at their fastest."""
-    fastest_hz = [
-        math.fsum(abs(share) * speed for share, speed in zip(row, speeds_rad_s, strict=False))
-        for row in transmission.matrix
-    ]
+    motors_hz = fastest_hz(transmission, speeds_rad_s)
     return tuple(
-        math.fsum(abs(share) * hz for share, hz in zip(row, fastest_hz, strict=True))
+        math.fsum(abs(share) * hz for share, hz in zip(row, motors_hz, strict=True))
         for row in transmission.inverse[: len(speeds_rad_s)]
     )

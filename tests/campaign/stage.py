@@ -21,7 +21,7 @@ from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.controller import Controller
-from armdrive.dialects.mks.steering import CATCH_UP_RPM
+from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
@@ -45,7 +45,7 @@ from tests.conformance.observation import ON_THE_STEP, rests_within
 
 from .clock import CampaignPace, Schedule
 from .disk import Disk
-from .excuses import LostTargets
+from .excuses import LostTargets, fastest_hz
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
@@ -382,13 +382,30 @@ class Stage:
     def _missed_stop_mm(self) -> float:
         """Return how far the tip goes on if one drive misses the first stop, and the next.
 
-        While it goes on the others brake, so a wrist that only rolls also pitches.
+        While it goes on the others brake, so a wrist that only rolls also pitches. A CiA 402 drive
+        that misses the target before the stop stands at once instead, while the others brake.
         """
-        settings, model = self.config.device, self.config.model
-        cia402 = isinstance(settings, Cia402Settings)
-        repeat_s = settings.period_ms / 1000.0 if cia402 else STOP_POLL_S
-        fastest_rad_s = max(model.joint_speeds_rad_s)
-        return MISSED_STOPS * repeat_s * fastest_rad_s * max(model.arm.levers_mm(None))
+        settings, speed = self.config.device, self.watch.commanded_speed
+        if isinstance(settings, Cia402Settings):
+            missed_s = (
+                MISSED_STOPS * settings.period_ms / 1000.0 + settings.quick_stop_s * speed / 2.0
+            )
+        else:
+            missed_s = MISSED_STOPS * STOP_POLL_S * CATCH_UP
+        return missed_s * speed * self._one_motor_mm_s
+
+    @property
+    def _one_motor_mm_s(self) -> float:
+        """How fast one motor alone moves the tip at most, at the joints' greatest speeds."""
+        model, transmission = self.config.model, self.world.body.transmission
+        levers_mm = model.arm.levers_mm(None)
+        columns = zip(*transmission.inverse[: len(levers_mm)], strict=True)
+        return max(
+            hz * math.fsum(abs(turn) * lever for turn, lever in zip(column, levers_mm, strict=True))
+            for column, hz in zip(
+                columns, fastest_hz(transmission, model.joint_speeds_rad_s), strict=True
+            )
+        )
 
     def add_stop_bound(self, what: str) -> None:
         """Add the bound that the status announces for a stop now."""
