@@ -629,7 +629,7 @@ MUTANTS = (
         new="        self.time_s += 0.0 if stand else 3.0 * self._rate * period_s\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
-            "test_a_host_that_is_late_slows_down_and_does_not_leap",
+            "test_a_late_host_slows_down_and_does_not_jump_ahead",
         ),
     ),
     Mutant(
@@ -674,7 +674,7 @@ MUTANTS = (
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
-            "test_it_is_held_where_it_is_when_it_is_heard",
+            "test_a_blocked_shaft_is_held_where_it_stands",
         ),
     ),
     Mutant(
@@ -696,7 +696,7 @@ MUTANTS = (
         new="            elif False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_busy.py",
-            "test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_heard[busy_program]",
+            "test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_is[busy_program]",
         ),
     ),
     Mutant(

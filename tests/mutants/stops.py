@@ -107,7 +107,7 @@ MUTANTS = (
         new="pass",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
-            "test_drives_that_brake_are_told_once",
+            "test_drives_that_brake_get_the_stop_once",
         ),
     ),
     Mutant(
@@ -118,7 +118,7 @@ MUTANTS = (
         new="lead.io.command(drive, ENABLE, lead.states.mode_of(drive), drive.shaft.goal)",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
-            "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far[0.15-alone]",
+            "test_drives_that_were_cut_off_for_a_moment_do_not_jump_far[0.15-alone]",
         ),
     ),
     Mutant(
@@ -423,7 +423,7 @@ MUTANTS = (
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
-            "test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same",
+            "test_a_stop_is_repeated_although_answers_are_lost_too",
         ),
     ),
     Mutant(

@@ -1,7 +1,7 @@
 """A busy computer: every turn comes late, and so do the drives' answers. The position stays known.
 
-Drives that are late have told nothing against themselves: they are waited for. What a drive stops
-for by itself, as a heartbeat that was missed, is said.
+Late drives are not to blame: the motion waits for them. If a drive stops by itself, for example
+because it missed a heartbeat, that is reported.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, ho
 
 @pytest.mark.parametrize("seed", SEEDS)
 @KINDS
-def test_one_whose_drives_miss_a_heartbeat_meanwhile_says_so(made, seed):
+def test_a_released_jog_reports_drives_that_miss_a_heartbeat(made, seed):
     rig, released = made(seed).ready(), []
     rig.begin(MoveAlong(iter(LINE), 0.3, released=lambda: bool(released)))
     rig.run(0.4)
@@ -130,7 +130,7 @@ def test_one_whose_drives_miss_a_heartbeat_meanwhile_says_so(made, seed):
 
 
 @KINDS
-def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_heard(made):
+def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_is(made):
     rig = made(0, heartbeat_ms=2000, period_ms=40).ready()
     rig.begin(MoveAlong(iter(LINE[:10]), 0.3))
     while rig.positions[0] < 9700:

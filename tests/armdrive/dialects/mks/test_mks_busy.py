@@ -1,4 +1,4 @@
-"""A busy computer: what drives have answered in time and was read late is heard all the same."""
+"""A busy computer: replies that came in time and are read late still count."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A drive seen off its way: who was only late is not blamed; who is blocked, lags or is weak is.
+"""A drive off its path: one that is only late is not blamed; one that is blocked or weak is.
 
-One drive that lags while the others go on leads the arm off its way. Drives that are all late do
+One drive that lags while the others go on leads the arm off its path. Drives that are all late do
 not.
 """
 

@@ -1,4 +1,4 @@
-"""A drive that has lost orders stands as soon as announced all the same, when its host dies."""
+"""If the host dies, a drive that has lost orders also stops as soon as announced."""
 
 from __future__ import annotations
 

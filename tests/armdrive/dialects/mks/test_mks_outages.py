@@ -1,4 +1,4 @@
-"""A bus that stands still for tenths of a second in motion: no drive is to blame, all go on."""
+"""A bus outage of some tenths of a second in motion blames no drive, and the motion continues."""
 
 from __future__ import annotations
 

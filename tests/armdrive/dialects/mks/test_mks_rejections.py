@@ -1,4 +1,4 @@
-"""MKS drives that take no orders any more: the whole arm stops soon, as motors can be coupled."""
+"""An MKS drive that rejects orders stops the whole arm soon, since motors can be coupled."""
 
 from __future__ import annotations
 

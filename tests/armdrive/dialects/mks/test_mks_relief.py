@@ -1,4 +1,4 @@
-"""A shaft that is blocked while its drive stops: the drive pushes no more, and it is said."""
+"""A drive that pushes a blocked shaft as it stops is relieved, and reported."""
 
 from __future__ import annotations
 

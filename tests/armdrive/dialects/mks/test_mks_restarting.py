@@ -1,7 +1,7 @@
-"""A drive that restarts counts from zero again: what shows it, and what must not be taken for it.
+"""A drive that restarts counts from zero: what shows a restart, and what must not be taken for one.
 
-A count that no shaft can have reached shows it at once. Near zero nothing does except the answers
-that never come.
+A count that no shaft can have reached shows it at once. Near zero, only the replies that never come
+show it.
 """
 
 from __future__ import annotations
