@@ -12,6 +12,7 @@ from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import Parts
 from armdrive.dialog.operator import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
+from armdrive.errors.printable import reason_of
 from armdrive.motion import reference as reference_tasks
 from armdrive.motion.reference import (
     Drift,
@@ -247,7 +248,8 @@ class Referencing:
         try:
             write_down(logbook, verified_view(verified), self._config.calibration, reference)
         except OSError as error:
-            note = f"{verified.note}; the logbook could not be written: {error}".removeprefix("; ")
+            unwritten = f"the logbook could not be written: {reason_of(error)}"
+            note = f"{verified.note}; {unwritten}" if verified.note else unwritten
             return replace(verified, note=note)
         return verified
 

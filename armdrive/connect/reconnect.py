@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError, LinkLost
+from armdrive.errors.printable import reason_of
 from armdrive.motion.context import MotionContext, without_reset
 from armdrive.motion.standing import recover
 from armdrive.registry import dialect
@@ -86,7 +87,7 @@ class Opening:
         except ArmError as error:
             outcome = error
         except OSError as error:
-            outcome = LinkLost(f"the link cannot be opened ({error})")
+            outcome = LinkLost(f"the link cannot be opened ({reason_of(error)})")
         with self._lock:
             self._outcome = outcome
             unwanted = self._given_up

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import ArmError, ArmInUse
+from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, create_lock, is_ours
 from armdrive.text.reading import PRIVATE, is_there
@@ -180,7 +181,7 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
             "nothing moves it from this computer any more"
         ) from None
     except (OSError, EOFError, ValueError) as error:
-        raise ArmError(f"{holder_words(name)} cannot be asked: {error}") from None
+        raise ArmError(f"{holder_words(name)} cannot be asked: {reason_of(error)}") from None
 
 
 def _unserved(name: str) -> ArmError:

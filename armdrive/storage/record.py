@@ -359,7 +359,7 @@ class RecordWriter:
             try:
                 self._recorder.remove()
             except OSError as another:
-                words += f", and the old position is still there ({another})"
+                words += f", and the old position is still there ({reason_of(another)})"
             else:
                 self._left, self._refused = set(), False
         self._left.add(record)  # the new record may still be on the disk: only the last step failed

@@ -23,6 +23,7 @@ from armdrive.config.arm import ArmConfig, ConfigSource
 from armdrive.config.sections import is_model_file
 from armdrive.config.write import complete
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
+from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import read_bytes, read_text
@@ -137,7 +138,9 @@ def write_recording(
     try:
         replace_durably(DISK, path, _pieces(lines_of(header, entries)))
     except OSError as error:
-        raise StateFileError(f"the recording {path} cannot be written: {error}") from None
+        raise StateFileError(
+            f"the recording {path} cannot be written: {reason_of(error)}"
+        ) from None
     if most is not None:
         _delete_oldest(most)
 

@@ -22,6 +22,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import is_model_file
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
+from armdrive.errors.printable import reason_of
 from armdrive.registry.arm_files import parse_arm
 from armdrive.registry.simulate import simulate_device
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
@@ -269,7 +270,9 @@ def config_of(recording: Recording) -> ArmConfig:
             _put_model(table, Path(folder), header.model_file)
             return parse_arm(table, name=header.arm, folder=Path(folder))
     except (ArmError, KinematicsError, OSError) as error:
-        raise RecordingError(f"the recording's arm file cannot be used: {error}") from None
+        raise RecordingError(
+            f"the recording's arm file cannot be used: {reason_of(error)}"
+        ) from None
 
 
 def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:

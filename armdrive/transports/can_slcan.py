@@ -21,6 +21,7 @@ from can.exceptions import error_check
 from can.interfaces.slcan import slcanBus
 
 from armdrive.errors import NoConnection
+from armdrive.errors.printable import reason_of
 from armdrive.transports.can_threads import frame_of as frame_of_message
 from armdrive.transports.can_threads import message_of
 from firmware_protocol.frames import BELL, Frame, SlcanLines, frame_of, line_of
@@ -148,7 +149,9 @@ class Slcan(slcanBus):
         except serial.SerialTimeoutException as error:
             raise can.CanTimeoutError("the adapter takes nothing more") from error
         except (serial.SerialException, OSError) as error:
-            raise can.CanOperationError(f"the adapter cannot be written to ({error})") from error
+            raise can.CanOperationError(
+                f"the adapter cannot be written to ({reason_of(error)})"
+            ) from error
 
     def _greet(self, channel: str, bitrate: int | None) -> None:
         """Wait for the adapter's version, or another reply that only an slcan adapter sends."""

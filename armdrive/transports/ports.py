@@ -478,8 +478,8 @@ def ask_drivers(patience_s: float = PATIENCE_S) -> list[CanPort]:
         ) from None
     except (subprocess.CalledProcessError, OSError, ValueError) as error:
         raise LinkError(
-            f"the drivers of python-can cannot be queried ({error}): name the adapter as "
-            "can:INTERFACE:CHANNEL without this list"
+            f"the drivers of python-can cannot be queried ({reason_of(error)}): name the adapter "
+            "as can:INTERFACE:CHANNEL without this list"
         ) from None
     return [CanPort(f"can:{name}:{channel}", f"python-can's {name}") for name, channel in found]
 

@@ -110,7 +110,7 @@ class SerialLink(Link):
             self._port.baudrate = baud
         except (OSError, ValueError) as error:
             raise PortUnavailable(
-                f"{self._name} cannot be set to {baud} baud ({error}): name another rate"
+                f"{self._name} cannot be set to {baud} baud ({reason_of(error)}): name another rate"
             ) from None
         self._baud = baud
 

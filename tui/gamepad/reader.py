@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.printable import reason_of
 from tui.gamepad.map import BUTTONS, STICKS
 
 LOOK_EVERY_S = 2.0
@@ -81,7 +82,7 @@ class PadReader:
             try:
                 pad = self._find()
             except (ArmError, OSError) as error:
-                self._say_once(str(error))
+                self._say_once(reason_of(error))
                 pad = None
             else:
                 if pad is None:

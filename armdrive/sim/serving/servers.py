@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
+from armdrive.errors.printable import reason_of
 from armdrive.transports.ports import is_left_link
 from firmware_protocol.frames import (
     BELL,
@@ -208,7 +209,7 @@ class NetworkServer(ABC):
             ear = self._bound(self._host, self._port)
         except (OSError, OverflowError) as error:
             raise PortUnavailable(
-                f"cannot listen on {self.address} ({error}): choose another port"
+                f"cannot listen on {self.address} ({reason_of(error)}): choose another port"
             ) from None
         ear.setblocking(False)
         self._ear, self._port = ear, ear.getsockname()[1]

@@ -93,6 +93,25 @@ def test_the_command_line_prints_through_one_module():
     assert printing == OWN_WORDS
 
 
+def caught_from_the_system(tree):
+    """Yield each handler of `OSError`, with the name of what it caught."""
+    for node in ast.walk(tree):
+        named = isinstance(node, ast.ExceptHandler) and node.name and node.type is not None
+        if named and "OSError" in ast.unparse(node.type):
+            yield node, node.name
+
+
+def test_no_message_quotes_an_error_of_the_system_with_its_number():
+    """`reason_of` and `in_words` leave `[Errno 21]` out."""
+    found = []
+    for path in sorted([*SOURCES.rglob("*.py"), *(SOURCES.parent / "tui").rglob("*.py")]):
+        for handler, caught in caught_from_the_system(ast.parse(path.read_text(encoding="utf-8"))):
+            said = {ast.unparse(each) for each in ast.walk(handler)}
+            if said & {f"str({caught})", f"{{{caught}}}"}:
+                found.append(f"{path}:{handler.lineno}")
+    assert not found
+
+
 PRINTING = {"print", "sys.stdout.write", "sys.stderr.write", "output.write", "_send"}
 OWN_WORDS = {
     "__init__.py": {"_exit_codes()", "_help()", "f\"armdrive {version('armdrive')}\\n\""},
