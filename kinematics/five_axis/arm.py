@@ -15,26 +15,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Protocol, runtime_checkable
 
 from kinematics.errors import KinematicsError, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
-    ArmBuild,
     Base,
     Dimensions,
     Elbow,
     FrameSolution,
     Lengths,
     branch_name,
-    build,
     elbow_triangle,
     forward_frame,
+    nearest_branch,
     plane_tip,
     solve_frame,
-    solve_pose,
     wrist_distance,
 )
 from kinematics.five_axis.nearest import nearest, span_refusal
@@ -106,8 +104,6 @@ class FiveAxisArm:
     has_yaw = False
     """The hand stays in the plane of base axis and tip."""
 
-    _build: ArmBuild = field(init=False, repr=False, compare=False)
-
     def __post_init__(self) -> None:
         for name in [entry.name for entry in fields(self)[:4]]:
             object.__setattr__(self, name, finite(name, getattr(self, name)))
@@ -120,8 +116,6 @@ class FiveAxisArm:
                 f"a range is needed for each of {', '.join(JOINT_NAMES)}; "
                 f"{len(self.limits)} were given"
             )
-        bounds = tuple((one.low_rad, one.high_rad) for one in self.limits)
-        object.__setattr__(self, "_build", build(self.lengths, bounds))
 
     @property
     def lengths(self) -> Lengths:
@@ -192,10 +186,10 @@ class FiveAxisArm:
         """
         x, y, z, pitch, roll = pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
         near = _seed(seed, self.limits)
-        found = solve_pose((x, y, z, pitch, roll), self._build, near)
+        found = nearest_branch((x, y, z, pitch, roll), self, near)
         if found is None and math.hypot(x, y) <= AXIS_MM:
             mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
-            found = solve_pose(mirrored, self._build, near)
+            found = nearest_branch(mirrored, self, near)
         return None if found is None else _joints(found)
 
     def solve_angles(self, goal: Angles, near: Angles) -> Angles | None:
@@ -204,7 +198,7 @@ class FiveAxisArm:
         The floats are not checked, and the seed's base must be within its limits. A goal on the
         base axis is not mirrored as `solve` does.
         """
-        return solve_pose(goal, self._build, near)
+        return nearest_branch(goal, self, near)
 
     def transform(self, joints: Joints) -> Transform:
         """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
@@ -217,11 +211,11 @@ class FiveAxisArm:
         much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for an invalid frame.
         """
         near = _seed(seed, self.limits)
-        return solve_frame(check_transform(goal), self._build, near)
+        return solve_frame(check_transform(goal), self, near)
 
     def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameSolution:
         """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
-        return solve_frame(goal, self._build, near)
+        return solve_frame(goal, self, near)
 
     def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return what `solve` does: the posture within the limits nearest to the seed.
