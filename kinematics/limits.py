@@ -163,9 +163,28 @@ def fitted(angle: float, low: float, high: float, seed: float) -> float:
     return turned if low <= turned <= high else math.inf
 
 
-# Postures spread evenly over the ranges of joints, to see what an arm reaches.
-
 Span = tuple[float, float]
+"""The lowest and the highest of a range."""
+
+
+def all_fitted(
+    angles: Sequence[float], spans: Sequence[Span], near: Sequence[float]
+) -> tuple[float, ...] | None:
+    """Return each angle on the turn within its range nearest to another, None where one has none.
+
+    Most angles are within their ranges and near already: two comparisons save a call.
+    """
+    found = []
+    for angle, (low, high), seed in zip(angles, spans, near, strict=True):
+        if not (low <= angle <= high and -math.pi < angle - seed < math.pi):
+            angle = fitted(angle, low, high, seed)
+            if angle == math.inf:
+                return None
+        found.append(angle)
+    return tuple(found)
+
+
+# Postures spread evenly over the ranges of joints, to see what an arm reaches.
 
 MOST_CORNERS = 256
 """Corners of the joint limits that are sampled: all of them, of up to eight joints."""

@@ -8,13 +8,12 @@ and only floats and tuples are created, because planners call these functions th
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple, Protocol
 
 from kinematics.frames.transforms import Transform
 from kinematics.geometry import AXIS_MM
-from kinematics.limits import JointRange, fitted
+from kinematics.limits import JointRange, all_fitted
 from kinematics.spaces import Joints, Pose
 
 REACH_MM = 1e-9
@@ -171,27 +170,15 @@ def nearest_branch(
     """
     best: Angles | None = None
     least = math.inf
+    spans = [(bounds.low_rad, bounds.high_rad) for bounds in arm.limits]
     for _, _, angles in inverse(goal, arm.lengths, near, facing):
-        turned = _within(angles, arm.limits, near)
+        turned = all_fitted(angles, spans, near)
         if turned is not None:
             change = math.dist(turned, near)
             if change < least:
-                best, least = turned, change
+                base, shoulder, elbow, wrist, roll = turned
+                best, least = (base, shoulder, elbow, wrist, roll), change
     return best
-
-
-def _within(angles: Angles, limits: Sequence[JointRange], near: Angles) -> Angles | None:
-    """Return angles on the turns within limits that are nearest to others, or None."""
-    found = []
-    for angle, bounds, seed in zip(angles, limits, near, strict=True):
-        low, high = bounds.low_rad, bounds.high_rad
-        if not (low <= angle <= high and -math.pi < angle - seed < math.pi):
-            angle = fitted(angle, low, high, seed)
-            if angle == math.inf:
-                return None
-        found.append(angle)
-    base, shoulder, elbow, wrist, roll = found
-    return base, shoulder, elbow, wrist, roll
 
 
 # The hand as a full frame: forward to a 4x4, and the inverse of any 4x4 within the limits of five

@@ -97,8 +97,8 @@ MUTANTS = (
         name="a link table's joint may stand beyond its limit",
         promise="the chosen closed-form solution keeps all limits",
         path="kinematics/chains/closed_form.py",
-        old="                kept = fit(angles, near)",
-        new="                kept = fit(angles, near) or angles",
+        old="                kept = all_fitted(angles, limits, near)",
+        new="                kept = all_fitted(angles, limits, near) or angles",
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_the_nearest_posture_is_within_the_limits_and_the_nearest",
