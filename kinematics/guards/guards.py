@@ -21,7 +21,6 @@ from kinematics.guards.links import (
     GuardViolation,
     Links,
     Reading,
-    Room,
     SumViolation,
     Violation,
     links_of,
@@ -145,35 +144,24 @@ class GuardedArm:
             *self._broken_sums(joints),
         )
 
-    def room(self, joints: Joints) -> Room:
-        """Return how far the arm may move from a posture without violating a guard.
+    def room_mm(self, joints: Joints) -> float:
+        """Return how far every point of the arm may travel before a guard is violated.
 
-        Sums of angles are left out: along a joint motion they are worst at its ends.
+        Negative where one already is. Sums of angles add nothing else: along a joint motion they
+        are worst at its ends.
         """
-        points = self.arm.points(joints)
-        tolerance = self.guards.tolerance_mm
-        own = [reading.room_mm for reading in self._own(joints, points)]
-        boxes = math.inf
-        if self.links is not None:
-            lines = self.links.segments(points)
-            own += [one.room_mm for one in self.links.own_readings(lines, tolerance)]
-            boxes = self.links.clear_of_boxes_mm(lines) + tolerance + ROUNDING_MM
-        if self.guards.sums and any(self._broken_sums(joints)):
-            own.append(-1.0)
-        return Room(min(own, default=math.inf), boxes)
+        rooms = [reading.room_mm for reading in self.readings(joints)]
+        if any(self._broken_sums(joints)):
+            rooms.append(-1.0)
+        return min(rooms, default=math.inf)
 
     def readings(self, joints: Joints) -> Iterator[Reading]:
         """Yield the reading of every distance guard for a posture."""
         points = self.arm.points(joints)
-        yield from self._own(joints, points)
-        if self.links is not None:
-            yield from self.links.readings(points, self.guards.tolerance_mm)
-
-    def _own(
-        self, joints: Joints, points: tuple[tuple[float, float, float], ...]
-    ) -> Iterator[Reading]:
         yield from self._table(points)
         yield from self._tip(joints, points)
+        if self.links is not None:
+            yield from self.links.readings(points, self.guards.tolerance_mm)
 
     def _table(self, points: tuple[tuple[float, float, float], ...]) -> Iterator[Reading]:
         if self.guards.table:

@@ -48,23 +48,6 @@ class Reading(NamedTuple):
         return (self.clearance_mm + self.tolerance_mm + ROUNDING_MM) / self.pace
 
 
-class Room(NamedTuple):
-    """How far, at least, every point of the arm may travel before a guard is violated.
-
-    `own_mm` is for the guards about the base axis, which the turning of the base does not affect;
-    `boxes_mm` is for guards on places in the room. A guard that is already violated makes it
-    negative.
-    """
-
-    own_mm: float
-    boxes_mm: float
-
-    @property
-    def free(self) -> bool:
-        """Whether no guard is violated."""
-        return self.own_mm >= 0.0 and self.boxes_mm >= 0.0
-
-
 @dataclass(frozen=True, slots=True)
 class GuardViolation:
     """One guard that a posture violates.
@@ -135,9 +118,6 @@ AGAINST_ITSELF = "arm against itself"
 BOX = "box "
 """The prefix of the names of box guards."""
 
-FAR_MM = 40.0
-"""A link at least this far from a box need not be measured exactly: a bound is enough."""
-
 LOOKS = 4
 """The number of random postures to test: a property that all of them share holds in general."""
 
@@ -179,10 +159,6 @@ class Links:
             for name, radius, (a, b) in zip(self.names, self.radii_mm, lines, strict=True):
                 off = box.distance_mm(a, b) - radius
                 yield Reading(BOX + box.name, name, off, 0.0, off, tolerance_mm)
-        yield from self.own_readings(lines, tolerance_mm)
-
-    def own_readings(self, lines: Segments, tolerance_mm: float) -> Iterator[Reading]:
-        """Yield the readings of the base column and every pair of links."""
         if self.column is not None:
             for index in self.over_base:
                 off = self.column.distance_mm(*lines[index]) - self.radii_mm[index]
@@ -191,27 +167,6 @@ class Links:
             off = segment_distance_mm(*lines[i], *lines[j]) - self.radii_mm[i] - self.radii_mm[j]
             both = f"{self.names[j]} against the {self.names[i]}"
             yield Reading(AGAINST_ITSELF, both, off, 0.0, off, tolerance_mm, 2.0)
-
-    def clear_of_boxes_mm(self, lines: Segments) -> float:
-        """Return how far the nearest link is from the nearest box, or a sufficient bound.
-
-        Most links are far from most boxes: then the sphere around a link decides, which is cheap.
-        """
-        spheres = [
-            (
-                ((a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0),
-                math.dist(a, b) / 2.0 + radius,
-            )
-            for (a, b), radius in zip(lines, self.radii_mm, strict=True)
-        ]
-        least = math.inf
-        for box in self.boxes:
-            for index, (middle, within) in enumerate(spheres):
-                off = box.point_distance_mm(middle) - within
-                if off < FAR_MM and off < least:
-                    off = box.distance_mm(*lines[index]) - self.radii_mm[index]
-                least = min(least, off)
-        return least
 
 
 @lru_cache(maxsize=32)

@@ -146,7 +146,7 @@ MUTANTS = (
         name="guards are checked at the goal alone",
         promise="no guard is broken on the way",
         path="kinematics/guards/path.py",
-        old="            near = part * travel.whole_mm <= self._step_mm\n",
+        old="            near = part_mm <= self._step_mm\n",
         new="            near = True\n",
         tests=tests_of(
             "tests/armdrive/motion/test_guards_driven.py",
