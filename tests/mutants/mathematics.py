@@ -105,11 +105,11 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="an elbow that both shoulders share leaves out the shoulder's height",
+        name="the triangle of upper arm and forearm leaves out the upper arm",
         promise="an arm is solved by its own class",
-        path="kinematics/chains/placing.py",
-        old="        (-two, start[2], p[2]),\n",
-        new="",
+        path="kinematics/chains/branches.py",
+        old="(-along(code, w, w),), (-along(code, hinge, hinge),))\n    third",
+        new="(-along(code, w, w),))\n    third",
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_the_class_of_an_arm_in_words",
