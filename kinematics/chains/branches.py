@@ -101,11 +101,8 @@ def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = Fals
 # the frame that joint 2 carries. Sources: Pieper (1968), and McKerrow, chapter 4, section 16.
 
 
-class Placed(NamedTuple):
-    """The first three turns, and the last two as one where their axes are parallel."""
-
-    turns: tuple[Turn, Turn, Turn]
-    last_two: Turn | None = None
+Placed = tuple[Turn, Turn, Turn]
+"""The first three turns."""
 
 
 def _carried(arm: Layout, index: int, turn: Turn, v: Vector3) -> Vector3:
@@ -132,8 +129,7 @@ def _second_and_third_parallel(arm: Layout) -> Placed:
     height = code.total((arm.tilt(2), arm.place(3)[2]), (arm.place(2)[2],))
     first, seen = _first_by_height(arm, arm.origin, height)
     second, third = _triangle(arm, arm.into(1, code.minus(seen, arm.place(1))))
-    both = code.total((second,), (arm.tilt(2), third.angle))
-    return Placed((first, Turn(second, ZERO, ZERO), third), turn_of(code, both))
+    return first, turn_of(code, second), third
 
 
 def _first_by_height(arm: Layout, point: Vector3, height: Term) -> tuple[Turn, Vector3]:
@@ -185,12 +181,6 @@ def _first_and_second_meet(arm: Layout) -> Placed:
         code, code.total((two, a)), code.total((two, b)), wanted, arm.free[2], arm.size**2
     )
     k = _carried(arm, 2, third, w)
-    return _second_by_height(arm, third, k)
-
-
-def _second_by_height(arm: Layout, third: Turn, k: Vector3) -> Placed:
-    """Begin a loop over joint 2's turns by the point's height along axis 1, which gives joint 1."""
-    code = arm.code
     a, b, c = _height_of(code, arm.rows(1)[2], k)
     wanted = code.total((arm.origin[2],), (-c,), (-arm.place(1)[2],))
     second = each_linear(code, a, b, wanted, arm.free[1], arm.size)
@@ -202,7 +192,7 @@ def _first_at_last(arm: Layout, second: Turn, third: Turn, k: Vector3) -> Placed
     code, p = arm.code, arm.origin
     h = _carried(arm, 1, second, k)
     first = angle_or_free(code, h, p, along(code, p, p), arm.free[0], arm.size)
-    return Placed((turn_of(code, first), second, third))
+    return turn_of(code, first), second, third
 
 
 def _first_and_second_parallel(arm: Layout) -> Placed:
@@ -244,7 +234,7 @@ def _second_and_third_meet(arm: Layout) -> Placed:
     third = each_linear(code, a, b, code.total((g[2],), (-c,)), arm.free[2], arm.size)
     k = _carried(arm, 2, third, w)
     second = angle_or_free(code, k, g, along(code, g, g), arm.free[1], arm.size)
-    return Placed((first, turn_of(code, second), third))
+    return first, turn_of(code, second), third
 
 
 def _three_of_any_kind(arm: Layout) -> Placed:
@@ -308,17 +298,13 @@ def _write_meeting(arm: Layout) -> None:
 
 def _seen(arm: Layout, placed: Placed, v: Vector3) -> Vector3:
     """Return a direction as joint 4's frame sees it."""
-    code = arm.code
-    first, second, third = placed.turns
-    v = arm.into(1, unturned(code, first, v))
-    if placed.last_two is not None:
-        return arm.into(3, arm.into(2, unturned(code, placed.last_two, v)))
-    v = arm.into(2, unturned(code, second, v))
-    return arm.into(3, unturned(code, third, v))
+    for index, turn in enumerate(placed, 1):
+        v = arm.into(index, unturned(arm.code, turn, v))
+    return v
 
 
 def _angles(placed: Placed) -> list[Term]:
-    return [turn.angle for turn in placed.turns]
+    return [turn.angle for turn in placed]
 
 
 def _write_two(arm: Layout, placed: Placed) -> None:
