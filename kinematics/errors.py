@@ -83,33 +83,33 @@ class SingularTransmission(KinematicsError):
         )
 
 
-class UnknownPreset(KinematicsError):
-    """No preset arm has this name; `nearest` is the likeliest meant one, or None."""
+class _UnknownName(KinematicsError):
+    """Nothing of a kind has this name; `nearest` is the likeliest meant one, or None."""
+
+    kind = ""
 
     def __init__(self, name: str, names: Iterable[str]) -> None:
         self.name, self.nearest = name, _likeliest(name, names)
-        super().__init__(_none_named("preset arm", name, names, self.nearest))
+        hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        super().__init__(f"no {self.kind} is named {name!r}{hint} (there are {', '.join(names)})")
 
 
-class UnknownSystem(KinematicsError):
-    """No system of the textbook has this name; `nearest` is the likeliest meant one, or None."""
+class UnknownPreset(_UnknownName):
+    """No preset arm has this name."""
 
-    def __init__(self, name: str, names: Iterable[str]) -> None:
-        self.name, self.nearest = name, _likeliest(name, names)
-        super().__init__(_none_named("system", name, names, self.nearest))
+    kind = "preset arm"
 
 
-class UnknownFrame(KinematicsError):
-    """No frame of a graph has this name; `nearest` is the likeliest meant one, or None."""
+class UnknownSystem(_UnknownName):
+    """No system of the textbook has this name."""
 
-    def __init__(self, name: str, names: Iterable[str]) -> None:
-        self.name, self.nearest = name, _likeliest(name, names)
-        super().__init__(_none_named("frame", name, names, self.nearest))
+    kind = "system"
 
 
-def _none_named(kind: str, name: str, names: Iterable[str], nearest: str | None) -> str:
-    hint = f"; did you mean {nearest!r}?" if nearest else ""
-    return f"no {kind} is named {name!r}{hint} (there are {', '.join(names)})"
+class UnknownFrame(_UnknownName):
+    """No frame of a graph has this name."""
+
+    kind = "frame"
 
 
 def _likeliest(name: object, names: Iterable[str]) -> str | None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
@@ -28,7 +27,6 @@ from kinematics.chains.subproblems import (
     each_on_conic,
     each_root,
     edge,
-    linear,
     on_conic,
     turn_of,
     turned,
@@ -60,15 +58,9 @@ CALLED = {
 """What generated code calls."""
 
 
-@dataclass(frozen=True, slots=True)
-class BranchCode:
-    """The function generated for a chain and its structure, and its source for people to read."""
-
-    find: BranchFinder
-    source: str
-
-
-def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = False) -> BranchCode:
+def branch_finder(
+    chain: Chain, structure: Structure, *, heading_free: bool = False
+) -> BranchFinder:
     """Return the function that finds every posture of a chain of this structure.
 
     With `heading_free` the goal may be turned about the world's z axis through its origin: what is
@@ -80,17 +72,16 @@ def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = Fals
     else:
         _write_meeting(arm)
     names = ", ".join(f"f{index}" for index in range(len(chain)))
-    head = ["(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal"]
     body = [
-        *head,
+        "(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal",
         f"{names} = free",
         "found = []",
         *arm.code.live(),
         "return found",
     ]
     source = "def branches(goal, free):\n" + "\n".join(f"    {line}" for line in body)
-    made = functions_of(source, CALLED, "inverse kinematics")
-    return BranchCode(made["branches"], source)
+    found: BranchFinder = functions_of(source, CALLED, "inverse kinematics")["branches"]
+    return found
 
 
 # The first three joints, which place the wrist's centre, in five ways.
@@ -114,6 +105,27 @@ def _carried(arm: Layout, index: int, turn: Turn, v: Vector3) -> Vector3:
 def _height_of(code: CodeLines, row: Vector3, v: Vector3) -> tuple[Term, Term, Term]:
     """Return the factors of cos q, sin q and nothing of row . Rz(q) v."""
     return along(code, row, v), across(code, v, row), code.total((row[2], v[2]))
+
+
+def _each_at_height(
+    arm: Layout, joint: int, row: Vector3, v: Vector3, height: Term, size: float
+) -> Turn:
+    """Begin a loop over the turns of a joint that bring row . Rz(q) v to a height (SP4).
+
+    `joint` is its index, and `size` the usual size of a height.
+    """
+    a, b, c = _height_of(arm.code, row, v)
+    return each_linear(arm.code, a, b, arm.code.total((height,), (-c,)), arm.free[joint], size)
+
+
+def _each_at_distance(arm: Layout, joint: int, u: Vector3, v: Vector3, square: Term) -> Turn:
+    """Begin a loop over a joint's turns that give u + Rz(q) v this squared length (SP3)."""
+    code, two = arm.code, Term(2.0)
+    a, b, c = _height_of(code, u, v)
+    wanted = code.total((square,), (-code.dot(u, u),), (-code.dot(v, v),), (-two, c))
+    return each_linear(
+        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[joint], arm.size**2
+    )
 
 
 def _level(v: Vector3) -> Vector3:
@@ -141,7 +153,7 @@ def _first_by_height(arm: Layout, point: Vector3, height: Term) -> tuple[Turn, V
     axis = code.times(arm.rows(1), Z)
     a, minus_b, c = _height_of(code, axis, point)
     level = code.total((height,), (-c,), *zip(axis, arm.place(1), strict=True))
-    turn, root = each_root(code, linear(code, a, -minus_b, level, arm.free[0], arm.size))
+    turn, root = each_root(code, a, -minus_b, level, arm.free[0], arm.size)
     # the root is the point's distance from the plane of axes 1 and 2
     (x, y, _), share = axis, code.reciprocal(along(code, axis, axis))
     seen_x = code.total((share, x, level), (share, y, root))
@@ -154,36 +166,19 @@ def _triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
 
     Axes 2 and 3 are parallel, and g is where the point is seen by joint 2's frame.
     """
-    code, w, hinge = arm.code, _level(arm.place(3)), _level(arm.into(2, arm.place(2)))
-    a, b, _ = _height_of(code, hinge, w)
-    two, square = Term(2.0), along(code, g, g)
-    wanted = code.total((square,), (-along(code, w, w),), (-along(code, hinge, hinge),))
-    third = each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[2], arm.size**2
-    )
+    code, w, square = arm.code, _level(arm.place(3)), along(arm.code, g, g)
+    third = _each_at_distance(arm, 2, _level(arm.into(2, arm.place(2))), w, square)
     k = _carried(arm, 2, third, w)
     return angle_or_free(code, k, g, square, arm.free[1], arm.size), third
 
 
 def _first_and_second_meet(arm: Layout) -> Placed:
     """The distance from where axes 1 and 2 meet gives joint 3, the height joint 2 (Pieper)."""
-    code, w = arm.code, arm.place(3)
-    hinge = arm.into(2, arm.place(2))
-    a, b, c = _height_of(code, hinge, w)
-    two = Term(2.0)
-    wanted = code.total(
-        (code.dot(arm.origin, arm.origin),),
-        (-code.dot(w, w),),
-        (-code.dot(hinge, hinge),),
-        (-two, c),
-    )
-    third = each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[2], arm.size**2
-    )
+    code, w, p = arm.code, arm.place(3), arm.origin
+    third = _each_at_distance(arm, 2, arm.into(2, arm.place(2)), w, code.dot(p, p))
     k = _carried(arm, 2, third, w)
-    a, b, c = _height_of(code, arm.rows(1)[2], k)
-    wanted = code.total((arm.origin[2],), (-c,), (-arm.place(1)[2],))
-    second = each_linear(code, a, b, wanted, arm.free[1], arm.size)
+    height = code.total((p[2],), (-arm.place(1)[2],))
+    second = _each_at_height(arm, 1, arm.rows(1)[2], k, height, arm.size)
     return _first_at_last(arm, second, third, k)
 
 
@@ -197,41 +192,21 @@ def _first_at_last(arm: Layout, second: Turn, third: Turn, k: Vector3) -> Placed
 
 def _first_and_second_parallel(arm: Layout) -> Placed:
     """The height along axes 1 and 2 gives joint 3, the distance from axis 1 joint 2."""
-    code, w = arm.code, arm.place(3)
-    a, b, c = _height_of(code, arm.rows(2)[2], w)
-    level = code.total((arm.tilt(1), arm.origin[2]), (-arm.tilt(1), arm.place(1)[2]))
-    third = each_linear(
-        code, a, b, code.total((level,), (-c,), (-arm.place(2)[2],)), arm.free[2], arm.size
-    )
+    code, w, p = arm.code, arm.place(3), arm.origin
+    height = code.total((arm.tilt(1), p[2]), (-arm.tilt(1), arm.place(1)[2]), (-arm.place(2)[2],))
+    third = _each_at_height(arm, 2, arm.rows(2)[2], w, height, arm.size)
     k = _carried(arm, 2, third, w)
     hinge = _level(arm.into(1, arm.place(1)))
-    a, b, _ = _height_of(code, hinge, _level(k))
-    two = Term(2.0)
-    wanted = code.total(
-        (along(code, arm.origin, arm.origin),),
-        (-along(code, k, k),),
-        (-along(code, hinge, hinge),),
-    )
-    second = each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[1], arm.size**2
-    )
+    second = _each_at_distance(arm, 1, hinge, _level(k), along(code, p, p))
     return _first_at_last(arm, second, third, k)
 
 
 def _second_and_third_meet(arm: Layout) -> Placed:
     """The distance from where axes 2 and 3 meet gives joint 1, then two axes meet (SP2)."""
     code, p, w, meet = arm.code, arm.origin, arm.place(3), arm.place(1)
-    two = Term(2.0)
-    wanted = code.total(
-        (code.dot(p, p),), (code.dot(meet, meet),), (-code.dot(w, w),), (-two, meet[2], p[2])
-    )
-    a, minus_b, _ = _height_of(code, meet, p)
-    first = each_linear(
-        code, code.total((two, a)), code.total((-two, minus_b)), wanted, arm.free[0], arm.size**2
-    )
+    first = _each_at_distance(arm, 0, (-p[0], -p[1], -p[2]), meet, code.dot(w, w))
     g = arm.into(1, code.minus(unturned(code, first, p), meet))
-    a, b, c = _height_of(code, arm.rows(2)[2], w)
-    third = each_linear(code, a, b, code.total((g[2],), (-c,)), arm.free[2], arm.size)
+    third = _each_at_height(arm, 2, arm.rows(2)[2], w, g[2], arm.size)
     k = _carried(arm, 2, third, w)
     second = angle_or_free(code, k, g, along(code, g, g), arm.free[1], arm.size)
     return first, turn_of(code, second), third
@@ -365,8 +340,7 @@ def _write_wrist(arm: Layout, placed: Placed) -> None:
     code = arm.code
     x, z = (_seen(arm, placed, column) for column in (arm.x, arm.z))
     u = code.times(arm.rows(5), Z)
-    a, b, c = _height_of(code, arm.rows(4)[2], u)
-    fifth = each_linear(code, a, b, code.total((z[2],), (-c,)), arm.free[4], 1.0)
+    fifth = _each_at_height(arm, 4, arm.rows(4)[2], u, z[2], 1.0)
     axis = code.times(arm.rows(4), turned(code, fifth, u))
     fourth = angle_or_free(code, axis, z, along(code, z, z), arm.free[3], 1.0)
     v = arm.into(4, unturned(code, turn_of(code, fourth), x))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from kinematics.chains.branches import BranchFinder, Posture, branch_code
+from kinematics.chains.branches import BranchFinder, Posture, branch_finder
 from kinematics.chains.chain import Chain
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
@@ -207,7 +207,7 @@ def _solver(chain: Chain) -> Solver | None:
     draw = random.Random(1)  # noqa: S311 - any postures will do
     samples = [tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(PROOFS)]
     for structure in structures(chain):
-        frames = branch_code(chain, structure).find
+        frames = branch_finder(chain, structure)
         solver = Solver(chain, structure, fk, frames, _headings(chain, structure))
         again = sum(_found_again(solver, one) for one in samples)
         if again == PROOFS or (again > PROOFS // 2 and not structure.exact):
@@ -220,7 +220,7 @@ def _headings(chain: Chain, structure: Structure) -> BranchFinder | None:
     parallel = structure.family is Family.THREE_PARALLEL and not structure.from_hand
     if len(chain) != 5 or not parallel or math.hypot(*_first_axis(chain)[:2]) > NEAR_RAD:
         return None
-    return branch_code(chain, structure, heading_free=True).find
+    return branch_finder(chain, structure, heading_free=True)
 
 
 def _first_axis(chain: Chain) -> Sequence[float]:

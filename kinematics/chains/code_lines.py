@@ -156,9 +156,9 @@ class CodeLines:
         self.write(header, *needs)
         self._blocks.append({})
 
-    def loop(self, values: Term, *variables: Term) -> None:
-        """Begin a loop of a variable, or of several at once, over values."""
-        self.open(f"for {', '.join('{}' for _ in variables)} in {{}}:", *variables, values)
+    def loop(self, values: Term, variable: Term) -> None:
+        """Begin a loop of a variable over values."""
+        self.open("for {} in {}:", variable, values)
 
     def close(self) -> None:
         """End the innermost block."""

@@ -83,27 +83,15 @@ def angle_or_free(
     return angle
 
 
-class Linear(NamedTuple):
-    """What solves an equation a cos q + b sin q = c in code: a sin q - b cos q is one of `roots`.
-
-    `share` is 1 / (a² + b²).
-    """
-
-    a: Term
-    b: Term
-    c: Term
-    share: Term
-    roots: Term
-
-
 def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) -> Turn:
-    """Begin a loop over the angles with a cos q + b sin q = c (SP3 and SP4); see `linear`."""
-    turn, _ = each_root(code, linear(code, a, b, c, free, size))
-    return turn
+    """Begin a loop over the angles with a cos q + b sin q = c; see `each_root`."""
+    return each_root(code, a, b, c, free, size)[0]
 
 
-def linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) -> Linear:
-    """Write what solves a cos q + b sin q = c.
+def each_root(
+    code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float
+) -> tuple[Turn, Term]:
+    """Begin a loop over the angles with a cos q + b sin q = c; also return a sin q - b cos q.
 
     `size` is the usual size of a and b. If both are zero, any angle is a solution: `free` is used.
     """
@@ -131,24 +119,11 @@ def linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) 
     a, b, c, share = (
         one if name is None else name for name, one in zip(factors, (a, b, c, ONE), strict=True)
     )
-    return Linear(a, b, c, share, roots)
-
-
-def each_root(code: CodeLines, solved: Linear) -> tuple[Turn, Term]:
-    """Begin a loop over the angles that solve an equation; return the turn and its root."""
-    a, b, c, share, roots = solved
     root = code.variable()
     code.loop(roots, root)
     sine, cosine = code.total((b, c), (a, root)), code.total((a, c), (-b, root))
     angle = code.call("atan2", sine, cosine)
     return Turn(angle, code.total((share, cosine)), code.total((share, sine))), root
-
-
-def each_of(code: CodeLines, angles: Term) -> Turn:
-    """Begin a loop over angles that a name holds."""
-    angle = code.variable()
-    code.loop(angles, angle)
-    return turn_of(code, angle)
 
 
 def each_on_conic(code: CodeLines, left: Sequence[Vector3], right: Sequence[Vector3]) -> Turn:
@@ -167,7 +142,9 @@ def each_on_conic(code: CodeLines, left: Sequence[Vector3], right: Sequence[Vect
 
     pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
     parts = [summed(first, second) for first, second in pairs]
-    return each_of(code, code.call("on_conic", *parts))
+    angle = code.variable()
+    code.loop(code.call("on_conic", *parts), angle)
+    return turn_of(code, angle)
 
 
 def at(code: CodeLines, turn: Turn, linear: Vector3) -> Term:

@@ -108,8 +108,8 @@ MUTANTS = (
         name="the triangle of upper arm and forearm leaves out the upper arm",
         promise="an arm is solved by its own class",
         path="kinematics/chains/branches.py",
-        old="(-along(code, w, w),), (-along(code, hinge, hinge),))\n    third",
-        new="(-along(code, w, w),))\n    third",
+        old="(square,), (-code.dot(u, u),), ",
+        new="(square,), ",
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_the_class_of_an_arm_in_words",
