@@ -6,9 +6,9 @@ import math
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
+from kinematics.chains.chain import aligned
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.textbook.study import ROW_NAMES, Study, named_factors
 from kinematics.textbook.systems.named import NamedBranch, NamedSingularity

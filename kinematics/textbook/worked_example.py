@@ -12,12 +12,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.chain import Chain, JointViolation, aligned, table_text
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import solve_frame_ik
 from kinematics.chains.links import JointKind
-from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY

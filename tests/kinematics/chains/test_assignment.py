@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics.chains.assignment import AxisLine, JointAxis, Relation, assign_frames, relate
+from kinematics.chains.chain import table_text
 from kinematics.chains.links import Convention, JointKind, assigned_parameters, link_parameters
-from kinematics.chains.tables import table_text
 from kinematics.errors import BadNumber, KinematicsError, ZeroVector
 from kinematics.frames.rotations import from_columns
 from kinematics.frames.transforms import IN_PLACE, compose, transform

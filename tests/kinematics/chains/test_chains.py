@@ -16,9 +16,8 @@ from chain_cases import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.chains.chain import Chain
+from kinematics.chains.chain import Chain, chain_of_rows, rows_of, table_text
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.chains.tables import chain_of_rows, rows_of, table_text
 from kinematics.errors import BadNumber, KinematicsError
 from kinematics.frames.transforms import compose, invert, position_of
 from kinematics.frames.vectors import cross, distance, norm, subtract
