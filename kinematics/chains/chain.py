@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError, finite, require, suggestion
-from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, as_list, numbers
+from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, as_list, is_own_kind, numbers
 from kinematics.frames.transforms import (
     IN_PLACE,
     Transform,
@@ -93,6 +93,11 @@ class Chain:
     def limits(self) -> tuple[tuple[float, float], ...]:
         """Lowest and highest value of each joint, infinite where it does not end; rad or mm."""
         return tuple((link.low, link.high) for link in self.links)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether all parameters are plain numbers, and none of another kind, such as symbols."""
+        return not any(is_own_kind(one) for link in self.links for one in link.parameters(0.0))
 
     @property
     def zero(self) -> tuple[float, ...]:

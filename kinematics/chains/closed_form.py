@@ -20,7 +20,6 @@ from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
 from kinematics.chains.structure import Family, Structure, structures, why_no_structure
-from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
 from kinematics.limits import all_fitted
 
@@ -172,7 +171,7 @@ def closed_form(chain: Chain) -> ClosedForm | None:
 
     Keep the result: looking it up costs as much as using it.
     """
-    if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
+    if not chain.is_plain:
         return None
     solver = _solver(chain.within())
     return None if solver is None else ClosedForm(chain, solver)

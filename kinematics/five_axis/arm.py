@@ -157,20 +157,23 @@ class FiveAxisArm:
         """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
         refuse_worst(self.violations(joints))
 
-    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+    def branches(
+        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
+    ) -> tuple[Branch, ...]:
         """Return every posture for a pose: base front and back, elbow up and down.
 
         Normally four. If the tip is on the base axis there are two: the base is then free and taken
         from the seed, and the pitch counts with the base in front. There are none if upper arm and
         forearm cannot span the distance. Postures beyond the limits are included and marked. Each
         angle is of the turn nearest to the seed (the zero posture by default) that the limits
-        allow.
+        allow. With `facing_rad`, the direction in which a hand leans over the base axis, the base
+        is not free there.
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
-        found = closed_form.inverse(goal, self.lengths, near)
-        base_free = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
+        found = closed_form.inverse(goal, self.lengths, near, facing_rad)
+        base_free = facing_rad is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
         turned = ((base, side, _turned(raw, self.limits, near)) for base, side, raw in found)
         return tuple(
             Branch(Joints(angles), base, side, _violations(angles, self.limits), base_free)
@@ -190,7 +193,7 @@ class FiveAxisArm:
         if found is None and math.hypot(x, y) <= AXIS_MM:
             mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
             found = nearest_branch(mirrored, self, near)
-        return None if found is None else _joints(found)
+        return None if found is None else Joints(found)
 
     def solve_angles(self, goal: Angles, near: Angles) -> Angles | None:
         """Return the posture for x, y, z, pitch and roll on bare floats, for loops.
@@ -315,14 +318,6 @@ def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
     if limits[0].low_rad <= near[0] <= limits[0].high_rad:
         return near
     return (limits[0].clamp(near[0]), *near[1:])
-
-
-def _joints(angles: Angles) -> Joints:
-    """Return float angles as joints without checking them again."""
-    made = object.__new__(Joints)
-    object.__setattr__(made, "angles_rad", angles)
-    object.__setattr__(made, "names", JOINT_NAMES)
-    return made
 
 
 def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Angles:

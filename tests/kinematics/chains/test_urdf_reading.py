@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.chains.urdf import urdf_of_chain
-from kinematics.chains.urdf_reading import (
+from kinematics.chains.urdf import (
     DEEPEST,
     MOST_CHARACTERS,
     MOST_ELEMENTS,
     MOST_JOINTS,
     STRAIGHT_RAD,
     read_urdf,
+    urdf_of_chain,
 )
 from kinematics.errors import KinematicsError
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
