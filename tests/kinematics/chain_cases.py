@@ -85,11 +85,6 @@ def chains_and_values(draw, most=7, kinds=tuple(JointKind)):
     return chain, values
 
 
-def difference(a, b):
-    """The largest difference of two matrices' entries."""
-    return max(abs(x - y) for r, s in zip(a, b, strict=True) for x, y in zip(r, s, strict=True))
-
-
 def columns_by_differences(chain, values, step=1e-5):
     """The geometric Jacobian's columns from central differences of the forward kinematics."""
     here = chain.fk(values)

@@ -5,9 +5,10 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values, difference
+from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values
 from hypothesis import given
 from hypothesis import strategies as st
+from kinematics_cases import gap
 
 from kinematics.chains.assignment import AxisLine, JointAxis, Relation, assign_frames, relate
 from kinematics.chains.chain import table_text
@@ -63,8 +64,8 @@ tools = st.sampled_from([IN_PLACE, ASKEW, ALPHA_II_TOOL])
 def test_the_chain_moves_as_the_axes_do(axes, tool, convention, data):
     values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(axes)))
     chain = assign_frames(axes, tool, convention).chain
-    assert difference(chain.fk(chain.zero), tool) < 1e-6
-    assert difference(chain.fk(values), moved(axes, tool, values)) < 1e-6
+    assert gap(chain.fk(chain.zero), tool) < 1e-6
+    assert gap(chain.fk(values), moved(axes, tool, values)) < 1e-6
 
 
 @given(
@@ -80,8 +81,8 @@ def test_the_chain_moves_as_axes_a_hair_from_parallel_do(leaning, tool, conventi
     ]
     values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(axes)))
     chain = assign_frames(axes, tool, convention).chain
-    assert difference(chain.fk(chain.zero), tool) < 1e-4  # 6e-8 rad of a metre
-    assert difference(chain.fk(values), moved(axes, tool, values)) < 1e-4
+    assert gap(chain.fk(chain.zero), tool) < 1e-4  # 6e-8 rad of a metre
+    assert gap(chain.fk(values), moved(axes, tool, values)) < 1e-4
 
 
 @given(chains_and_values(most=5), st.sampled_from(Convention))
@@ -94,7 +95,7 @@ def test_any_chain_is_assigned_again_from_its_own_axes(case, convention):
     if any(1e-10 < norm(cross(a.direction, b.direction)) < 1e-3 for a, b in pairwise(axes)):
         return  # nearly parallel: the common normal is where rounding puts it
     again = assign_frames(axes, chain.fk(chain.zero), convention).chain
-    assert difference(again.fk(values), chain.fk(values)) < 1e-4
+    assert gap(again.fk(values), chain.fk(values)) < 1e-4
 
 
 def test_the_alpha_ii_has_the_table_of_the_notes():

@@ -4,9 +4,10 @@ import math
 from dataclasses import replace
 
 import pytest
-from chain_cases import ASKEW, difference
+from chain_cases import ASKEW
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinematics_cases import gap
 from named_arms import (
     AR4,
     ARMS,
@@ -105,7 +106,7 @@ def test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them
     frame = chain.fk(values)
     found = closed_form(chain).branches(frame_goal(frame), values)
     for one in found:
-        assert difference(chain.fk(one), frame) < 2e-5
+        assert gap(chain.fk(one), frame) < 2e-5
     if regular(chain, values):
         assert any(same(one, values) for one in found)
 
@@ -153,7 +154,7 @@ def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
     values = (0.3, -0.8, 1.1, 0.4, bent, -0.5)
     frame = PUMA_560.fk(values)
     for one in closed_form(PUMA_560).branches(frame_goal(frame), values):
-        assert difference(PUMA_560.fk(one), frame) < 1e-9
+        assert gap(PUMA_560.fk(one), frame) < 1e-9
 
 
 def test_a_stretched_arm_is_solved_at_its_edge():
@@ -191,7 +192,7 @@ def test_the_nearest_posture_is_within_the_limits_and_the_nearest(name, data):
         assert not regular(chain, values) or not closed.complete
         return
     assert not chain.violations(found)
-    assert difference(chain.fk(found), goal.frame) < 1e-4
+    assert gap(chain.fk(found), goal.frame) < 1e-4
     kept = [one for one in closed.branches(goal, near) if not chain.violations(one)]
     if closed.complete:
         nearest = min(math.dist(one, near) for one in kept)
@@ -220,7 +221,7 @@ def test_five_joints_find_the_heading_that_a_goal_leaves_free(values, turned):
     goal = Goal(about, (1.0, 0.0, 0.0), HEADING_FREE)
     found = closed_form(chain).branches(goal, values)
     for one in found:
-        assert difference(chain.fk(one)[2:], frame[2:]) < 2e-5
+        assert gap(chain.fk(one)[2:], frame[2:]) < 2e-5
     if abs(math.hypot(frame[0][2], frame[1][2])) > 0.05 and abs(math.sin(values[2])) > 0.05:
         assert any(same(one, values) for one in found)
 

@@ -4,9 +4,9 @@ import math
 import warnings
 
 import pytest
-from chain_cases import difference
 from hypothesis import given
 from hypothesis import strategies as st
+from kinematics_cases import gap
 from named_arms import FORWARDS
 
 from kinematics.chains.closed_form import closed_form
@@ -47,7 +47,7 @@ def test_eaik_finds_no_posture_that_is_not_found_here(name, values):
     found = closed_form(chain).branches(frame_goal(chain.fk(values)), values)
     for one, rough in zip(theirs.Q, theirs.is_LS, strict=True):
         posture = tuple(map(float, one))
-        if rough or difference(generated(chain).fk(posture), frame.tolist()) > 1e-6:
+        if rough or gap(generated(chain).fk(posture), frame.tolist()) > 1e-6:
             continue
         if condition(chain, posture).smallest < 1e-3:
             continue
@@ -80,4 +80,4 @@ def test_pinocchio_confirms_where_every_posture_holds_the_hand(name, values):
     for one in closed_form(chain).branches(frame_goal(frame), values):
         pinocchio.forwardKinematics(model, data, np.array(one))
         held = (data.oMi[parent] * hand).homogeneous
-        assert difference(held.tolist(), frame) < 2e-5
+        assert gap(held.tolist(), frame) < 2e-5

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from frame_cases import any_angle, gap, rotations, vectors
+from frame_cases import any_angle, rotations, vectors
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from kinematics_cases import gap
 
 from kinematics import (
     BadNumber,

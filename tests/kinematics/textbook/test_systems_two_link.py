@@ -5,7 +5,8 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from systems_cases import gap, postures
+from kinematics_cases import gap
+from systems_cases import postures
 
 from kinematics.chains.links import JointKind
 from kinematics.errors import OutOfReach
