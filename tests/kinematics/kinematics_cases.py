@@ -24,6 +24,9 @@ UNEVEN = FiveAxisArm(
 )
 """Unequal links, an elbow that bends both ways, and a roll range of less than a turn."""
 
+HALF_TURNS = FiveAxisArm(150.0, 120.0, 120.0, 80.0, (JointRange.of(-180, 180),) * 5)
+"""Every range ends where the two turns of one direction meet."""
+
 ARMS = (TEACHMOVER, UNEVEN)
 
 # Arms driven by their link tables, a posture of the Puma, and guards that leave it the table alone.
