@@ -23,9 +23,10 @@ KinematicsError            base class
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 
 class KinematicsError(ValueError):
@@ -306,12 +307,29 @@ def hand_angle(name: str, value: object, in_degrees: str = "") -> float:
     raise BadNumber(name, value, rule)
 
 
-def positive(name: str, value: float) -> float:
-    """Return a finite number above zero, or raise `KinematicsError` or `BadNumber`."""
-    number = finite(name, value)
+def positive(name: str, value: float, *, endless: bool = False) -> float:
+    """Return a number above zero, or raise `KinematicsError` or `BadNumber`.
+
+    It is finite, unless it may be `endless`.
+    """
+    number = value if endless and value == math.inf else finite(name, value)
     if number <= 0.0:
         raise KinematicsError(f"{name} must be more than 0, not {number}")
     return number
+
+
+def not_negative(name: str, value: object) -> float:
+    """Return a finite number of zero or more, or raise `KinematicsError` or `BadNumber`."""
+    number = finite(name, value)
+    if number < 0.0:
+        raise KinematicsError(f"{name} must not be less than 0, not {number}")
+    return number
+
+
+def check_fields(value: object, check: Callable[[str, Any], object], *names: str) -> None:
+    """Put what a check returns for some fields of a frozen value in their places."""
+    for name in names:
+        object.__setattr__(value, name, check(name, getattr(value, name)))
 
 
 def require(name: str, value: object, kind: type, example: str) -> None:

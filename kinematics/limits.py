@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from kinematics.errors import JointLimit, KinematicsError, finite
+from kinematics.errors import JointLimit, KinematicsError, check_fields, finite
 
 LIMIT_TOLERANCE_RAD = 1e-7
 """How far beyond a limit an angle may lie and still be taken for the limit itself.
@@ -29,8 +29,7 @@ class JointRange:
     high_rad: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "low_rad", finite("low_rad", self.low_rad))
-        object.__setattr__(self, "high_rad", finite("high_rad", self.high_rad))
+        check_fields(self, finite, "low_rad", "high_rad")
         if self.low_rad > self.high_rad:
             raise KinematicsError(
                 f"a joint's low limit ({math.degrees(self.low_rad):.1f}°) must not lie above its "

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, overload
 from kinematics.errors import (
     BadNumber,
     KinematicsError,
+    check_fields,
     finite,
     hand_angle,
     suggestion,
@@ -58,12 +59,10 @@ class Pose:
     yaw_rad: float | None = None
 
     def __post_init__(self) -> None:
-        for name in _LENGTHS:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
-        for name in _ANGLES:
-            object.__setattr__(self, name, hand_angle(name, getattr(self, name)))
+        check_fields(self, finite, *_LENGTHS)
+        check_fields(self, hand_angle, *_ANGLES)
         if self.yaw_rad is not None:
-            object.__setattr__(self, "yaw_rad", hand_angle("yaw_rad", self.yaw_rad))
+            check_fields(self, hand_angle, "yaw_rad")
 
     @classmethod
     def of(

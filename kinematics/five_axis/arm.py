@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import KinematicsError, finite, require
+from kinematics.errors import KinematicsError, check_fields, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
@@ -105,8 +105,7 @@ class FiveAxisArm:
     """The hand stays in the plane of base axis and tip."""
 
     def __post_init__(self) -> None:
-        for name in [entry.name for entry in fields(self)[:4]]:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        check_fields(self, finite, "base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
         if self.upper_arm_mm <= 0.0 or self.forearm_mm <= 0.0 or self.hand_mm < 0.0:
             raise KinematicsError(
                 "upper arm and forearm must be longer than 0 mm, the hand not less"

@@ -167,8 +167,8 @@ def test_five_axes_miss_what_they_have_no_axis_for():
     ("rates", "options", "message"),
     [
         ((1.0,), {}, "6 tip rates are needed, not 1"),
-        ((0.0,) * 6, {"length_mm": 0.0}, "length_mm must be above zero"),
-        ((0.0,) * 6, {"threshold": -1.0}, "threshold must be above zero"),
+        ((0.0,) * 6, {"length_mm": 0.0}, "length_mm must be more than 0"),
+        ((0.0,) * 6, {"threshold": -1.0}, "threshold must be more than 0"),
         ((math.nan,) * 6, {}, "a tip rate must be a finite number"),
     ],
 )
