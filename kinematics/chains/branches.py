@@ -26,7 +26,7 @@ from kinematics.chains.subproblems import (
     each_linear,
     each_on_conic,
     each_root,
-    edge,
+    linear,
     on_conic,
     turn_of,
     turned,
@@ -52,7 +52,7 @@ CALLED = {
     "sin": sin,
     "sqrt": sqrt,
     "remainder": math.remainder,
-    "edge": edge,
+    "linear": linear,
     "on_conic": on_conic,
 }
 """What generated code calls."""

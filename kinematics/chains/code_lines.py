@@ -120,12 +120,6 @@ class CodeLines:
         source = f"1.0/{term.variable} if {term.variable} else 0.0"
         return Term(1.0 / term.factor, self.assign(source, (term.variable,)))
 
-    def named(self, term: Term) -> Term:
-        """Return a variable for a term that is used repeatedly: its factor is applied once."""
-        if not term.variable or term.factor in (1.0, -1.0):
-            return term
-        return Term(1.0, self.assign(text(term), (term.variable,)))
-
     def assign(self, source: str, needs: Iterable[str]) -> str:
         """Return the name that holds an expression's value."""
         for known in reversed(self._blocks):

@@ -49,6 +49,14 @@ PUMA = Chain(
 
 ASKEW = transform(multiply(rot_x(0.3), rot_z(-0.7)), (12.0, -5.0, 40.0))
 
+
+def gap(a, b):
+    """The largest difference of two vectors or two matrices, entry by entry."""
+    if hasattr(a[0], "__len__"):
+        return max(gap(x, y) for x, y in zip(a, b, strict=True))
+    return max(abs(x - y) for x, y in zip(a, b, strict=True))
+
+
 angles = st.one_of(
     st.sampled_from([0.0, QUARTER, -QUARTER, math.pi]), st.floats(-3.125, 3.125, width=32)
 )

@@ -54,13 +54,6 @@ goals = st.builds(
 )
 
 
-def gap(a, b):
-    """The largest difference of two vectors or two matrices, entry by entry."""
-    if hasattr(a[0], "__len__"):
-        return max(gap(x, y) for x, y in zip(a, b, strict=True))
-    return max(abs(x - y) for x, y in zip(a, b, strict=True))
-
-
 def distance_mm(a, b):
     return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm))
 

@@ -119,8 +119,8 @@ MUTANTS = (
         name="a link table's second solution of an angle is left out",
         promise="a closed form finds every branch",
         path="kinematics/chains/subproblems.py",
-        old='    code.set(roots, "({}, {})", positive, -positive)',
-        new='    code.set(roots, "({}, {})", positive, positive)',
+        old="        return a, b, c, 1.0 / square, (root, -root)",
+        new="        return a, b, c, 1.0 / square, (root, root)",
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",

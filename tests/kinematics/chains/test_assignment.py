@@ -5,10 +5,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values
+from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values, gap
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics.chains.assignment import AxisLine, JointAxis, Relation, assign_frames, relate
 from kinematics.chains.chain import table_text

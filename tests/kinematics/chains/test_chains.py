@@ -4,10 +4,9 @@ import math
 from dataclasses import replace
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, QUARTER, chains, chains_and_values
+from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, QUARTER, chains, chains_and_values, gap
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics.chains.chain import Chain, chain_of_rows, rows_of, table_text
 from kinematics.chains.links import Convention, DHLink, JointKind

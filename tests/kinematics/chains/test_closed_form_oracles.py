@@ -4,9 +4,9 @@ import math
 import warnings
 
 import pytest
+from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 from named_arms import FORWARDS
 
 from kinematics.chains.closed_form import closed_form

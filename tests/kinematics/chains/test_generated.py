@@ -3,9 +3,8 @@
 import ast
 
 import pytest
-from chain_cases import MINI_MOVER, PUMA, chains, chains_and_values
+from chain_cases import MINI_MOVER, PUMA, chains, chains_and_values, gap
 from hypothesis import given
-from kinematics_cases import gap
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from chain_cases import MINI_MOVER, PUMA, chains_and_values, columns_by_differences
+from chain_cases import MINI_MOVER, PUMA, chains_and_values, columns_by_differences, gap
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from kinematics_cases import arm_and_posture, gap
+from kinematics_cases import arm_and_posture
 
 from kinematics import KinematicsError
 from kinematics.chains.chain import Chain

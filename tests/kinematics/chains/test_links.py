@@ -3,10 +3,9 @@
 import math
 
 import pytest
-from chain_cases import QUARTER, angles, lengths
+from chain_cases import QUARTER, angles, gap, lengths
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics.chains.links import LINK_TYPES, Convention, DHLink, JointKind, a_matrix, link_type
 from kinematics.errors import BadNumber, KinematicsError

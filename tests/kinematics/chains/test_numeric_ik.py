@@ -6,10 +6,9 @@ import sys
 from dataclasses import replace
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, PUMA
+from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, PUMA, gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose
 from kinematics.chains.chain import Chain

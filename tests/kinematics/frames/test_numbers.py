@@ -1,4 +1,4 @@
-"""Functions of numbers of any kind, and formulas on dual numbers: what comes out is the derivative."""
+"""Functions of numbers of any kind, and formulas on dual numbers, which give derivatives."""
 
 import math
 

@@ -5,10 +5,10 @@ from importlib import import_module
 from importlib.util import find_spec
 
 import pytest
+from chain_cases import gap
 from frame_cases import any_angle, directed, rotations, vectors
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics import (
     RPY,

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from chain_cases import gap
 from frame_cases import any_angle, rotations, vectors
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics import (
     BadNumber,

@@ -3,10 +3,10 @@
 import math
 
 import pytest
+from chain_cases import gap
 from frame_cases import directed, vectors
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics import ZeroVector
 from kinematics.frames.vectors import (

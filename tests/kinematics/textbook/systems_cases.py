@@ -2,8 +2,8 @@
 
 import math
 
+from chain_cases import gap
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics.chains.links import JointKind
 from kinematics.textbook.symbols import as_symbol

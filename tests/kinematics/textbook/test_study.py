@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from kinematics_cases import gap
+from chain_cases import gap
 
 from armdrive.config.link_model import read_model
 from kinematics import preset

@@ -3,9 +3,10 @@
 import math
 
 import pytest
+from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import Dual, gap
+from kinematics_cases import Dual
 from systems_cases import postures, same_goal, same_joints
 
 from kinematics.chains.links import JointKind

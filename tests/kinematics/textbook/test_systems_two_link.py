@@ -3,9 +3,9 @@
 import math
 
 import pytest
+from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 from systems_cases import postures
 
 from kinematics.chains.links import JointKind

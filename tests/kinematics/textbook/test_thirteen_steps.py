@@ -3,9 +3,9 @@
 import math
 
 import pytest
+from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import gap
 
 from kinematics.chains.assignment import (
     JointAxis,
