@@ -19,8 +19,10 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
+from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.mks.steering import CATCH_UP_RPM
+from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.motion.standing import MEANWHILE
@@ -83,6 +85,10 @@ it is free (docs/controllers/mks.md)."""
 POLLED_STATES = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 
 
+MISSED_STOPS = 2
+"""How many stops in a row a single drive may miss while a line or a bus loses some frames."""
+
+
 class KillableLink(MemoryLink[PacedDevice]):
     """A wire that can kill the program while it writes, after a part of a message."""
 
@@ -141,6 +147,8 @@ class Stage:
         near = max(ON_THE_STEP, near)
         self.commands_lost_until_s = -math.inf
         """Until when commands may reach no drive; the driver cannot know that at once."""
+        self.orders_lost_until_s = -math.inf
+        """Until when single orders may not reach their drives."""
         self.late_orders_until_s = -math.inf
         """Until when frames of the host may come a period late."""
         self._pause_promised = False
@@ -268,7 +276,8 @@ class Stage:
         """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        return there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        there = there and not self._link_failed
+        return there and time_s >= self.no_hold_until_s.get(motor, -math.inf)
 
     @property
     def _link_failed(self) -> bool:
@@ -333,6 +342,8 @@ class Stage:
         """
         self.look()
         self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
+        if self.now_s < self.orders_lost_until_s:
+            distance_mm += self._missed_stop_mm()
         if self.arm is not None and self.commands_lost:
             core = self.arm.core
             joints = core.position.coordinates.joints
@@ -358,6 +369,17 @@ class Stage:
     def commands_lost(self) -> bool:
         """Whether the commands of the driver may reach no drive."""
         return self.now_s < self.commands_lost_until_s
+
+    def _missed_stop_mm(self) -> float:
+        """Return how far the tip goes on if one drive misses the first stop, and the next.
+
+        While it goes on the others brake, so a wrist that only rolls also pitches.
+        """
+        settings, model = self.config.device, self.config.model
+        cia402 = isinstance(settings, Cia402Settings)
+        repeat_s = settings.period_ms / 1000.0 if cia402 else STOP_POLL_S
+        fastest_rad_s = max(model.joint_speeds_rad_s)
+        return MISSED_STOPS * repeat_s * fastest_rad_s * max(model.arm.levers_mm(None))
 
     def add_stop_bound(self, what: str) -> None:
         """Add the bound that the status announces for a stop now."""

@@ -185,6 +185,20 @@ def test_on_a_damaged_line_a_pause_may_finish_late_and_a_stop_may_not(is_pause, 
     assert bound.time_s == pytest.approx(silent_s + bound_s - 0.5, abs=1e-6)
 
 
+@pytest.mark.parametrize(("dialect", "farther_mm"), [("mks", 23.7), ("cia402", 11.9)])
+def test_a_stop_that_one_drive_may_miss_may_go_farther_but_takes_no_longer(dialect, farther_mm):
+    stage = a_stage(dialect)
+    connect(stage)
+    stage.orders_lost_until_s = stage.now_s + 0.5
+    for _ in range(2):
+        stage.add_bound("a stop", 0.1, 0.01)
+        stage.sleep(1.0)
+    assert [(each.time_s, each.distance_mm) for each in stage.watch._bounds] == [
+        (0.1, pytest.approx(0.01 + farther_mm, abs=0.1)),
+        (0.1, 0.01),
+    ]
+
+
 @pytest.mark.parametrize(
     ("dialect", "longer", "farther"), [("cia402", 2.0, 4.0), ("mks", 1.0, 1.0)]
 )
