@@ -57,6 +57,11 @@ def gap(a, b):
     return max(abs(x - y) for x, y in zip(a, b, strict=True))
 
 
+def turn_gap(a, b):
+    """The largest turn between two lists of angles, angle by angle."""
+    return max(abs(math.remainder(x - y, math.tau)) for x, y in zip(a, b, strict=True))
+
+
 angles = st.one_of(
     st.sampled_from([0.0, QUARTER, -QUARTER, math.pi]), st.floats(-3.125, 3.125, width=32)
 )

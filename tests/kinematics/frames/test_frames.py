@@ -105,11 +105,6 @@ def test_a_frame_moves_along_its_own_axes_or_those_of_its_reference(frame, angle
     assert gap(around, rotate(rot_z(angle), (x, y, z))) < 1e-9
 
 
-def test_a_moved_frame_is_where_it_was_moved_to():
-    assert position_of(translation(1.0, 2.0, 3.0)) == (1.0, 2.0, 3.0)
-    assert rotation_of(translation(1.0, 2.0, 3.0)) == IDENTITY
-
-
 @given(directed, directed)
 def test_a_third_axis_completes_either_hand(x, y):
     assume(norm(cross(unit(x), unit(y))) > 1e-3)
