@@ -4,6 +4,7 @@ import math
 
 from hypothesis import strategies as st
 
+from kinematics.chains.assignment import JointAxis, tip_frame
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.frames.rotations import multiply, rot_x, rot_z
@@ -22,6 +23,16 @@ ALPHA_II = Chain(
     name="Alpha II",
     joint_names=("base", "shoulder", "elbow", "pitch", "roll"),
 )
+
+ALPHA_II_AXES = (
+    JointAxis((0, 0, 0), (0, 0, 1), name="base"),
+    JointAxis((0, 0, 215), (0, 1, 0), name="shoulder"),
+    JointAxis((177.8, 0, 215), (0, 1, 0), name="elbow"),
+    JointAxis((355.6, 0, 215), (0, 1, 0), name="pitch"),
+    JointAxis((355.6, 0, 215), (1, 0, 0), name="roll"),
+)
+ALPHA_II_TOOL = tip_frame(ALPHA_II_AXES[-1], (485.1, 0.0, 215.0), normal=(0, 0, 1))
+"""The joints and the hand of the Alpha II, stretched out level."""
 
 MINI_MOVER = Chain(
     (
@@ -64,6 +75,11 @@ def turn_gap(a, b):
 
 angles = st.one_of(
     st.sampled_from([0.0, QUARTER, -QUARTER, math.pi]), st.floats(-3.125, 3.125, width=32)
+)
+coordinates = st.sampled_from([0.0, 100.0, -40.0])
+directions = st.tuples(*[st.sampled_from([0.0, 1.0, -1.0, 0.3])] * 3).filter(any)
+joint_axes = st.builds(
+    JointAxis, st.tuples(*[coordinates] * 3), directions, st.sampled_from(JointKind)
 )
 lengths = st.one_of(st.just(0.0), st.floats(-200.0, 200.0, width=32))
 

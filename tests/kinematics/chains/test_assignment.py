@@ -5,7 +5,16 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values, gap
+from chain_cases import (
+    ALPHA_II,
+    ALPHA_II_AXES,
+    ALPHA_II_TOOL,
+    ASKEW,
+    PUMA,
+    chains_and_values,
+    gap,
+    joint_axes,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,17 +26,7 @@ from kinematics.frames.rotations import from_columns
 from kinematics.frames.transforms import IN_PLACE, compose, transform
 from kinematics.frames.vectors import add, cross, distance, dot, norm, scale, subtract, unit
 
-HAND_FORWARD = from_columns((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0))
 BOTH = pytest.mark.parametrize("convention", Convention)
-
-ALPHA_II_AXES = (
-    JointAxis((0, 0, 0), (0, 0, 1), name="base"),
-    JointAxis((0, 0, 215), (0, 1, 0), name="shoulder"),
-    JointAxis((177.8, 0, 215), (0, 1, 0), name="elbow"),
-    JointAxis((355.6, 0, 215), (0, 1, 0), name="pitch"),
-    JointAxis((355.6, 0, 215), (1, 0, 0), name="roll"),
-)
-ALPHA_II_TOOL = transform(HAND_FORWARD, (485.1, 0.0, 215.0))
 
 
 def turned(point, line, angle):
@@ -51,11 +50,6 @@ def moved(axes, tool, values):
     return transform(from_columns(x, y, z), points[0])
 
 
-coordinates = st.sampled_from([0.0, 100.0, -40.0])
-directions = st.tuples(*[st.sampled_from([0.0, 1.0, -1.0])] * 3).filter(any)
-joint_axes = st.builds(
-    JointAxis, st.tuples(*[coordinates] * 3), directions, st.sampled_from(JointKind)
-)
 tools = st.sampled_from([IN_PLACE, ASKEW, ALPHA_II_TOOL])
 
 

@@ -7,15 +7,13 @@ import pytest
 from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, UNEVEN, postures
+from kinematics_cases import LAMP, TEACHMOVER, UNEVEN, VICE, postures
 
 from kinematics import Guards, JointPath, Joints, Pose, first_violation, line_path
 from kinematics.guards.guards import AngleSum
 from kinematics.guards.shapes import Box
 
-VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
 WALL = Box("wall", (-500.0, 200.0, -10.0), (500.0, 204.0, 600.0))
-LAMP = Box("lamp", (250.0, -250.0, 250.0), (330.0, -120.0, 700.0))
 FOREARM = AngleSum("forearm elevation", (("shoulder", 1.0), ("elbow", 1.0)), -1.8, 0.8)
 EVERYTHING = Guards(
     radii_mm=(35.0, 30.0, 25.0),
