@@ -419,6 +419,25 @@ MUTANTS = (
         tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
     ),
     Mutant(
+        name="replies on a slow link count as missed",
+        promise="a late bus calls no healthy drive restarted",
+        path="armdrive/dialects/bus/ledger.py",
+        old="return max(RETRY_PERIOD_S, USUAL_WAITS * usual_s)\n",
+        new="return RETRY_PERIOD_S\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/bus/test_observer.py",
+            "test_a_drive_on_a_slow_link_is_not_taken_to_have_been_away",
+        ),
+    ),
+    Mutant(
+        name="a drive that is ahead of its course is called blocked",
+        promise="a late order calls no healthy drive blocked",
+        path="armdrive/dialects/bus/observer.py",
+        old="(nearer or follows)\n",
+        new="nearer\n",
+        tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
+    ),
+    Mutant(
         name="a resumed drive is taken to be where it was read a while ago",
         promise="a late computer calls no healthy drive blocked",
         path="armdrive/dialects/bus/observer.py",

@@ -359,12 +359,15 @@ class ObservedDrive:
         return confirmed and last.asked_s >= first.read_s + STANDING_S
 
     def _progresses(self, before: _Look) -> bool:
-        """Return whether it turned nearer to its course, or at least half as far as ordered."""
+        """Return whether it turned and came nearer to its course, or at least half as far as that.
+
+        One that is ahead, since the order to slow down came late, goes on until its course comes.
+        """
         count, place = self.count or 0, self.course.place
-        sign = math.copysign(1.0, before.place - before.count)
-        turned, ran = sign * (count - before.count), sign * (place - before.place)
+        turned, ran = count - before.count, place - before.place
         nearer = abs(place - count) < abs(before.place - before.count) - self.bounds.rest
-        return turned > self.bounds.rest and (nearer or turned >= PROGRESS_SHARE * ran)
+        follows = turned * ran >= PROGRESS_SHARE * ran * ran > 0.0
+        return abs(turned) > self.bounds.rest and (nearer or follows)
 
     def _correct_course(self, count: int, now_s: float) -> None:
         """Move its courses towards the reading.
