@@ -125,6 +125,14 @@ _COORDINATES = (*_LENGTHS, *_ANGLES)
 """The coordinates of every pose; some arms add a yaw."""
 
 
+def refuse_yaw(pose: Pose) -> None:
+    """Raise `KinematicsError` for a pose with a yaw, which no arm of five joints can take."""
+    if pose.yaw_rad is not None:
+        raise KinematicsError(
+            "this arm has five joints: it cannot take a yaw, which follows from the position"
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class Joints:
     """Joint angles in rad, relative, in the order of the arm's joints (`names`).

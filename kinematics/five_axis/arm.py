@@ -23,7 +23,6 @@ from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
     Base,
-    Dimensions,
     Elbow,
     FrameSolution,
     Lengths,
@@ -56,6 +55,7 @@ from kinematics.spaces import (
     POSE_EXAMPLE,
     Joints,
     Pose,
+    refuse_yaw,
 )
 
 
@@ -228,10 +228,7 @@ class FiveAxisArm:
         a pose with a yaw, which `solve` and `branches` ignore.
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
-        if pose.yaw_rad is not None:
-            raise KinematicsError(
-                "this arm has five joints: it cannot take a yaw, which follows from the position"
-            )
+        refuse_yaw(pose)
         joints = self.solve(pose, seed)
         if joints is None:
             raise self._refusal(pose, seed)
@@ -254,8 +251,18 @@ class FiveAxisArm:
         return rotation_of(forward_frame(_directions(joints), self.lengths))
 
     def line(self, start: Joints, goal: Pose) -> Line:
-        """Return the straight line from a posture to a pose; see `line_from`."""
-        return line_from(self, start, self.fk(start), goal)
+        """Return the straight line from a posture to a pose, on the branch of the posture."""
+        origin = self.fk(start)
+        r, _, _ = plane_tip(start[1], start[2], start[3], self.lengths)
+        follower = FiveAxisFollower(
+            self.lengths,
+            (origin.pitch_rad, start[4]),
+            r < -AXIS_MM,
+            _elbow_sign(wrap(start[2]), self.limits[2]),
+            start[4] - origin.roll_rad,
+            widened_to(self.limits, start),
+        )
+        return straight_between(follower, origin.position_mm, follower.first, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a bound on the travel of any point while the joints turn by this together.
@@ -475,24 +482,6 @@ class FiveAxisFollower:
 
     def _rolls_to(self, angle: float) -> bool:
         return abs(self.ranges[4].clamp(angle) - angle) <= LIMIT_TOLERANCE_RAD
-
-
-def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
-    """Return the line to a pose, with the turns of pitch and roll and its branch chosen.
-
-    It begins in the posture `start`, whose pose is `origin`.
-    """
-    r, _, _ = plane_tip(start[1], start[2], start[3], arm.lengths)
-    follower = FiveAxisFollower(
-        arm.lengths,
-        (origin.pitch_rad, start[4]),
-        r < -AXIS_MM,
-        _elbow_sign(wrap(start[2]), arm.limits[2]),
-        start[4] - origin.roll_rad,
-        widened_to(arm.limits, start),
-    )
-    tip = origin.position_mm
-    return straight_between(follower, tip, follower.first, goal)
 
 
 def _elbow_sign(elbow: float, bounds: JointRange) -> float:
