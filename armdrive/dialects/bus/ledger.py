@@ -22,8 +22,8 @@ USUAL_WAITS = 2.0
 """A reply that is later than this many times the median is missed: on a link that delays every
 message by a random time, the slowest takes twice as long as the mean."""
 MISSED_LIMIT = 4
-"""A drive that misses more than this while another one replies may have lost its power. On a bus
-that loses one frame in ten, a powered drive misses four in a row once in 750 polls."""
+"""A drive that misses this many in a row while another one replies may have lost its power. On a
+bus that loses one frame in ten, that happens to a powered drive once in 750 polls."""
 BRAKING_SILENCE_S = 0.15
 """A braking drive that is silent for this long may have lost its power, even if no other drive
 replied meanwhile: the standing drives are not asked then."""
@@ -150,7 +150,7 @@ class Ledger:
             self.away_s, self._suspected_s = min(self.away_s, self._suspected_s), math.inf
 
     def acquit(self) -> None:
-        """Drop the conclusion that the drive was away."""
+        """Drop the conclusion that the drive was away: its count shows that it kept its power."""
         self.away_s = math.inf
 
     def forget(self) -> None:

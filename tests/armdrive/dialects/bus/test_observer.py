@@ -197,7 +197,7 @@ def test_drives_that_are_late_together_are_on_their_way() -> None:
     assert all(found.compare(path, 0.8, 0.04, 0.8) is None for _ in range(5))
 
 
-def test_one_that_lags_alone_is_off_the_way_at_the_second_look() -> None:
+def test_a_drive_that_lags_alone_is_off_its_path_at_the_second_look() -> None:
     found, path = leading(24_000, 9_000)
     assert found.compare(path, 0.8, 0.04, 0.8) is None
     verdict = found.compare(path, 0.9, 0.04, 0.9)

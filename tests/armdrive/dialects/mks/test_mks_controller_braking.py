@@ -59,7 +59,7 @@ def test_it_keeps_the_ramp_by_which_it_brakes_though_its_course_is_there_already
     assert speed**2 / (2.0 * kept) <= left
 
 
-def test_one_that_stands_begins_by_its_share_of_the_ramp_again():
+def test_a_drive_that_stood_starts_with_its_share_of_the_ramp():
     drive = course(0.0)
     drive.order(1000, 14 * COUNTS_S_PER_RPM, slope_of(246), 0.0)
     drive.rest_at(1000, 2.0)
