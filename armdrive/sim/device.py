@@ -80,47 +80,9 @@ class HasSwitches(Protocol):
         """Make the switch of an axis (counted from 0) stick, or free it."""
 
 
-class DriveControls(Protocol):
-    """Controls for the single drives on a bus, counted from 0 like the motors."""
-
-    @property
-    def bits_s(self) -> int:
-        """The bit rate of the bus."""
-
-    def mute(self, drive: int, on: bool) -> None:
-        """Make a drive send nothing while it still receives and obeys, or let it send again."""
-
-    def plug(self, drive: int, on: bool) -> None:
-        """Connect or disconnect a drive's CAN cable.
-
-        A disconnected drive neither sends nor receives.
-        """
-
-    def power(self, drive: int, on: bool) -> None:
-        """Switch a drive's supply off, so that its load sags, or back on."""
-
-    def reset(self, drive: int) -> None:
-        """Restart a drive's firmware, even in motion."""
-
-    def set_id(self, drive: int, node: int) -> int:
-        """Change a drive's id, possibly to one in use; return the old id. Raises `BadRequest`."""
-
-    def set_mode(self, drive: int, mode: int) -> int:
-        """Change a drive's mode, as its own keys do; return the old mode. Raises `BadRequest`."""
-
-    def withhold_done(self, drive: int, on: bool) -> None:
-        """Suppress a drive's message that a motion is done, or allow it again."""
-
-
-class DrivesOnBus:
-    """The interface of a board that sends and receives packed frames."""
-
-    drives: DriveControls
-    """The controls for its drives."""
-
-
-class DriveErrors(Protocol):
-    """Faults for single drives that send error codes on their own."""
+@runtime_checkable
+class SaysEmergencies(Protocol):
+    """A board whose drives, counted from 0 like the motors, send error codes on their own."""
 
     def ail(self, drive: int, code: int) -> None:
         """Give a drive a fault. The drive fails until the fault is mended and then reset."""
@@ -130,14 +92,6 @@ class DriveErrors(Protocol):
 
     def warn(self, drive: int, code: int) -> None:
         """Make a drive send an error code and carry on."""
-
-
-@runtime_checkable
-class SaysEmergencies(Protocol):
-    """A board whose drives send error codes on their own."""
-
-    def errors(self) -> DriveErrors:
-        """Return the fault controls of its drives."""
 
 
 def lacks(board: Board, what: str) -> BadRequest:

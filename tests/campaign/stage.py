@@ -25,7 +25,8 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.motion.standing import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
-from armdrive.sim.device import DrivesOnBus, Options, SimDevice
+from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.device import Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
@@ -156,7 +157,7 @@ class Stage:
         self.watch.lost_targets = LostTargets.of(self.config)
         # a stop may take an axis of a Robko beyond its target
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
-        if isinstance(self.twin.board, DrivesOnBus):  # steppers make up for no lost steps
+        if isinstance(self.twin.board, DrivesBoard):  # steppers make up for no lost steps
             self.watch.spring_back.can_hold = self._can_hold
             self.world.closed_loop = True
 
@@ -268,7 +269,9 @@ class Stage:
         """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        return there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        return (
+            there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        )
 
     @property
     def _link_failed(self) -> bool:
@@ -311,7 +314,7 @@ class Stage:
         """Bring the arm to a posture by hand."""
         self.world.moved_by_hand = True
         try:
-            if isinstance(self.twin.board, DrivesOnBus):  # these would turn their shafts back
+            if isinstance(self.twin.board, DrivesBoard):  # these would turn their shafts back
                 self.twin.device.bring_to(joints, opening_mm)
             else:
                 self.world.drive_to(self.world.body.transmission.to_motors(joints, opening_mm))

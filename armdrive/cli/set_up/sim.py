@@ -12,8 +12,9 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate_device
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.bus.line import BITRATE
-from armdrive.sim.device import DrivesOnBus, Options
+from armdrive.sim.device import Options
 from armdrive.sim.faults.request import parse_option
 from armdrive.sim.faults.table import check_faults
 from armdrive.sim.listing import listing
@@ -64,7 +65,7 @@ def _serve(options: argparse.Namespace) -> int:
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
         beside=Path(options.beside) if options.beside else None,
-        bits_s=board.drives.bits_s if isinstance(board, DrivesOnBus) else BITRATE,
+        bits_s=board.drives.bits_s if isinstance(board, DrivesBoard) else BITRATE,
     )
     where = server.can_address if isinstance(server, servers.SlcanServer) else server.address
     say(

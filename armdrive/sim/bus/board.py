@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
-from armdrive.sim.device import Board, DrivesOnBus, SharedState, SwitchState
+from armdrive.sim.device import Board, SharedState, SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
@@ -70,7 +70,7 @@ class NodeLoop(Generic[N]):
         self.due_s = self.nodes_due_s
 
 
-class DrivesBoard(Board, DrivesOnBus, Generic[N]):
+class DrivesBoard(Board, Generic[N]):
     """All drives of an arm in the place of one board: packed frames go in and come out.
 
     Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
@@ -85,7 +85,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         self._shafts = shafts
         self._loop = NodeLoop(shafts, self.nodes, self.shared)
         self._unpacker = Unpacker()
-        self.drives = NodeControls(self._loop, bits_s)
+        self.drives = DriveControls(self._loop, bits_s)
         """What can be done to single drives."""
         self.line = partial(BusLine, bitrate=bits_s)
 
@@ -209,7 +209,7 @@ def switch_power(node: BusNode, on: bool, now_s: float) -> None:
         node.begin(now_s)
 
 
-class NodeControls:
+class DriveControls:
     """What a fault or a person does to one drive. Drives are counted from 0, like the motors.
 
     Every method raises `BadRequest` if there is no such drive.
@@ -250,9 +250,7 @@ class NodeControls:
     def set_id(self, drive: int, node: int) -> int:
         """Give a drive an id, perhaps that of another drive; return the old one."""
         before = self.node(drive).set_id(node, self._shared.now_s)
-        if self.node(
-            drive
-        ).port.booting:  # a drive that restarts its communication has something to do
+        if self.node(drive).port.booting:  # it restarts its communication: it has something to do
             self._collect()
         return before
 

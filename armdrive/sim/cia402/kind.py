@@ -6,7 +6,7 @@ import re
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.board import DrivesBoard, NodeLoop
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.bus.node import motors_of, node_ids, options_of
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import dictionary, without
@@ -24,38 +24,27 @@ BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_00
 _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 
 
-class Cia402Errors:
-    """Errors of single drives, counted from 0 like the motors."""
-
-    def __init__(self, loop: NodeLoop[Cia402Node]) -> None:
-        self._nodes, self._shared, self._collect = loop.nodes, loop.shared, loop.collect
-
-    def ail(self, drive: int, code: int) -> None:
-        """Put a drive in fault, until the error is mended and the drive is reset."""
-        node = self._nodes[drive]
-        if node.port.powered:
-            node.states.ailing.add(code)
-            node.states.fault(code, self._shared.now_s)
-            self._collect()
-
-    def mend(self, drive: int, code: int) -> None:
-        """Remove the cause of a drive's error; the fault itself must still be reset."""
-        self._nodes[drive].states.mend(code)
-
-    def warn(self, drive: int, code: int) -> None:
-        """Make a drive send an EMCY that changes nothing."""
-        self._nodes[drive].say_emcy(code)
-        self._collect()
-
-
 class Cia402Board(DrivesBoard[Cia402Node]):
-    """Drives that sample their shafts at each SYNC."""
+    """Drives that sample their shafts at each SYNC, and report errors of their own."""
 
     title = "arm on CiA 402 drives"
 
-    def errors(self) -> Cia402Errors:
-        """Return the errors of single drives."""
-        return Cia402Errors(self._loop)
+    def ail(self, drive: int, code: int) -> None:
+        """Put a drive in fault, until the error is mended and the drive is reset."""
+        node = self.nodes[drive]
+        if node.port.powered:
+            node.states.ailing.add(code)
+            node.states.fault(code, self.now_s)
+            self._loop.collect()
+
+    def mend(self, drive: int, code: int) -> None:
+        """Remove the cause of a drive's error; the fault itself must still be reset."""
+        self.nodes[drive].states.mend(code)
+
+    def warn(self, drive: int, code: int) -> None:
+        """Make a drive send an EMCY that changes nothing."""
+        self.nodes[drive].say_emcy(code)
+        self._loop.collect()
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> Cia402Board:

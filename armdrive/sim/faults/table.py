@@ -15,11 +15,9 @@ from typing import Any, TypeAlias
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
+from armdrive.sim.bus.board import DriveControls, DrivesBoard
 from armdrive.sim.device import (
     Board,
-    DriveControls,
-    DriveErrors,
-    DrivesOnBus,
     HasSwitches,
     Resettable,
     SaysEmergencies,
@@ -233,7 +231,7 @@ def replug(bench: FaultBench, request: FaultRequest) -> Fault:
 
 
 # --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
-# These faults need a board that is `DrivesOnBus`; some need one that `SaysEmergencies`.
+# These faults need a board that is `DrivesBoard`; some need one that `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
 FIRST_ERROR = 0x100
@@ -324,11 +322,11 @@ def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     drives.warn(at, code)
 
 
-def _emergencies(bench: FaultBench) -> DriveErrors:
+def _emergencies(bench: FaultBench) -> SaysEmergencies:
     board = bench.device.board
     if not isinstance(board, SaysEmergencies):
         raise lacks(board, "error codes of its own")
-    return board.errors()
+    return board
 
 
 def _code(word: str) -> int:
@@ -339,7 +337,7 @@ def _code(word: str) -> int:
 
 def _drives(bench: FaultBench) -> DriveControls:
     board = bench.device.board
-    if not isinstance(board, DrivesOnBus):
+    if not isinstance(board, DrivesBoard):
         raise lacks(board, "drives on a bus")
     return board.drives
 
@@ -355,7 +353,7 @@ AMOUNT = "P|#N|next"
 For frames: each with a probability, the one with the n-th byte from now, or the next.
 """
 _ON_BUS = tuple(
-    replace(kind, needs=DrivesOnBus)
+    replace(kind, needs=DrivesBoard)
     for kind in (
         FaultKind("lose-frame", AMOUNT, "frames are lost", on_wire(lambda _: frame_lost)),
         FaultKind("double-frame", AMOUNT, "frames arrive twice", on_wire(lambda _: frame_doubled)),

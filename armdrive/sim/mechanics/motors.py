@@ -212,7 +212,7 @@ class MotorDrive(Generic[R]):
         if self.rack.moving:
             for bend_s in self.rack.bends(self._looked_s, now_s):
                 self._follow(bend_s)
-        self._follow(now_s)
+            self._follow(now_s)
         self._looked_s = now_s
 
     def settle(self, now_s: float) -> None:
