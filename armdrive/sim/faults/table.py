@@ -11,11 +11,12 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
 from armdrive.sim.bus.board import DriveControls, DrivesBoard
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import (
     Board,
     HasSwitches,
@@ -245,28 +246,21 @@ def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
 
 def bus_off(bench: FaultBench, _: FaultRequest) -> Fault:
     """Make the host's adapter go bus-off."""
-    _drives(bench)
-    line: Any = bench.line
+    line = _bus(bench)
     yield None
-    if not hasattr(line, "leave_bus"):
-        raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
     line.leave_bus()
-    yield lambda: bool(line.controller.bus_off)
+    yield lambda: line.adapter.bus_off
     line.leave_bus(off=False)
 
 
 def alone(bench: FaultBench, _: FaultRequest) -> Fault:
     """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
-    _drives(bench)
-    adapter = getattr(bench.line, "adapter", None)
-    silence = _silence(bench, "both")
+    adapter, silence = _bus(bench).adapter, _silence(bench, "both")
     yield next(silence)
-    if adapter is not None:
-        adapter.faults.alone = True
+    adapter.alone = True
     next(silence)
     yield None
-    if adapter is not None:
-        adapter.faults.alone = False
+    adapter.alone = False
     next(silence, None)
 
 
@@ -333,6 +327,12 @@ def _code(word: str) -> int:
     if not _CODE.fullmatch(word) or int(word, 16) < FIRST_ERROR:
         raise BadRequest(f"an error code is four hex digits from 0100 on, 4310 say, not {word!r}")
     return int(word, 16)
+
+
+def _bus(bench: FaultBench) -> BusLine:
+    if not isinstance(bench.line, BusLine):
+        raise lacks(bench.device.board, "CAN bus on this wire")
+    return bench.line
 
 
 def _drives(bench: FaultBench) -> DriveControls:
@@ -574,7 +574,7 @@ def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
 
     Nothing happens to the device.
     """
-    link = MemoryLink(PacedDevice(device, None), "simulated arm")
+    link = MemoryLink(device.line(), "simulated arm")
     try:
         faults = Faults(device, link.line, link_cable(link))
         for request in requests:
