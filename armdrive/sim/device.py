@@ -406,12 +406,18 @@ _FLAGS |= {"no": False, "false": False, "off": False, "0": False}
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """One setting, of the same type as its default; `choices` lists the texts allowed."""
+    """One setting, of the same type as its default.
+
+    `choices` lists the values allowed; numbers without choices are within `bounds`, and with
+    `above` they are above the lower one.
+    """
 
     name: str
     default: Value
     summary: str
-    choices: tuple[str, ...] = ()
+    choices: tuple[Value, ...] = ()
+    bounds: tuple[float, float] = (-math.inf, math.inf)
+    above: bool = False
 
     def parse(self, text: str) -> Value:
         """Parse a value typed by a person. Raises `BadRequest`."""
@@ -438,8 +444,18 @@ class Option:
         if isinstance(value, float) and not math.isfinite(value):
             raise BadRequest(f"{self.name} must be finite")
         if self.choices and value not in self.choices:
-            raise BadRequest(f"{self.name} is one of {', '.join(self.choices)}, not {value!r}")
+            named = ", ".join(map(str, self.choices))
+            raise BadRequest(f"{self.name} is one of {named}, not {value!r}")
+        if not isinstance(value, str):
+            self._check_bounds(value)
         return value
+
+    def _check_bounds(self, value: float) -> None:
+        low, high = self.bounds
+        if not low <= value <= high or (self.above and value == low):
+            least = f"above {low:g} and at most" if self.above else f"from {low:g} to"
+            within = f"at least {low:g}" if math.isinf(high) else f"{least} {high:g}"
+            raise BadRequest(f"{self.name} is {within}, not {value:g}")
 
 
 class Options:

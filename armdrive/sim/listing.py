@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from armdrive.sim.device import Value
 from armdrive.sim.faults.table import faults_of
 from armdrive.sim.simulated_arm import SimDeviceKind
 
@@ -37,5 +38,5 @@ def _shown(value: object) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
-def _with_choices(summary: str, choices: tuple[str, ...]) -> str:
-    return f"{summary} ({', '.join(choices)})" if choices else summary
+def _with_choices(summary: str, choices: tuple[Value, ...]) -> str:
+    return f"{summary} ({', '.join(map(str, choices))})" if choices else summary

@@ -13,7 +13,7 @@ from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options, SwitchState, Value
+from armdrive.sim.device import Option, SwitchState, Value
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.frames import Frame
@@ -41,19 +41,11 @@ class Quirk:
     most: float = _LONGEST_MS
     above_zero: bool = False
 
-    def check(self, options: Options) -> None:
-        """Raise `BadRequest` for a number that is out of range."""
-        if isinstance(self.default, float):
-            value = options.number(self.name)
-            if not 0.0 <= value <= self.most or (self.above_zero and not value):
-                low = "above 0 and at most" if self.above_zero else "from 0 to"
-                raise BadRequest(f"{self.name} is {low} {self.most:g}, not {value:g}")
-
 
 def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
     """Return the settings with which a person or a test chooses quirks."""
     return tuple(
-        Option(row.name, row.default, row.does, row.choices)
+        Option(row.name, row.default, row.does, row.choices, (0.0, row.most), row.above_zero)
         for row in quirks
         if row.default is not None
     )

@@ -48,19 +48,14 @@ class Cia402Board(DrivesBoard[Cia402Node]):
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> Cia402Board:
-    bits_s = options.whole("bitrate")
-    if bits_s not in BITRATES:
-        raise BadRequest(f"bitrate is one of {', '.join(map(str, BITRATES))}, not {bits_s}")
     objects = _objects(options)
-    for row in QUIRKS:
-        row.check(options)
     shafts = ShaftDrive(world, _top_rate(objects))
     motors, modes = motors_of(config, shafts, behind=1), _modes(options)
     nodes = [
         Cia402Node(motor, number, objects, modes, options)
         for motor, number in zip(motors, _numbers(config, len(motors)), strict=True)
     ]
-    return Cia402Board(world, shafts, nodes, bits_s)
+    return Cia402Board(world, shafts, nodes, options.whole("bitrate"))
 
 
 def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
@@ -76,8 +71,6 @@ def _objects(options: Options) -> Dictionary:
     missing, profile = options.text("missing"), options.whole("profile")
     if missing and not _INDICES.fullmatch(missing):
         raise BadRequest(f'missing is written "60C2", or as more joined by +, not {missing!r}')
-    if not 0 <= profile <= 0xFFFF:
-        raise BadRequest(f"profile is 0 to 65535, not {profile}")
     indices = frozenset(int(word, 16) for word in missing.split("+") if word)
     kind = dictionary().find(canopen.DEVICE_TYPE)
     high = 0 if kind is None else int(kind.default or 0) & ~0xFFFF
@@ -113,11 +106,11 @@ KIND = SimDeviceKind(
     board=Cia402Board,
     make=_make,
     options=(
-        Option("bitrate", 500_000, "bits a second of the drives and their bus"),
+        Option("bitrate", 500_000, "bits a second of the drives and their bus", BITRATES),
         Option("csp", True, "drives have cyclic synchronous position; else profile position alone"),
         Option("homing", True, "drives can home by themselves"),
         Option("missing", "", "objects that the drives lack: 60C2 say, or more joined by +"),
-        Option("profile", PROFILE, "the device profile that 1000 tells"),
+        Option("profile", PROFILE, "the device profile that 1000 tells", bounds=(0, 0xFFFF)),
         Option("following_window", -1, "increments that a shaft may be behind at first; -1: EDS"),
         *options_of(QUIRKS),
     ),

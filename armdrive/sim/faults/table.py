@@ -330,6 +330,7 @@ def _code(word: str) -> int:
 
 
 def _bus(bench: FaultBench) -> BusLine:
+    _drives(bench)
     if not isinstance(bench.line, BusLine):
         raise lacks(bench.device.board, "CAN bus on this wire")
     return bench.line

@@ -280,8 +280,6 @@ def _up(value: float) -> float:
 
 # --- The device and its options -------------------------------------------------------------------
 
-MOST_COAST = 10.0
-
 
 def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
     firmware = FIRMWARES[options.text("firmware")]
@@ -289,9 +287,6 @@ def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
         firmware = replace(firmware, plan_s=options.number("plan_ms") / 1000)
     if options.flag("limit_interrupts"):
         firmware = replace(firmware, hard_limits=True)
-    coast = options.number("coast")
-    if not 0.0 <= coast <= MOST_COAST:
-        raise BadRequest(f"coast must be from 0 to {MOST_COAST:g}, not {coast:g}")
     letters = motor_letters(config, len(world.motors))
     axes = board_axes(letters, options.text("axes"))
     values = well_set_up(config, letters, axes)
@@ -305,7 +300,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
         gripper_wiring(config),
         config.model.gripper_range_mm,
         config.model.gripper_speed_mm_s,
-        coast,
+        options.number("coast"),
         options.flag("resets_on_open"),
     )
     settings = BoardSettings(len(axes), {} if options.flag("factory") else values, firmware.factory)
@@ -325,7 +320,12 @@ KIND = SimDeviceKind(
             "limit_interrupts", False, "a build that acts on $21=1 where the usual one does not"
         ),
         Option("resets_on_open", False, "a saved arm starts with its board freshly reset"),
-        Option("coast", 1.0, "share of the ramp by which the arm overruns a dead stop"),
+        Option(
+            "coast",
+            1.0,
+            "share of the ramp by which the arm overruns a dead stop",
+            bounds=(0.0, 10.0),
+        ),
         Option("plan_ms", -1.0, "milliseconds to plan a motion; below 0: the firmware's own"),
     ),
 )

@@ -21,6 +21,7 @@ from firmware_protocol.errors import BadField
 
 AS_THE_ARM_FILE = "file"
 HOMING_RPM = 60
+BITRATES = {each.bits_s: each for each in mks.Bitrate}
 USUAL_MA, USUAL_MICROSTEPS = 1600, 16
 _FIRMWARE = re.compile(r"\d{1,3}\.\d{1,3}\.\d{1,3}")
 
@@ -32,15 +33,9 @@ class MksBoard(DrivesBoard[MksNode]):
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> MksBoard:
-    count = len(world.motors)
-    bitrates = {each.bits_s: each for each in mks.Bitrate}
-    bits_s = options.whole("bitrate")
-    if bits_s not in bitrates:
-        raise BadRequest(f"bitrate is one of {', '.join(map(str, bitrates))}, not {bits_s}")
+    count, bits_s = len(world.motors), options.whole("bitrate")
     versions = _versions(options.text("firmware"), config, count)
-    for row in QUIRKS:
-        row.check(options)
-    settings = _settings(config, count, bitrates[bits_s], options)
+    settings = _settings(config, count, BITRATES[bits_s], options)
     shafts = ShaftDrive(world, MAKES_UP)
     nodes = [
         MksNode(motor, version, Flash(own), options, bits_s)
@@ -114,7 +109,7 @@ KIND = SimDeviceKind(
     options=(
         Option("firmware", AS_THE_ARM_FILE, "1.0.6 say, or one a drive joined by +; file: its own"),
         Option("factory", False, "every drive as it is shipped: id 1, waiting for pulses"),
-        Option("bitrate", 500_000, "bits a second of the drives and their bus"),
+        Option("bitrate", 500_000, "bits a second of the drives and their bus", (*BITRATES,)),
         Option("limits", False, "a pressed limit switch ends motions that lead into it"),
         Option("stall_protection", True, "a drive that stalls lets its shaft go, and says so"),
         *options_of(QUIRKS),
