@@ -13,12 +13,12 @@ import abc
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import (
@@ -59,17 +59,6 @@ class Resettable(Protocol):
 
     def reset(self) -> None:
         """Restart the firmware. Whether position and motor current survive depends on the board."""
-
-
-class SwitchState(Enum):
-    """How a limit switch behaves."""
-
-    FREE = "free"
-    """Follows the arm; works normally."""
-    OPEN = "open"
-    """Stuck open: never reads as pressed."""
-    CLOSED = "closed"
-    """Stuck closed: always reads as pressed."""
 
 
 @runtime_checkable

@@ -10,8 +10,9 @@ from typing import Any, Generic, TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
-from armdrive.sim.device import Board, SharedState, SwitchState
+from armdrive.sim.device import Board, SharedState
 from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker

@@ -23,7 +23,6 @@ from armdrive.sim.device import (
     Resettable,
     SaysEmergencies,
     SimDevice,
-    SwitchState,
     lacks,
 )
 from armdrive.sim.faults.request import (
@@ -34,6 +33,7 @@ from armdrive.sim.faults.request import (
     FaultRequest,
     check_count,
 )
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.wire import (
     Amount,
     Effect,

@@ -12,9 +12,10 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry.simulate import simulate
 from armdrive.sim.bus.board import DrivesBoard
-from armdrive.sim.device import SaysEmergencies, SimDevice, SwitchState
+from armdrive.sim.device import SaysEmergencies, SimDevice
 from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.table import FAULTS, Faults, faults_of
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.teachmover.device import TeachMoverBoard
 from armdrive.sim.wire import (
     Next,
