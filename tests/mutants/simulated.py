@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="the simulated controller knows where its motors stand",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/teachmover/device.py",
+        path="armdrive/sim/teachmover.py",
         old="return Motors(signed(count) for count in self.drive.counts)",
         new="return Motors(signed(count) for count in self.drive.world.motors)",
         tests=tests_of(
@@ -75,7 +75,7 @@ MUTANTS = (
     Mutant(
         name="a simulated TeachMover receives commands while it moves",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/teachmover/device.py",
+        path="armdrive/sim/teachmover.py",
         old="            if self.busy and not self.settings.keeps_input_while_moving:",
         new="            if False:",
         tests=tests_of(

@@ -18,7 +18,7 @@ from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.sim.device import Option, Options, SimDevice
-from armdrive.sim.robko01.device import ESP32, RobkoQuirks
+from armdrive.sim.robko01 import ESP32, RobkoQuirks
 from armdrive.sim.wire import PacedDevice, WireDevice
 from firmware_protocol.robko01 import MoveRelative
 from firmware_protocol.teachmover import Step

@@ -16,7 +16,7 @@ from armdrive.sim.device import SaysEmergencies, SimDevice
 from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.table import FAULTS, Faults, faults_of
 from armdrive.sim.mechanics.switches import SwitchState
-from armdrive.sim.teachmover.device import TeachMoverBoard
+from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import (
     Next,
     Nth,
