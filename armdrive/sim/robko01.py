@@ -81,6 +81,7 @@ PAYLOAD_BYTES = {
 }
 """How many payload bytes an operation reads, whatever was sent; other operations read none."""
 
+_KNOWN = frozenset(Op)
 _HEADER, _CHECK = 4, 2
 
 
@@ -138,7 +139,7 @@ class FirmwareReader:
 
     def _request(self, op: int, payload: bytes) -> bytes:
         self._payload[: len(payload)] = payload
-        if op not in ECHOED and op in tuple(Op):
+        if op not in ECHOED and op in _KNOWN:
             payload = bytes(self._payload[: PAYLOAD_BYTES.get(Op(op), 0)])
         return frame_bytes(Kind.REQUEST, op, payload)
 
