@@ -94,4 +94,15 @@ MUTANTS = (
             "test_a_stopped_motion_stays_where_it_was",
         ),
     ),
+    Mutant(
+        name="a CAN adapter whose frames nobody acknowledges goes on sending",
+        promise="a simulated device behaves like the real one, so that tests mean something",
+        path="armdrive/sim/faults/table.py",
+        old="    adapter.alone = True\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/sim/bus/test_drives_served.py",
+            "test_its_adapter_leaves_the_bus_until_it_is_opened_anew",
+        ),
+    ),
 )
