@@ -34,7 +34,7 @@ class Cia402Board(DrivesBoard[Cia402Node]):
         if node.port.powered:
             node.states.ailing.add(code)
             node.states.fault(code, self.now_s)
-            self._loop.collect()
+            self.collect()
 
     def mend(self, drive: int, code: int) -> None:
         """Remove the cause of a drive's error; the fault itself must still be reset."""
@@ -43,7 +43,7 @@ class Cia402Board(DrivesBoard[Cia402Node]):
     def warn(self, drive: int, code: int) -> None:
         """Make a drive send an EMCY that changes nothing."""
         self.nodes[drive].say_emcy(code)
-        self._loop.collect()
+        self.collect()
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> Cia402Board:
