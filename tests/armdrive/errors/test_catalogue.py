@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import io
 import json
 import pkgutil
 import signal
 import sys
 
 import pytest
-from cli_calls import Caller
+from cli_calls import Caller, Terminal
 
 import armdrive
 import firmware_protocol
@@ -121,10 +120,6 @@ def test_one_row_is_printed_by_its_code(capsys):
 
 
 def test_a_terminal_gets_a_row_folded_to_its_width(monkeypatch):
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
     monkeypatch.setattr(sys, "stdout", terminal := Terminal())
     monkeypatch.setenv("COLUMNS", "60")
     assert main(["errors", "E502"]) == 0

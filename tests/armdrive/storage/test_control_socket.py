@@ -12,10 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from armdrive import Arm
-from armdrive.connect.control_socket import serve
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
+from armdrive.connect.control_socket import REQUESTS, serve
 from armdrive.errors import ArmError
 from armdrive.storage import arm_lock
 from armdrive.storage import lock_client as holder_notice
@@ -34,23 +31,9 @@ LONG_S = 3600.0
 
 
 @pytest.fixture
-def arm():
-    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
-        yield arm
-
-
-@pytest.fixture
 def patient(monkeypatch):
     """No caller ever times out."""
     monkeypatch.setattr(arm_lock, "PATIENCE_S", LONG_S)
-
-
-@pytest.fixture
-def holding(arm):
-    holding = hold("bench")
-    serve(holding, arm)
-    yield holding
-    holding.release()
 
 
 @pytest.fixture
@@ -320,6 +303,7 @@ def test_nonsense_is_answered_with_one_sentence(arm, holding, call, what):
     assert answered(connection)["error"].startswith("a request is a JSON object in UTF-8")
     assert ended(connection)
     assert not arm.engine.stop_asked
+    assert ask_holder("bench", "status")["state"] == "standby"
 
 
 @pytest.mark.parametrize("request_", ['"dance"', "7", "null", '["stop"]', '"' + "x" * 4000 + '"'])
@@ -328,6 +312,7 @@ def test_an_unknown_request_is_answered_shortly(holding, call, request_):
     connection.send_bytes(f'{{"request": {request_}}}'.encode())
     answer = answered(connection)["error"]
     assert answer.startswith("unknown request")
+    assert f"known are {', '.join(REQUESTS)}" in answer
     assert len(answer) < 250
 
 

@@ -84,15 +84,6 @@ def test_errors_carry_the_code_of_the_catalogue(arm):
     assert codes[EntryKind.TRUST] in ("E706", "E707")
 
 
-@pytest.mark.parametrize("dialect", ["robko01", "armdroid", "grbl", "mks", "cia402"])
-def test_every_dialect_has_a_log(dialect):
-    with recorded_arm(dialect) as arm:
-        arm.move_motors(0, 0, 0, 0, 3, 0)
-        lines = arm.log().read(5000)
-    assert any(each.kind is EntryKind.SENT and each.words for each in lines)
-    assert any(each.kind is EntryKind.RECEIVED and each.words for each in lines)
-
-
 def test_frames_of_a_bus_are_written_as_frames():
     with recorded_arm("mks") as arm:
         lines = arm.log().read()

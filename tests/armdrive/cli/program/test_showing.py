@@ -200,8 +200,3 @@ def test_watchers_are_updated_at_a_new_line_and_not_as_time_passes():
 )
 def test_a_line_is_shown_without_its_comment(text, shown):
     assert line_words(3, text) == f"line 3: {shown}"
-
-
-def test_times_are_written_in_what_they_are_counted_in():
-    times = {4.26: "4.3 s", 42.4: "42 s", 100.0: "1 min 40 s", 7500.0: "2 h 5 min"}
-    assert {time_s: duration(time_s) for time_s in times} == times

@@ -6,7 +6,7 @@ import os
 import sys
 
 import pytest
-from cli_calls import write_arm_file
+from cli_calls import Terminal, write_arm_file
 from doctor_bench import BANNER, NUMBER, ScriptedDevice, SimPort, made, plug
 
 from armdrive.connect import parts as connecting
@@ -27,14 +27,7 @@ def test_without_consent_nothing_is_opened_and_the_doctor_says_why(call, port, l
 
 @pytest.mark.parametrize(("answer", "code", "times"), [("yes", 0, 1), ("no", 3, 0)])
 def test_a_person_is_asked_first(call, port, lead_to, monkeypatch, answer, code, times):
-    class Terminal:
-        def isatty(self) -> bool:
-            return True
-
-        def readline(self) -> str:
-            return f"{answer}\n"
-
-    monkeypatch.setattr(sys, "stdin", Terminal())
+    monkeypatch.setattr(sys, "stdin", Terminal(f"{answer}\n"))
     opened = lead_to(made("teachmover"))
     called = call("doctor", str(port), code=code)
     assert "Support it, or park it first" in called.out
