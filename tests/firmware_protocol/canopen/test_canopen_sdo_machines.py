@@ -9,15 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol import canopen
-from firmware_protocol.canopen import (
-    Abort,
-    AbortCode,
-    Aborted,
-    Downloaded,
-    Place,
-    Uploaded,
-    abort_words,
-)
 from firmware_protocol.canopen.sdo import (
     Content,
     DownloadStarted,
@@ -228,7 +219,7 @@ def test_what_is_no_request_is_told_to_the_owner():
 # -- back to back ---------------------------------------------------------------------------------
 
 
-PLACE, OTHER = Place(0x1008), Place(0x1009, 3)
+PLACE, OTHER = canopen.Place(0x1008), canopen.Place(0x1009, 3)
 DATA = st.binary(max_size=60)
 COPIES = st.sampled_from((1, 1, 1, 1, 0, 2, 3))
 
@@ -236,15 +227,15 @@ COPIES = st.sampled_from((1, 1, 1, 1, 0, 2, 3))
 @given(DATA, DATA)
 def test_what_is_written_is_read(data, other):
     bus = SdoBus({OTHER: other})
-    assert bus.download(PLACE, data) == [Downloaded(PLACE)]
-    assert bus.upload(PLACE) == [Uploaded(PLACE, data)]
-    assert bus.upload(OTHER) == [Uploaded(OTHER, other)]
+    assert bus.download(PLACE, data) == [canopen.Downloaded(PLACE)]
+    assert bus.upload(PLACE) == [canopen.Uploaded(PLACE, data)]
+    assert bus.upload(OTHER) == [canopen.Uploaded(OTHER, other)]
     assert bus.client.busy is None
 
 
 def test_what_is_not_there_is_refused_in_words():
     (event,) = SdoBus().upload(PLACE)
-    assert event == Aborted(PLACE, AbortCode.NO_OBJECT, by_server=True)
+    assert event == canopen.Aborted(PLACE, canopen.AbortCode.NO_OBJECT, by_server=True)
     assert event.words == "there is no such object"
 
 
@@ -264,8 +255,8 @@ def test_a_bus_that_loses_and_repeats_never_makes_a_transfer_end_well_with_wrong
     ended = transfer(bus, data, reads)
     if bus.client.busy:
         assert ended == []
-    elif not isinstance(ended[0], Aborted):
-        assert ended == [Uploaded(PLACE, data) if reads else Downloaded(PLACE)]
+    elif not isinstance(ended[0], canopen.Aborted):
+        assert ended == [canopen.Uploaded(PLACE, data) if reads else canopen.Downloaded(PLACE)]
         assert bus.objects[PLACE] == data
 
 
@@ -284,19 +275,22 @@ def test_after_any_mess_the_next_transfer_goes_well(data, reads, chance):
     faulty[0] = False
     assert bus.client.busy is None
     assert bus.client.abandon() is None
-    assert bus.download(OTHER, data) == [Downloaded(OTHER)]
-    assert bus.upload(OTHER) == [Uploaded(OTHER, data)]
+    assert bus.download(OTHER, data) == [canopen.Downloaded(OTHER)]
+    assert bus.upload(OTHER) == [canopen.Uploaded(OTHER, data)]
 
 
 # -- frames ---------------------------------------------------------------------------------------
 
 
 REQUESTS = [
-    (StartUpload(Place(0x1018, 1)), "40 18 10 01 00 00 00 00"),
-    (StartDownload(Place(0x6060), Content(b"\1", 1)), "2F 60 60 00 01 00 00 00"),
+    (StartUpload(canopen.Place(0x1018, 1)), "40 18 10 01 00 00 00 00"),
+    (StartDownload(canopen.Place(0x6060), Content(b"\1", 1)), "2F 60 60 00 01 00 00 00"),
     (StartDownload(WORD, Content(b"\x0f\0", 2)), "2B 40 60 00 0F 00 00 00"),
     (StartDownload(WORD, Content(b"\1\2\3", 3)), "27 40 60 00 01 02 03 00"),
-    (StartDownload(Place(0x607A), Content(b"\x60\x79\xfe\xff", 4)), "23 7A 60 00 60 79 FE FF"),
+    (
+        StartDownload(canopen.Place(0x607A), Content(b"\x60\x79\xfe\xff", 4)),
+        "23 7A 60 00 60 79 FE FF",
+    ),
     (StartDownload(WORD, Content(b"\x0f\0\0\0", None)), "22 40 60 00 0F 00 00 00"),
     (StartDownload(NAME, Content(None, 9)), "21 08 10 00 09 00 00 00"),
     (StartDownload(NAME, Content(None, None)), "20 08 10 00 00 00 00 00"),
@@ -305,18 +299,18 @@ REQUESTS = [
     (Segment(False, b"armdriv", False), "00 61 72 6D 64 72 69 76"),
     (Segment(True, b"e!", True), "1B 65 21 00 00 00 00 00"),
     (Segment(False, b"", True), "0F 00 00 00 00 00 00 00"),
-    (Abort(NAME, AbortCode.TIMED_OUT), "80 08 10 00 00 00 04 05"),
+    (canopen.Abort(NAME, canopen.AbortCode.TIMED_OUT), "80 08 10 00 00 00 04 05"),
 ]
 RESPONSES = [
-    (Upload(Place(0x6041), Content(b"\x37\2", 2)), "4B 41 60 00 37 02 00 00"),
-    (Upload(Place(0x6041), Content(b"\x37\2\0\0", None)), "42 41 60 00 37 02 00 00"),
+    (Upload(canopen.Place(0x6041), Content(b"\x37\2", 2)), "4B 41 60 00 37 02 00 00"),
+    (Upload(canopen.Place(0x6041), Content(b"\x37\2\0\0", None)), "42 41 60 00 37 02 00 00"),
     (Upload(NAME, Content(None, 9)), "41 08 10 00 09 00 00 00"),
     (Upload(NAME, Content(None, None)), "40 08 10 00 00 00 00 00"),
     (DownloadStarted(WORD), "60 40 60 00 00 00 00 00"),
     (Segment(True, b"e!", True), "1B 65 21 00 00 00 00 00"),
     (SegmentTaken(False), "20 00 00 00 00 00 00 00"),
     (SegmentTaken(True), "30 00 00 00 00 00 00 00"),
-    (Abort(WORD, AbortCode.NO_OBJECT), "80 40 60 00 00 00 02 06"),
+    (canopen.Abort(WORD, canopen.AbortCode.NO_OBJECT), "80 40 60 00 00 00 02 06"),
 ]
 WAYS = [(decode_request, *row) for row in REQUESTS] + [(decode_response, *row) for row in RESPONSES]
 
@@ -352,15 +346,15 @@ def test_what_is_not_spoken_is_named(decode, text, reason):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: Place(0x10000),
-        lambda: Place(0, 256),
+        lambda: canopen.Place(0x10000),
+        lambda: canopen.Place(0, 256),
         lambda: Content(b"", 0),
         lambda: Content(b"12345", 5),
         lambda: Content(b"12", None),
         lambda: Content(b"12", 3),
         lambda: Content(None, -1),
         lambda: Segment(False, b"12345678", True),
-        lambda: Abort(Place(0), -1),
+        lambda: canopen.Abort(canopen.Place(0), -1),
     ],
 )
 def test_nonsense_of_ours_is_refused(make):
@@ -369,9 +363,9 @@ def test_nonsense_of_ours_is_refused(make):
 
 
 def test_every_abort_code_has_words_and_others_are_told_as_numbers():
-    words = [code.words for code in AbortCode]
+    words = [code.words for code in canopen.AbortCode]
     assert all(words)
-    assert len(set(words)) == len(AbortCode) == 31
-    assert Abort(WORD, 0x06020000).words == "there is no such object"
-    assert abort_words(0x12) == "abort code 00000012, which CiA 301 does not have"
-    assert str(Place(0x1018, 1)) == "1018:01"
+    assert len(set(words)) == len(canopen.AbortCode) == 31
+    assert canopen.Abort(WORD, 0x06020000).words == "there is no such object"
+    assert canopen.abort_words(0x12) == "abort code 00000012, which CiA 301 does not have"
+    assert str(canopen.Place(0x1018, 1)) == "1018:01"
