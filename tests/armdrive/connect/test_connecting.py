@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from cli_calls import write_arm_file
 
-from armdrive import Arm, ArmFileError, BadRequest, PortUnavailable
+from armdrive import Arm, ArmFileError, BadRequest, PortUnavailable, SimulatedClock
 from armdrive.arm import State
 from armdrive.connect.parts import connect_real
 from armdrive.connect.target import find, simulated_config, state_file
@@ -99,13 +99,15 @@ def test_a_factor_is_a_pace_too():
 
 @pytest.mark.parametrize("pace", ["fast", 0, -1, 0.0])
 def test_other_paces_are_refused(pace):
-    with pytest.raises(BadRequest, match="pace must be"):
+    with pytest.raises(BadRequest, match=r"pace must be .*SimulatedClock"):
         Arm.connect("sim:teachmover", pace=pace)
 
 
-def test_a_real_arm_knows_real_time_alone():
+@pytest.mark.parametrize("target", ["/dev/ttyNOWHERE", "socket://127.0.0.1:9"])
+@pytest.mark.parametrize("pace", ["simulated", SimulatedClock()])
+def test_a_real_arm_knows_real_time_alone(target, pace):
     with pytest.raises(BadRequest, match="real time"):
-        Arm.connect("/dev/ttyNOWHERE", dialect="teachmover", pace="simulated")
+        Arm.connect(target, dialect="teachmover", pace=pace)
 
 
 class TestForcedSimulation:

@@ -51,6 +51,19 @@ def replug(arm: Arm) -> None:
     arm.twin.link.replug("elsewhere")
 
 
+def replug_mute(arm: Arm) -> None:
+    """Put the cable back into a device that says nothing."""
+    arm.twin.faults.add("mute")
+    arm.twin.link.replug()
+    arm.twin.link.line.plug()
+
+
+def lose_and_find(arm: Arm) -> None:
+    unplug(arm)
+    replug(arm)
+    arm.sleep(LONG_S)
+
+
 two_kinds = pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 """A device that gets bursts and one that queues; conformance does the same for all dialects."""
 
@@ -146,9 +159,7 @@ def test_a_position_that_was_referenced_is_restored_and_wants_to_be_confirmed(co
     arm = connected(reconnect=True)
     arm.move_j(shoulder_deg=45)
     joints = arm.joints
-    unplug(arm)
-    replug(arm)
-    arm.sleep(LONG_S)
+    lose_and_find(arm)
     arm.reset()
     assert arm.status.trust is Trust.RESTORED
     assert arm.status.trust_code == "E720"
@@ -175,9 +186,7 @@ def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
 def test_reconnecting_goes_on_while_no_arm_answers(connected):
     arm = connected(reconnect=True)
     unplug(arm)
-    arm.twin.faults.add("mute")
-    arm.twin.link.replug()
-    arm.twin.link.line.plug()
+    replug_mute(arm)
     arm.sleep(20.0)
     assert arm.status.state is State.DISCONNECTED
     assert arm.status.notice_code == "E502"
@@ -201,9 +210,7 @@ def test_the_pauses_between_tries_grow(connected):
 def test_an_arm_that_was_disabled_stays_disabled(connected):
     arm = connected(reconnect=True)
     arm.disable()
-    unplug(arm)
-    replug(arm)
-    arm.sleep(LONG_S)
+    lose_and_find(arm)
     assert arm.status.state is State.DISABLED
     assert arm.status.error == ""
     arm.enable()
@@ -213,9 +220,7 @@ def test_an_emergency_stop_outlives_the_loss(connected):
     arm = connected(reconnect=True)
     arm.estop()
     for _ in range(2):
-        unplug(arm)
-        replug(arm)
-        arm.sleep(LONG_S)
+        lose_and_find(arm)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.error_code == "E303"
     assert arm.status.error.count("Meanwhile the connection was lost") == 1
@@ -289,9 +294,7 @@ def test_by_hand_a_wire_is_looked_for_once(connected):
 def test_by_hand_an_arm_that_does_not_answer_says_so(connected):
     arm = connected()
     unplug(arm)
-    arm.twin.faults.add("mute")
-    arm.twin.link.replug()
-    arm.twin.link.line.plug()
+    replug_mute(arm)
     with pytest.raises(Exception, match="no answer"):
         arm.reconnect()
     assert arm.status.state is State.DISCONNECTED
@@ -325,9 +328,7 @@ def test_a_wire_can_be_lost_again_and_again(connected):
     arm = connected(reconnect=True)
     said = set()
     for _ in range(3):
-        unplug(arm)
-        replug(arm)
-        arm.sleep(LONG_S)
+        lose_and_find(arm)
         assert arm.status.state is State.ERROR_STOP
         said.add((arm.status.error_code, arm.status.error.count("is back")))
     assert said == {("E409", 1)}

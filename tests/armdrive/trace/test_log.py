@@ -8,11 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import recorded_arm
 
-from armdrive import Arm, ArmError, WrongState
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
+from armdrive import ArmError
 from armdrive.errors.table import found
-from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader, Topic
 
@@ -90,13 +87,6 @@ def test_frames_of_a_bus_are_written_as_frames():
     sent = next(each for each in lines if each.kind is EntryKind.SENT)
     assert sent.shown.startswith("001#")
     assert sent.words == "1 2 3 4 5 6: read encoder"
-
-
-def test_an_arm_that_is_not_recorded_has_no_log():
-    arm = Arm(connect_simulated(simulated_config("teachmover"), tracer=NO_TRACER))
-    with pytest.raises(WrongState, match="flight recorder"):
-        arm.log()
-    arm.close()
 
 
 # -- reading as it comes -------------------------------------------------------------------------

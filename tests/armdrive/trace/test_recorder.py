@@ -188,11 +188,12 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
     assert arm.save_recording().is_file()  # asked for, it is written all the same
 
 
-def test_without_a_recorder_nothing_can_be_saved():
+def test_without_a_recorder_nothing_can_be_saved_or_read():
     arm = Arm(connect_simulated(simulated_config("teachmover"), tracer=NO_TRACER))
     arm.move_motors(0, 0, 0, 0, 3, 0)
-    with pytest.raises(WrongState, match="without a flight recorder"):
-        arm.save_recording()
+    for call in (arm.save_recording, arm.log):
+        with pytest.raises(WrongState, match="flight recorder"):
+            call()
     arm.close()
 
 

@@ -136,21 +136,6 @@ def test_lines_that_are_streamed_never_overfill_the_ring_and_keep_their_order(sc
     assert [event.command for event in answered] == script
 
 
-@given(st.lists(st.one_of(COMMANDS, NOISE), max_size=6), st.data())
-def test_the_chunks_make_no_difference_to_a_device(parts, data):
-    stream = b"".join(p if isinstance(p, bytes) else p.text.encode() + b"\n" for p in parts)
-    whole, cut = grbl.Device(grbl.GRBLHAL), grbl.Device(grbl.GRBLHAL)
-    whole.receive_data(stream)
-    assert carried(data.draw, stream, cut) == events(whole)
-    realtime, rest = grbl.split_realtime(stream, grblhal=True)
-    after_a_ring = grbl.Device(grbl.GRBLHAL)
-    after_a_ring.receive_data(rest)
-    assert lines(events(after_a_ring)) == lines(_all_of(stream))
-    assert [e.command for e in _all_of(stream) if isinstance(e, grbl.RealtimeReceived)] == list(
-        realtime
-    )
-
-
 def _all_of(stream: bytes) -> list:
     device = grbl.Device(grbl.GRBLHAL)
     device.receive_data(stream)
