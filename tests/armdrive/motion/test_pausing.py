@@ -12,6 +12,8 @@ from faults import as_it_stands
 from waiting import soon, until
 
 from armdrive import Arm, Jog
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import (
     ArmError,
     LinkLost,
@@ -21,6 +23,7 @@ from armdrive.errors import (
 )
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
+from armdrive.storage.record import FileRecorder
 
 BY_BURSTS, QUEUED = "teachmover", "grbl"
 WAY_DEG = 30.0
@@ -272,10 +275,6 @@ def test_time_in_a_pause_does_not_count_towards_a_motions_timeout():
 
 
 def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):
-    from armdrive.connect.parts import connect_simulated
-    from armdrive.connect.target import simulated_config
-    from armdrive.storage.record import FileRecorder
-
     recorder = FileRecorder(tmp_path / "record.json")
     arm = Arm(connect_simulated(simulated_config(BY_BURSTS), recorder=recorder))
     arm.home()

@@ -1,10 +1,12 @@
 """A disturbed wire: whatever is lost, garbled, repeated or late, nothing false is trusted."""
 
 import re
+from dataclasses import replace
 
 import pytest
 from faults import (
     OVER_THE_TABLE,
+    FaultyLink,
     Rule,
     as_it_stands,
     echoed_after,
@@ -21,6 +23,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive import Arm, Jog
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import (
     ArmError,
     DeviceFault,
@@ -29,6 +33,7 @@ from armdrive.errors import (
     PositionMismatch,
     Stopped,
 )
+from armdrive.registry.simulate import simulate
 from armdrive.status import Evidence, State, Trust
 from kinematics import KinematicsError
 
@@ -160,14 +165,6 @@ def test_a_silent_arm_is_given_up_after_its_deadline_and_not_before():
 
 def test_connecting_to_a_silent_device_fails_and_leaves_nothing_open():
     closed = []
-    from dataclasses import replace
-
-    from faults import FaultyLink
-
-    from armdrive.connect.parts import connect_simulated
-    from armdrive.connect.target import simulated_config
-    from armdrive.registry.simulate import simulate
-
     twin = simulate(simulated_config("teachmover"))
     link = FaultyLink(twin.link)
     link.to.append(Rule(b"", lost, times=1e9))
@@ -260,14 +257,6 @@ def test_connect_estop_reset_and_the_start_of_homing_move_nothing():
 
 
 def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap():
-    from dataclasses import replace
-
-    from faults import FaultyLink
-
-    from armdrive.connect.parts import connect_simulated
-    from armdrive.connect.target import simulated_config
-    from armdrive.registry.simulate import simulate
-
     twin = simulate(simulated_config("teachmover"))
     twin.board.count_from((4000, -3000, 2500, 100, -900, 32000))
     before = twin.world.motors

@@ -10,11 +10,14 @@ import pytest
 from waiting import FOREVER_S, soon, until
 
 from armdrive import Stopped
+from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.look import status
 from armdrive.connect.target import simulated_config
 from armdrive.moves import Move
+from armdrive.runtime.engine import Engine
 from armdrive.status import State
+from armdrive.transports.in_process import MemoryLink
 
 ARM = "sim:teachmover"
 
@@ -150,8 +153,6 @@ def test_a_stop_of_an_arm_without_a_holder_is_reported(call):
 
 
 def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, monkeypatch):
-    from armdrive.arm import Arm
-
     def stopped(arm: Arm, move: Move) -> None:
         raise Stopped("the motion was stopped before its goal")
 
@@ -161,8 +162,6 @@ def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, mon
 
 
 def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypatch):
-    from armdrive.runtime.engine import Engine
-
     call("home", code=0)
     real, calls = Engine.advance, count()
 
@@ -181,16 +180,12 @@ def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypa
 
 
 def test_a_controller_that_does_not_answer_ends_with_its_own_code(call, monkeypatch):
-    from armdrive.transports.in_process import MemoryLink
-
     monkeypatch.setattr(MemoryLink, "write", lambda link, data, now_s: None)
     sentence = call.refused("status", code=6)
     assert "no answer" in sentence
 
 
 def test_a_cable_that_is_pulled_ends_with_its_own_code(call, monkeypatch):
-    from armdrive.transports.in_process import MemoryLink
-
     call("home", code=0)
     real, calls = MemoryLink.write, count()
 

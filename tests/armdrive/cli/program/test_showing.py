@@ -1,7 +1,5 @@
-"""What a run shows: one line that is rewritten, lines, or events; and what loads nothing of it."""
+"""What a run shows: one line that is rewritten, lines, or events."""
 
-import subprocess
-import sys
 import threading
 
 import pytest
@@ -150,19 +148,6 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
     person.hold("turn it", lambda: True)
     assert shown == ["hello", "turn it"]
     assert arm.paused  # whoever ended the run says what becomes of the arm
-
-
-@pytest.mark.parametrize("words", [["--help"], ["status"], ["run", "--help"]])
-def test_nothing_of_programs_is_loaded_before_one_runs(words):
-    program = (
-        "import sys\nfrom armdrive.cli import main\n"
-        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
-        "print(*sys.modules, file=sys.stderr)"
-    )
-    loaded = subprocess.run(
-        [sys.executable, "-c", program, *words], capture_output=True, text=True, check=True
-    ).stderr.split()
-    assert not [name for name in loaded if name.startswith(("lark", "armdrive.programs"))]
 
 
 def test_a_display_is_updated_at_each_percent_and_each_second():
