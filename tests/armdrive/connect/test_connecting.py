@@ -11,15 +11,8 @@ from armdrive.connect.parts import connect_real
 from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.teachmover.controller import FIRST_LINE
 from armdrive.runtime.clock import RealPace, SimulatedPace
+from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
-from firmware_protocol.armdroid import (
-    DriveAll,
-    DriveOne,
-    OddSpeed,
-    OffsetsReported,
-    SetSpeed,
-    SpeedReported,
-)
 from firmware_protocol.armdroid import Host as ArmdroidHost
 
 TWO_LINES = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
@@ -155,19 +148,19 @@ def test_a_simulated_arm_accepts_longer_planned_bursts_than_a_real_one():
 @pytest.mark.parametrize("left_over", [b"", b"17", b"1,2,3,4,5,", b"-8,"])
 def test_the_first_line_to_a_teachmover_leaves_an_armdroid_nothing_to_repeat(left_over):
     host, droid = ArmdroidHost(), ArmdroidDevice()
-    last = host.send(DriveAll((10, 20, 30, 40, 50, 60)))
+    last = host.send(armdroid.DriveAll((10, 20, 30, 40, 50, 60)))
     droid.receive_data(last + left_over + FIRST_LINE + b"@READ\r")
     heard = []
     while (event := droid.next_event()) is not None:
         heard.append(event)
         if droid.unanswered is not None:
             droid.send(
-                SpeedReported(25)
-                if isinstance(event, SetSpeed | OddSpeed)
-                else OffsetsReported((0, 0, 0, 0, 0, 0))
+                armdroid.SpeedReported(25)
+                if isinstance(event, armdroid.SetSpeed | armdroid.OddSpeed)
+                else armdroid.OffsetsReported((0, 0, 0, 0, 0, 0))
             )
-    motions = [each for each in heard if isinstance(each, DriveAll | DriveOne)]
-    assert motions[0] == DriveAll((10, 20, 30, 40, 50, 60))
-    assert DriveAll((0, 0, 0, 0, 0, 0)) in motions[1:]
+    motions = [each for each in heard if isinstance(each, armdroid.DriveAll | armdroid.DriveOne)]
+    assert motions[0] == armdroid.DriveAll((10, 20, 30, 40, 50, 60))
+    assert armdroid.DriveAll((0, 0, 0, 0, 0, 0)) in motions[1:]
     for motion in motions[1:]:
-        assert not any(motion.steps if isinstance(motion, DriveAll) else (motion.steps,))
+        assert not any(motion.steps if isinstance(motion, armdroid.DriveAll) else (motion.steps,))

@@ -37,6 +37,12 @@ def patient(monkeypatch):
 
 
 @pytest.fixture
+def impatient(monkeypatch):
+    """Callers time out at once; to be asked for before the arm is held."""
+    monkeypatch.setattr(arm_lock, "PATIENCE_S", 0.05)
+
+
+@pytest.fixture
 def call(holding):
     """Call the holder, as often as a test likes; all calls end with the test."""
     with contextlib.ExitStack() as calls:
@@ -120,16 +126,10 @@ def test_a_crowded_out_caller_retries_by_itself(arm, monkeypatch):
     assert len(calls) == 3
 
 
-def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(arm, monkeypatch):
-    monkeypatch.setattr(arm_lock, "PATIENCE_S", 0.05)
-    holding = hold("bench")
-    serve(holding, arm)
-    try:
-        with called(notice_of("bench")["address"]) as connection:
-            assert "no complete request arrived within" in answered(connection)["error"]
-            assert ended(connection)
-    finally:
-        holding.release()
+def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(impatient, call):
+    connection = call()
+    assert "no complete request arrived within" in answered(connection)["error"]
+    assert ended(connection)
 
 
 @posix
