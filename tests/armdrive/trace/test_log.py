@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from cli_calls import Caller
 from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import recorded_arm
@@ -12,11 +11,6 @@ from armdrive import ArmError
 from armdrive.errors.table import found
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader, Topic
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture

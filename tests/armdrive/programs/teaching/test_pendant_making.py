@@ -1,7 +1,6 @@
 """A sequence as rows of the arm's own memory: they lead where it leads, or it is refused."""
 
 import pytest
-from cli_calls import Caller
 from hypothesis import given
 from hypothesis import strategies as st
 from pages import blocks, page
@@ -83,8 +82,8 @@ def test_without_a_reference_there_are_no_rows():
         rows_of(CONFIG, StepList((Step("above"),)), POINTS, None)
 
 
-def test_the_arm_itself_runs_what_was_taught(capsys, tmp_path):
-    call, path = Caller(capsys), tmp_path / "fetch.pendant"
+def test_the_arm_itself_runs_what_was_taught(call, tmp_path):
+    path = tmp_path / "fetch.pendant"
     call("home", code=0)
     book = points_of(CONFIG.name, CONFIG.model.arm)
     book["above"], book["pick"] = POINTS["above"], POINTS["pick"]
