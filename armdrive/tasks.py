@@ -96,13 +96,13 @@ def never() -> bool:
 class MoveBy:
     """Move all motors together, with the busiest one at no more than `rate_hz` steps a second.
 
-    Some devices need other messages before the one that starts the motors. If `let_go()` becomes
+    Some devices need other messages before the one that starts the motors. If `released()` becomes
     true before that one is sent, the motion is dropped and the reply is `Halted`.
     """
 
     steps: Motors
     rate_hz: float
-    let_go: Callable[[], bool] = field(default=never, compare=False, repr=False)
+    released: Callable[[], bool] = field(default=never, compare=False, repr=False)
 
     @property
     def duration_s(self) -> float:
@@ -116,7 +116,7 @@ class MoveAlong:
 
     - `segments`: a segment is drawn only when the queue has room for it, so that a jog decides its
       next step at the last moment.
-    - `let_go`: once it is true, the queue is dropped too.
+    - `released`: once it is true, the queue is dropped too.
     - `held_back`: while it is true, no segment is drawn or sent. If the device runs out of segments
       meanwhile, the reply is `Done` with the number of `unsent` segments.
     - `jog`: use the device's own jogging mode if it has one.
@@ -127,7 +127,7 @@ class MoveAlong:
     segments: Iterator[MoveBy]
     ahead_s: float
     jog: bool = False
-    let_go: Callable[[], bool] = never
+    released: Callable[[], bool] = never
     held_back: Callable[[], bool] = never
 
 
@@ -328,7 +328,7 @@ class AlertKind(Enum):
     ALARM = "the controller is in alarm"
     ALARM_LOST = "the controller is in alarm, and its position is lost"
     SWITCHED_OFF = "the controller switched the motors off"
-    ASTRAY = "the arm is not on the path that was sent"
+    OFF_PATH = "the arm is not on the path that was sent"
 
 
 @dataclass(frozen=True, slots=True)

@@ -220,31 +220,31 @@ class MotionContext:
         target: Motors,
         rate_hz: float,
         there: ArmCoordinates | None,
-        let_go: Callable[[], bool] = never,
+        released: Callable[[], bool] = never,
     ) -> TaskBody[None]:
         """Send one burst to an absolute target and wait until it has ended.
 
-        A burst that has not started moving when `let_go()` becomes true is dropped.
+        A burst that has not started moving when `released()` becomes true is dropped.
         """
         core = self.core
         steps = target - core.position.acknowledged
         if not steps.largest:
             core.position.coordinates = there or core.position.coordinates
             return
-        if not (yield from self._may_begin(let_go)):
+        if not (yield from self._may_begin(released)):
             return
         core.position.stands()
         *first, last = pieces(core, steps, rate_hz, core.stops.burst_s, core.controller.duration_s)
         for piece in first:  # these only take up backlash
             arrived = yield from self._burst(
-                replace(piece, let_go=let_go), core.position.coordinates
+                replace(piece, released=released), core.position.coordinates
             )
-            if not arrived or self.stopping or let_go():
+            if not arrived or self.stopping or released():
                 return
-            if not (yield from self._may_begin(let_go)):
+            if not (yield from self._may_begin(released)):
                 return
         self.note_straying(strays_steps(core, steps, rate_hz))
-        yield from self._burst(replace(last, let_go=let_go), there)
+        yield from self._burst(replace(last, released=released), there)
 
     def _burst(self, burst: MoveBy, there: ArmCoordinates | None) -> TaskBody[bool]:
         """Send one burst and wait for its end; return False if a stop ended it early."""
@@ -279,21 +279,21 @@ class MotionContext:
         here, _ = self.core.transmission.to_joints(self.core.position.acknowledged)
         self.straying_mm = max(self.straying_mm, straying_mm(self.core.config, here, steps))
 
-    def _may_begin(self, let_go: Callable[[], bool]) -> TaskBody[bool]:
+    def _may_begin(self, released: Callable[[], bool]) -> TaskBody[bool]:
         """Return whether a motion may be sent now; raises if settings or a fault forbid it.
 
         False means that the motion was stopped or released while the disk was slow.
         """
         core = self.core
         core.require_settings()
-        marked = yield from leave_standstill(self, let_go)
+        marked = yield from leave_standstill(self, released)
         self.require_no_fault()  # the device may have raised an alarm since the last burst
         return marked
 
     def stream(self, request: MoveAlong, course: StreamedCourse) -> TaskBody[bool]:
         """Stream segments to a device; return whether all were driven, or False if halted."""
         core = self.core
-        if not (yield from self._may_begin(request.let_go)):
+        if not (yield from self._may_begin(request.released)):
             return False
         core.position.stands()
         reply = yield from self._driven(request)
@@ -387,16 +387,16 @@ POLL_GROWTH = 1.5
 LONGEST_S = 5.0  # a reference is valid without its record, so do not wait longer for a slow disk
 
 
-def leave_standstill(wire: MotionContext, let_go: Callable[[], bool] = never) -> TaskBody[bool]:
+def leave_standstill(wire: MotionContext, released: Callable[[], bool] = never) -> TaskBody[bool]:
     """Wait until the motion mark is on the disk; raises `StateFileError` if it cannot be written.
 
-    Return False if a stop was requested or `let_go()` became true: nothing may move then.
+    Return False if a stop was requested or `released()` became true: nothing may move then.
     """
     memory = wire.core.memory
     memory.begin_mark()
     pauses_s = _pauses_s()
     while not memory.mark_stands():
-        if wire.stopping or let_go():
+        if wire.stopping or released():
             return False
         yield SleepUntil(wire.now_s + next(pauses_s))
     return True
@@ -427,7 +427,7 @@ EVIDENCE: Mapping[AlertKind, Evidence | None] = MappingProxyType(
         AlertKind.ALARM: None,
         AlertKind.ALARM_LOST: Evidence.ALARM,
         AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
-        AlertKind.ASTRAY: Evidence.OFF_THE_PATH,
+        AlertKind.OFF_PATH: Evidence.OFF_THE_PATH,
     }
 )
 """The evidence of each alert about the position; None if the device still guarantees it."""

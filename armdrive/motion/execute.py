@@ -72,18 +72,18 @@ def stream_legs(
     wire: MotionContext,
     legs: tuple[MotionSegment, ...],
     ahead_s: float,
-    let_go: Callable[[], bool] | None,
+    released: Callable[[], bool] | None,
 ) -> TaskBody[bool]:
     """Stream audited legs; return whether all were driven, or False if something ended them.
 
-    `let_go` makes the motion a jog, which ends as soon as `let_go()` is true.
+    `released` makes the motion a jog, which ends as soon as `released()` is true.
     """
-    jog = let_go is not None
+    jog = released is not None
     ways = _slices(wire, legs, segment_s(ahead_s))
     while True:
         course = StreamedCourse(wire.core, ways)
         segments = course.segments()
-        request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=_HeldBack(wire))
+        request = MoveAlong(segments, ahead_s, jog, released or never, held_back=_HeldBack(wire))
         driven = yield from wire.stream(request, course)
         if course.left is not None:
             ways = chain((course.left,), ways)
@@ -112,11 +112,11 @@ class _HeldBack:
 
 
 def stream_held(
-    wire: MotionContext, ways: Iterator[Way], ahead_s: float, let_go: Callable[[], bool]
+    wire: MotionContext, ways: Iterator[Way], ahead_s: float, released: Callable[[], bool]
 ) -> TaskBody[bool]:
-    """Stream a jog until `ways` ends or `let_go()` is true."""
+    """Stream a jog until `ways` ends or `released()` is true."""
     course = StreamedCourse(wire.core, ways)
-    request = MoveAlong(course.segments(), ahead_s, jog=True, let_go=let_go)
+    request = MoveAlong(course.segments(), ahead_s, jog=True, released=released)
     return (yield from wire.stream(request, course))
 
 
@@ -253,38 +253,38 @@ def drive_legs(
     legs: tuple[MotionSegment, ...],
     burst_s: float,
     *,
-    let_go: Callable[[], bool] | None = None,
+    released: Callable[[], bool] | None = None,
 ) -> TaskBody[None]:
     """Drive along legs, streamed if the device has a queue, otherwise in bursts, until a stop.
 
-    `let_go` makes the motion a jog, which ends as soon as `let_go()` is true.
+    `released` makes the motion a jog, which ends as soon as `released()` is true.
     """
     if not legs or wire.stopping:
         return
     if wire.core.controller.abilities.queued_segments:
-        yield from stream_legs(wire, legs, burst_s, let_go)
+        yield from stream_legs(wire, legs, burst_s, released)
         return
     for leg in legs:
-        yield from follow_leg(wire, leg, burst_s, let_go)
+        yield from follow_leg(wire, leg, burst_s, released)
 
 
 def follow_leg(
     wire: MotionContext,
     leg: MotionSegment,
     burst_s: float,
-    let_go: Callable[[], bool] | None = None,
+    released: Callable[[], bool] | None = None,
 ) -> TaskBody[None]:
     """Drive along a leg in bursts of at most `burst_s` each, until a stop.
 
     A pause takes effect between two bursts; it ends a jog.
     """
     core, done, speed_override = wire.core, 0.0, wire.core.speed_override
-    jog, released = let_go is not None, let_go or never
+    jog, is_released = released is not None, released or never
 
     def given_up() -> bool:
-        return speed_override.paused or released()
+        return speed_override.paused or is_released()
 
-    while done < 1.0 and not (wire.stopping or released()):
+    while done < 1.0 and not (wire.stopping or is_released()):
         if speed_override.paused:
             if jog:
                 return
@@ -341,9 +341,9 @@ def paced_move(
     wire: MotionContext,
     there: ArmCoordinates,
     duration_s: float,
-    let_go: Callable[[], bool] = never,
+    released: Callable[[], bool] = never,
 ) -> TaskBody[None]:
-    """Send one burst that takes at least `duration_s`, unless `let_go()` is true beforehand.
+    """Send one burst that takes at least `duration_s`, unless `released()` is true beforehand.
 
     If the device's slowest speed is too fast, wait for the rest of the time.
     """
@@ -353,10 +353,10 @@ def paced_move(
     *first, last = in_turn(wire.core, target, rate_hz) or (target,)
     for corner in first:
         wire.note_straying(target - wire.core.position.acknowledged)
-        yield from wire.move(corner, rate_hz, None, let_go)
-        if wire.stopping or let_go():
+        yield from wire.move(corner, rate_hz, None, released)
+        if wire.stopping or released():
             return
-    yield from wire.move(last, rate_hz, there, let_go)
+    yield from wire.move(last, rate_hz, there, released)
     slowest_hz = wire.core.controller.usable_rate_hz(0.0)
     if steps / slowest_hz < duration_s:
         yield SleepUntil(until_s)

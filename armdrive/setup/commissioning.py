@@ -93,7 +93,7 @@ class TriedMotor:
         """
         reply = self._ask(ReadPosition())
         if not isinstance(reply, Registers):
-            return self._astray(reply)
+            return self._off_target(reply)
         at = reply.positions[0]
         if abs(target - at) > abs(counts) + self.turn // GIVE:
             return f"stands at {at} counts, too far from {target}: it was reset, or turned by force"
@@ -104,7 +104,7 @@ class TriedMotor:
             goal = begin + round((target - begin) * piece / pieces)
             reply = self._ask(MoveBy(Motors((goal - at,)), rate_hz))
             if not isinstance(reply, Done):
-                return self._astray(reply)
+                return self._off_target(reply)
             at = goal
         return ""
 
@@ -119,7 +119,7 @@ class TriedMotor:
         self.dialog.carry_out(self.controller, run, SENT_S)
         return way, self.where()
 
-    def _astray(self, reply: Reply) -> str:
+    def _off_target(self, reply: Reply) -> str:
         at = self.where()
         lost = "is not where it should be"
         stands = lost if at is None else f"stands at {at} counts, where it should not"

@@ -477,7 +477,7 @@ class _Replay:
         if text.startswith(AlertKind.RESTARTED.value):
             why = "the arm restarted; the simulated device did not"
             self._differ(index, entry, why, text, twin)
-        elif text.startswith(AlertKind.ASTRAY.value) and arm != twin:
+        elif text.startswith(AlertKind.OFF_PATH.value) and arm != twin:
             self._differ(index, entry, "the arm was off the commanded path", arm, twin)
 
     def _extra_answer(self, index: int, entry: TraceEntry, before_s: float) -> None:

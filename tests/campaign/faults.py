@@ -75,7 +75,10 @@ def _noise(stage: Stage) -> str:
     kind, share = stage.draw.choice(("drop", "corrupt")), stage.draw.choice((0.005, 0.03, 0.1))
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
-    if side == HOST and share >= DAMAGES_FRAMES and isinstance(stage.twin.board, DrivesOnBus):
+    on_bus = side == HOST and isinstance(stage.twin.board, DrivesOnBus)
+    if on_bus:
+        stage.orders_lost_until_s = stage.now_s + for_s
+    if on_bus and share >= DAMAGES_FRAMES:
         stage.commands_lost_until_s = stage.now_s + for_s
         stage.watch.lost_targets.begin(stage.now_s, for_s)
         if stage.watch.must_stop:

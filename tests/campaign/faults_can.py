@@ -20,6 +20,7 @@ def _lose_frames(stage: Stage) -> str:
         return inject(stage, f"lose-frame next {side}")
     for_s = stage.draw.choice((0.5, 2.0))
     if side == HOST:
+        stage.orders_lost_until_s = stage.now_s + for_s
         stage.watch.lost_targets.begin(stage.now_s, for_s)
     return inject(stage, f"lose-frame {amount} {side} --for {for_s}")
 

@@ -11,7 +11,7 @@ from armdrive.dialects.bus.ledger import REJECTION_LIMIT, START_WINDOW_S
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.mks.settings import MksSettings
 
-from .excuses import MissedOrders
+from .excuses import MissedOrders, one_motor_rates_rad_s, shared_joints
 from .stage import Stage
 
 ORDER_PERIODS = 2.0
@@ -26,7 +26,7 @@ def orders_ignored(stage: Stage, motor: int, for_s: float) -> MissedOrders:
     """Return the excuse for a drive that ignores its orders from now on. Motors count from 0."""
     rows = zip(stage.world.joints.names, stage.world.body.transmission.inverse, strict=False)
     turned = frozenset(name for name, row in rows if row[motor])
-    return MissedOrders(turned, stage.now_s + for_s, _noticed_s(stage))
+    return MissedOrders(_rates(stage, turned), stage.now_s + for_s, _noticed_s(stage))
 
 
 def orders_cut_short(stage: Stage) -> MissedOrders | None:
@@ -56,10 +56,15 @@ def orders_lost(stage: Stage, for_s: float) -> MissedOrders | None:
     """
     if stage.arm is None:
         return None
-    rows = zip(stage.world.joints.names, stage.world.body.transmission.inverse, strict=False)
-    shared = frozenset(name for name, row in rows if sum(map(bool, row)) > 1)
     stands_s = for_s + stage.arm.status.silent_time_s
-    return MissedOrders(shared, stage.now_s + stands_s, stands_s)
+    stands_by_s = stage.now_s + stands_s
+    rates = _rates(stage, shared_joints(stage.config))
+    return MissedOrders(rates, stands_by_s, stands_s, stands_by_s)
+
+
+def _rates(stage: Stage, joints: frozenset[str]) -> dict[str, float]:
+    rates = one_motor_rates_rad_s(stage.config)
+    return {name: rates[name] for name in joints}
 
 
 def _noticed_s(stage: Stage) -> float:

@@ -24,12 +24,12 @@ from typing import Protocol
 
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from kinematics import Joints, Motors
+from kinematics import Joints, Motors, Transmission
 from kinematics.guards.guards import GuardedArm
 from tests.conformance.observation import ON_THE_STEP, Point
 
-from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand
-from .speeds import WINDOW_S, SpeedWatch
+from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand, fastest_hz
+from .speeds import NOTHING, WINDOW_S, SpeedWatch
 
 ROUNDING_RAD = math.radians(0.5)
 """How far a joint may be beyond a limit because motors stand on whole steps."""
@@ -270,6 +270,7 @@ class Watch:
             tuple(step_rad * on_the_step for step_rad in steps_rad),
             tuple(step_rad * slowest_hz for step_rad in steps_rad),
             tuple(step_rad * rounding_up_hz for step_rad in steps_rad),
+            _all_motors_rad_s(world.body.transmission, speeds_rad_s),
         )
         world.watch = self
 
@@ -300,6 +301,11 @@ class Watch:
     def add_bound(self, bound: Bound) -> None:
         """Judge motions by this bound as well, until the next command begins."""
         self._bounds.append(bound)
+
+    @property
+    def commanded_speed(self) -> float:
+        """The share of its greatest speed at which the arm may move."""
+        return 1.0 if self._command is None else self._command.speed
 
     @property
     def must_stop(self) -> bool:
@@ -430,15 +436,15 @@ class Watch:
         self._check_bounds(time_s)
         if self.may_move(time_s):
             self._rest_position = self.world.motors
-        share = 1.0 if self._command is None else self._command.speed
+        share = self.commanded_speed
         if time_s <= self._earlier_until_s < math.inf:
             share = max(share, self._earlier_speed)
-        if self.lost_targets.may_catch_up(time_s):
-            self.speeds.forget()
         free = self._joints_of(self.slipped | self.sagged | self.turned_in_command)
-        if self.missed_orders is not None and self.missed_orders.excuses_speed(time_s, WINDOW_S):
-            free |= self.missed_orders.joints
-        if sentence := self.speeds.violation(time_s, self.world.joints, share, free):
+        faster_rad_s, ahead_s = NOTHING, self.lost_targets.ahead_s(time_s, WINDOW_S)
+        if self.missed_orders is not None:
+            faster_rad_s = self.missed_orders.faster_rad_s(time_s, WINDOW_S)
+        joints = self.world.joints
+        if sentence := self.speeds.violation(time_s, joints, share, free, faster_rad_s, ahead_s):
             self._violation(sentence)
         if self._path_is_judged:
             self._check_path(time_s)
@@ -559,7 +565,7 @@ class Watch:
         depth_mm = 0.0 if free else self.guard_depth_mm(joints)
         if self.missed_orders is not None and self.missed_orders.excuses(time_s):
             beyond_rad = {each.joint: each.excess_rad for each in violations}
-            self.missed_orders.allow_excess(command.excess_rad_at_start, beyond_rad)
+            self.missed_orders.allow_excess(command.excess_rad_at_start, beyond_rad, command.speed)
             command.depth_mm = max(command.depth_mm, depth_mm)
         for each in violations:
             off_rad = ROUNDING_RAD + command.speed * self.lost_targets.allowed_rad(
@@ -583,3 +589,14 @@ class Watch:
     def _violation(self, sentence: str) -> None:
         if sentence not in self.broken:
             self.broken.append(sentence)
+
+
+def _all_motors_rad_s(
+    transmission: Transmission, speeds_rad_s: Sequence[float]
+) -> tuple[float, ...]:
+    """Return how fast each joint turns if all its motors turn it one way at their fastest."""
+    motors_hz = fastest_hz(transmission, speeds_rad_s)
+    return tuple(
+        math.fsum(abs(share) * hz for share, hz in zip(row, motors_hz, strict=True))
+        for row in transmission.inverse[: len(speeds_rad_s)]
+    )

@@ -19,12 +19,15 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
+from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.controller import Controller
-from armdrive.dialects.mks.steering import CATCH_UP_RPM
+from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
+from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.motion.standing import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
+from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import DrivesOnBus, Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
@@ -34,6 +37,7 @@ from armdrive.storage.record import FileRecorder
 from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
+from firmware_protocol.canopen import DriveState
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
@@ -41,7 +45,7 @@ from tests.conformance.observation import ON_THE_STEP, rests_within
 
 from .clock import CampaignPace, Schedule
 from .disk import Disk
-from .excuses import LostTargets
+from .excuses import LostTargets, fastest_hz
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
@@ -80,7 +84,12 @@ LINK_ERRORS = ("E407", "E409", "E502")
 """The errors of an arm that lost its wire, or whose drives do not reply. Until the arm is reset,
 the driver does not order a drive to hold where its shaft is, so a blocked shaft springs back once
 it is free (docs/controllers/mks.md)."""
+BRAKING = (DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
 POLLED_STATES = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
+
+
+MISSED_STOPS = 2
+"""How many stops in a row a single drive may miss while a line or a bus loses some frames."""
 
 
 class KillableLink(MemoryLink[PacedDevice]):
@@ -141,6 +150,8 @@ class Stage:
         near = max(ON_THE_STEP, near)
         self.commands_lost_until_s = -math.inf
         """Until when commands may reach no drive; the driver cannot know that at once."""
+        self.orders_lost_until_s = -math.inf
+        """Until when single orders may not reach their drives."""
         self.late_orders_until_s = -math.inf
         """Until when frames of the host may come a period late."""
         self._pause_promised = False
@@ -158,6 +169,7 @@ class Stage:
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
         if isinstance(self.twin.board, DrivesOnBus):  # steppers make up for no lost steps
             self.watch.spring_back.can_hold = self._can_hold
+            self.watch.lost_targets.brakes = self._brakes
             self.world.closed_loop = True
 
     @property
@@ -268,7 +280,13 @@ class Stage:
         """Return whether a program receives the drive's position and can order it to hold."""
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
-        return there and not self._link_failed and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+        there = there and not self._link_failed
+        return there and time_s >= self.no_hold_until_s.get(motor, -math.inf)
+
+    def _brakes(self) -> bool:
+        """Return whether a CiA 402 drive brakes by its own ramp."""
+        nodes = getattr(self.twin.board, "nodes", ())
+        return any(isinstance(node, Cia402Node) and node.states.state in BRAKING for node in nodes)
 
     @property
     def _link_failed(self) -> bool:
@@ -333,6 +351,8 @@ class Stage:
         """
         self.look()
         self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
+        if self.now_s < self.orders_lost_until_s:
+            distance_mm += self._missed_stop_mm()
         if self.arm is not None and self.commands_lost:
             core = self.arm.core
             joints = core.position.coordinates.joints
@@ -358,6 +378,34 @@ class Stage:
     def commands_lost(self) -> bool:
         """Whether the commands of the driver may reach no drive."""
         return self.now_s < self.commands_lost_until_s
+
+    def _missed_stop_mm(self) -> float:
+        """Return how far the tip goes on if one drive misses the first stop, and the next.
+
+        While it goes on the others brake, so a wrist that only rolls also pitches. A CiA 402 drive
+        that misses the target before the stop stands at once instead, while the others brake.
+        """
+        settings, speed = self.config.device, self.watch.commanded_speed
+        if isinstance(settings, Cia402Settings):
+            missed_s = (
+                MISSED_STOPS * settings.period_ms / 1000.0 + settings.quick_stop_s * speed / 2.0
+            )
+        else:
+            missed_s = MISSED_STOPS * STOP_POLL_S * CATCH_UP
+        return missed_s * speed * self._one_motor_mm_s
+
+    @property
+    def _one_motor_mm_s(self) -> float:
+        """How fast one motor alone moves the tip at most, at the joints' greatest speeds."""
+        model, transmission = self.config.model, self.world.body.transmission
+        levers_mm = model.arm.levers_mm(None)
+        columns = zip(*transmission.inverse[: len(levers_mm)], strict=True)
+        return max(
+            hz * math.fsum(abs(turn) * lever for turn, lever in zip(column, levers_mm, strict=True))
+            for column, hz in zip(
+                columns, fastest_hz(transmission, model.joint_speeds_rad_s), strict=True
+            )
+        )
 
     def add_stop_bound(self, what: str) -> None:
         """Add the bound that the status announces for a stop now."""

@@ -142,8 +142,8 @@ def with_legs(monkeypatch, change):
     """Make each motion drive other legs than planned, and report success all the same."""
     drive_legs = motion.drive_legs
 
-    def drive(wire, legs, burst_s, *, let_go=None):
-        yield from drive_legs(wire, change(wire, legs), burst_s, let_go=let_go)
+    def drive(wire, legs, burst_s, *, released=None):
+        yield from drive_legs(wire, change(wire, legs), burst_s, released=released)
 
     for module in DRIVES_LEGS:
         monkeypatch.setattr(module, "drive_legs", drive)

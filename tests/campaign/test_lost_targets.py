@@ -65,13 +65,26 @@ def test_the_excuse_ends_with_the_fault():
     assert breaks(stage, "wrist_pitch", 0.79)
 
 
-@pytest.mark.parametrize(("after_s", "broken"), [(0.0, False), (2.6, True)])
-def test_a_drive_that_catches_up_may_be_faster_than_its_limit(after_s, broken):
+@pytest.mark.parametrize(
+    ("after_s", "share", "brakes", "broken"),
+    [
+        (0.0, 1.4, False, False),
+        (2.6, 1.4, False, True),
+        (0.0, 1.5, False, True),
+        (0.0, 5.0, True, False),
+        (2.6, 5.0, True, True),
+        (0.0, 5.5, True, True),
+    ],
+)
+def test_a_drive_that_catches_up_and_one_that_brakes_then_may_be_that_much_faster(
+    after_s, share, brakes, broken
+):
     stage = losing("0.1 --from host --for 2.0")
     stage.sleep(after_s)
+    stage.watch.lost_targets.brakes = lambda: brakes
     limit = stage.config.model.joint_speeds_rad_s[0]
     per_rad = stage.world.body.transmission.matrix[0][0]
-    turn = round(2.0 * limit * WINDOW_S * per_rad)
+    turn = round(share * limit * WINDOW_S * per_rad)
     stage.watch.begin(Command("move_j", position_known=True))
     for number in range(3):
         stage.world.drive(Motors((turn, 0, 0, 0, 0, 0)), stage.now_s + number * WINDOW_S)

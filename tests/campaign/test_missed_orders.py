@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from .excuses import MissedOrders
+from .excuses import MissedOrders, one_motor_rates_rad_s
 from .faults import FAULTS
 from .missed_orders import orders_cut_short, orders_ignored
 from .physical import Command
@@ -22,7 +22,7 @@ def test_what_a_wrist_motor_turns_is_pitch_and_roll():
 
 
 def test_the_excuse_runs_from_the_first_motion_without_the_drive_for_a_bounded_time():
-    excuse = MissedOrders(frozenset({"elbow"}), fault_ends_s=5.0, noticed_s=NOTICED_S)
+    excuse = MissedOrders({"elbow": 1.0}, fault_ends_s=5.0, noticed_s=NOTICED_S)
     assert excuse.excuses(2.0)
     assert excuse.excuses(2.0 + NOTICED_S)
     assert not excuse.excuses(2.01 + NOTICED_S)
@@ -43,9 +43,7 @@ def test_a_joint_may_go_no_further_beyond_its_limit_after_the_excuse():
             world.joints.replace(wrist_roll=high + past_rad), 0.0
         )
 
-    watch.missed_orders = MissedOrders(
-        frozenset({"wrist_roll"}), fault_ends_s=5.0, noticed_s=NOTICED_S
-    )
+    watch.missed_orders = MissedOrders({"wrist_roll": 1.0}, fault_ends_s=5.0, noticed_s=NOTICED_S)
     watch.begin(Command("move_j", position_known=True))
     for time_s, past_rad, broken in (
         (1.0, 0.02, 0),
@@ -57,11 +55,46 @@ def test_a_joint_may_go_no_further_beyond_its_limit_after_the_excuse():
         assert len(watch.broken) == broken, watch.broken
 
 
+def rates(stage, *joints):
+    """Return the excused joints, with the speeds at which one motor turns them."""
+    found = one_motor_rates_rad_s(stage.config)
+    return {joint: found[joint] for joint in joints}
+
+
+def test_a_joint_goes_no_further_beyond_its_limit_than_one_motor_turns_it():
+    for share, broken in ((0.9, False), (1.6, True)):
+        stage = Stage("mks", random.Random(1), 0)
+        excused = rates(stage, "wrist_roll")
+        stage.watch.missed_orders = MissedOrders(excused, fault_ends_s=5.0, noticed_s=NOTICED_S)
+        stage.watch.begin(Command("move_j", position_known=True, speed=0.2))
+        past_rad = share * 0.2 * excused["wrist_roll"] * NOTICED_S
+        high = stage.config.model.arm.limits[4].high_rad
+        there = stage.world.body.transmission.to_motors(
+            stage.world.joints.replace(wrist_roll=high + past_rad), 0.0
+        )
+        stage.world._shift(there - stage.world.motors, 1.0)
+        beyond = any("beyond its limit" in each for each in stage.watch.broken)
+        assert beyond is broken, stage.watch.broken
+
+
+@pytest.mark.parametrize(("share", "broken"), [(0.9, False), (1.4, True)])
+def test_a_joint_turns_no_faster_than_one_motor_turns_it(share, broken):
+    stage = Stage("mks", random.Random(1), 0)
+    world, excused = stage.world, rates(stage, "elbow")
+    stage.watch.missed_orders = MissedOrders(excused, fault_ends_s=5.0, noticed_s=1.0)
+    stage.watch.begin(Command("home", position_known=False))
+    for step in range(1, 10):
+        ahead = world.joints.replace(elbow=world.joints[2] + 0.05 * share * excused["elbow"])
+        there = world.body.transmission.to_motors(ahead, 0.0)
+        world._shift(there - world.motors, 0.05 * step)
+    assert any("elbow turned" in each for each in stage.watch.broken) is broken
+
+
 @pytest.mark.parametrize(("joint", "excused"), [("elbow", True), ("wrist_roll", False)])
 def test_only_the_joints_of_the_drive_may_turn_too_fast(joint, excused):
     stage = Stage("mks", random.Random(1), 0)
     world, watch = stage.world, stage.watch
-    watch.missed_orders = MissedOrders(frozenset({joint}), fault_ends_s=5.0, noticed_s=1.0)
+    watch.missed_orders = MissedOrders(rates(stage, joint), fault_ends_s=5.0, noticed_s=1.0)
     watch.begin(Command("home", position_known=False))
     fast_rad_s = 1.4 * stage.config.model.joint_speeds_rad_s[2]
     for step in range(1, 30):
@@ -76,9 +109,7 @@ def test_only_the_joints_of_the_drive_may_turn_too_fast(joint, excused):
 @pytest.mark.parametrize(("joint", "excused"), [("wrist_roll", True), ("elbow", False)])
 def test_only_the_joints_of_the_drive_may_reach_their_mechanical_stops(joint, excused):
     stage = Stage("cia402", random.Random(1), 0)
-    stage.watch.missed_orders = MissedOrders(
-        frozenset({joint}), fault_ends_s=5.0, noticed_s=NOTICED_S
-    )
+    stage.watch.missed_orders = MissedOrders({joint: 1.0}, fault_ends_s=5.0, noticed_s=NOTICED_S)
     stage.watch.begin(Command("move_j", position_known=True))
     far = stage.world.joints.replace(wrist_roll=stage.config.model.arm.limits[4].high_rad + 1.0)
     there = stage.world.body.transmission.to_motors(far, 0.0)
@@ -94,6 +125,9 @@ def test_a_program_that_dies_between_the_orders_to_its_drives_is_excused_for_the
     excuse = orders_cut_short(stage)
     assert excuse.joints == {"elbow", "wrist_pitch", "wrist_roll"}
     assert excuse.noticed_s == stage.arm.status.silent_time_s
+    stands_by_s = stage.now_s + stage.arm.status.silent_time_s
+    assert excuse.excuses(stands_by_s - 0.1)
+    assert not excuse.excuses(stands_by_s + 0.01)  # however late the first motion is
     assert orders_cut_short(Stage("grbl", random.Random(1), 0)) is None
 
 

@@ -80,6 +80,14 @@ def test_a_drive_in_contact_holds_in_time_and_only_a_motion_runs_ahead_of_its_sh
     assert spring_back.excuses({FINGERS}, 1.0 + lasts_s) is excused
 
 
+@pytest.mark.parametrize("lasts_s", [HOLDS_WITHIN_S + 0.2, 2.0 * HOLDS_WITHIN_S])
+def test_a_block_that_lasts_is_not_excused_again_in_the_same_motion(lasts_s):
+    spring_back = SpringBack()
+    for time_s in (1.0 + 0.05 * step for step in range(round(lasts_s / 0.05) + 1)):
+        spring_back.note_blocked({FINGERS}, time_s, in_motion=True)
+    assert not spring_back.excuses({FINGERS}, 1.0 + lasts_s)
+
+
 def test_no_drive_is_ordered_to_hold_between_a_lost_wire_and_the_reset():
     stage = Stage("mks", random.Random(1), 0)
     connect(stage)

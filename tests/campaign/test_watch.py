@@ -186,6 +186,26 @@ def test_on_a_damaged_line_a_pause_may_finish_late_and_a_stop_may_not(is_pause, 
 
 
 @pytest.mark.parametrize(
+    ("dialect", "speed", "farther_mm"),
+    [("mks", 1.0, 7.4), ("mks", 0.5, 3.7), ("cia402", 1.0, 11.7), ("cia402", 0.5, 3.8)],
+)
+def test_a_stop_that_one_drive_may_miss_may_go_farther_but_takes_no_longer(
+    dialect, speed, farther_mm
+):
+    stage = a_stage(dialect)
+    connect(stage)
+    stage.watch.begin(Command("move_j", speed=speed))
+    stage.orders_lost_until_s = stage.now_s + 0.5
+    for _ in range(2):
+        stage.add_bound("a stop", 0.1, 0.01)
+        stage.sleep(1.0)
+    assert [(each.time_s, each.distance_mm) for each in stage.watch._bounds] == [
+        (0.1, pytest.approx(0.01 + farther_mm, abs=0.1)),
+        (0.1, 0.01),
+    ]
+
+
+@pytest.mark.parametrize(
     ("dialect", "longer", "farther"), [("cia402", 2.0, 4.0), ("mks", 1.0, 1.0)]
 )
 def test_only_drives_that_catch_up_after_a_late_sync_may_stop_from_twice_the_speed(
@@ -314,3 +334,16 @@ def test_how_far_the_tip_moves_is_not_judged_once_a_stepper_has_slipped(slips, b
     stage.add_bound("a stop", 1.0, 1.0)
     stage.world.drive(steps(base=2000), stage.now_s)
     assert any("it went" in each for each in stage.watch.broken) is broken
+
+
+def test_a_late_message_is_excused_until_it_has_come():
+    stage = a_stage()
+    connect(stage)
+    stage.twin.faults.add("delay", 0.4, "next", side="host")
+    stage.watch.late_s = 0.4
+    call(stage, lambda: None)
+    assert stage.watch.late_s == 0.4  # the program has sent nothing yet
+    call(stage, stage.arm.stop)
+    stage.sleep(5.0)
+    call(stage, lambda: None)
+    assert stage.watch.late_s == 0.0

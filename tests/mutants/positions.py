@@ -202,8 +202,8 @@ MUTANTS = (
         name="trust is kept of an arm off its path",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/context.py",
-        old="AlertKind.ASTRAY: Evidence.OFF_THE_PATH,",
-        new="AlertKind.ASTRAY: None,",
+        old="AlertKind.OFF_PATH: Evidence.OFF_THE_PATH,",
+        new="AlertKind.OFF_PATH: None,",
         tests=tests_of(
             "tests/armdrive/dialects/grbl/test_grbl_controller_wire.py",
             "test_an_arm_that_leaves_the_path_is_stopped_on_its_way",

@@ -31,8 +31,8 @@ MUTANTS = (
         name="a stop does not end a motion between its bursts",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/motion/execute.py",
-        old="while done < 1.0 and not (wire.stopping or released()):",
-        new="while done < 1.0 and not released():",
+        old="while done < 1.0 and not (wire.stopping or is_released()):",
+        new="while done < 1.0 and not is_released():",
         tests=tests_of(
             "tests/armdrive/runtime/test_stopping.py",
             "test_a_stopped_arm_stands_within_the_stated_time_and_way[0.0-begin_planned-0.02-0.15]",
@@ -54,11 +54,12 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/grbl/motion.py",
         old=(
-            "            if self.io.stop_asked or request.let_go():\n"
+            "            if self.io.stop_asked or request.released():\n"
             "                return (yield from self._halt(trip))"
         ),
         new=(
-            "            if request.let_go():\n                return (yield from self._halt(trip))"
+            "            if request.released():\n"
+            "                return (yield from self._halt(trip))"
         ),
         tests=tests_of(
             "tests/conformance/test_conformance.py",
@@ -106,7 +107,7 @@ MUTANTS = (
         new="pass",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
-            "test_drives_that_brake_are_told_once",
+            "test_drives_that_brake_get_the_stop_once",
         ),
     ),
     Mutant(
@@ -117,7 +118,7 @@ MUTANTS = (
         new="lead.io.command(drive, ENABLE, lead.states.mode_of(drive), drive.shaft.goal)",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
-            "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far[0.15-alone]",
+            "test_drives_that_were_cut_off_for_a_moment_do_not_jump_far[0.15-alone]",
         ),
     ),
     Mutant(
@@ -136,9 +137,10 @@ MUTANTS = (
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/dialects/armdroid/controller.py",
         old=(
-            "            if self._io.stop_asked or let_go():\n                self._board.give_up()"
+            "            if self._io.stop_asked or released():\n"
+            "                self._board.give_up()"
         ),
-        new=("            if let_go():\n                self._board.give_up()"),
+        new=("            if released():\n                self._board.give_up()"),
         tests=tests_of(
             "tests/armdrive/dialects/armdroid/test_armdroid_controller.py",
             "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",
@@ -421,7 +423,7 @@ MUTANTS = (
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
-            "test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same",
+            "test_a_stop_is_repeated_although_answers_are_lost_too",
         ),
     ),
     Mutant(

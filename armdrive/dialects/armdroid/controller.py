@@ -80,12 +80,12 @@ class ArmdroidMotion:
         self._settings = settings
         self._byte_s = byte_s
 
-    def move(self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]) -> Script:
+    def move(self, drive: DriveAll, rpm: int, released: Callable[[], bool]) -> Script:
         """Make a motion; if a stop is requested before its letter is sent, nothing moves."""
         start = self._board.offsets if self._board.clean else (yield from self._board.look())
         if start is None or not (yield from self._board.set_speed(rpm)):
             return RequestRejected("it does not answer as it should", moved=False)
-        rest = yield from self._load(drive, rpm, let_go)
+        rest = yield from self._load(drive, rpm, released)
         if not isinstance(rest, bytes):
             return rest
         sent_s, expected = self._io.now_s, _sum(start, drive.steps)
@@ -101,7 +101,7 @@ class ArmdroidMotion:
         return Done(self._measure(drive, rpm, self._io.now_s - sent_s, len(rest)))
 
     def _load(
-        self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
+        self, drive: DriveAll, rpm: int, released: Callable[[], bool]
     ) -> Generator[float, HostEvent | None, bytes | RequestRejected | Halted]:
         """Load a motion's numbers into the board; return the characters that start it."""
         understood = None
@@ -109,7 +109,7 @@ class ArmdroidMotion:
             data = self._board.begin_drive(drive)
             if self._settings.check_numbers and not self._io.stop_asked:
                 understood = yield from self._board.repeated(data[:-1])
-            if self._io.stop_asked or let_go():
+            if self._io.stop_asked or released():
                 self._board.give_up()
                 return Halted()
             if not self._settings.check_numbers:
@@ -154,7 +154,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         match request:
             case MoveBy(steps, rate_hz):
                 drive = DriveAll(_by_channel(self._settings.channels, steps))
-                return self._motion.move(drive, self._rates.rpm(rate_hz), request.let_go)
+                return self._motion.move(drive, self._rates.rpm(rate_hz), request.released)
             case ReadPosition():
                 return self._position()
             case SwitchOn():

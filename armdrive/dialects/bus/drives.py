@@ -8,15 +8,55 @@ from dataclasses import dataclass
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmFileError, Refused
-from armdrive.tasks import Reply, RequestRejected, Timeout
+from armdrive.tasks import (
+    ClearFault,
+    DropCurrent,
+    HomeDevice,
+    MendSetting,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    ReadSettings,
+    Reply,
+    RequestRejected,
+    SwitchOn,
+    Timeout,
+)
 from armdrive.text.toml import within
 from armdrive.transports.address import is_can
 
+BUS_REQUESTS = (
+    MoveBy,
+    MoveAlong,
+    HomeDevice,
+    ReadPosition,
+    ReadSettings,
+    MendSetting,
+    SwitchOn,
+    DropCurrent,
+    ClearFault,
+)
+"""The requests that drives on a bus carry out."""
 ALL_SILENT = (
     "Check that the drives have power, that the bus cable is plugged in and has a resistor of 120 "
     "ohm at each of its two ends, and that ids and bit rate match the arm file"
 )
 """What to check if no drive on the bus answers."""
+BUS_REMEDY = "Check the bus's wiring, its load and its adapter"
+"""What to check if drives did not answer for a while, and answer again."""
+
+
+def not_heard_words(who: str) -> str:
+    """Return that drives (`who`, in words) did not answer for a while, and what to check."""
+    return f"{who} did not answer for a while. {BUS_REMEDY}"
+
+
+def off_target_words(drive: object, count: int, target: int, unit: str) -> str:
+    """Return that a drive is not at its target, and the likely causes."""
+    return (
+        f"{drive} is at {count}, not at {target} {unit}: it is blocked, overloaded, was turned by "
+        "force, or was reset"
+    )
 
 
 class Obstructed(Exception):

@@ -13,11 +13,17 @@ REPLY_TIMEOUT_S = 0.3
 """A question that is still open after this long counts as lost. The slowest reply observed on an
 overloaded computer took 0.18 s (docs/background/measurements.md)."""
 RETRY_PERIOD_S = 0.01
-"""While other drives reply, a silent drive is asked again this often. Frequent retries tell a few
-lost frames from a drive without power. Frames sent closer together count as one question."""
+"""While other drives reply, a silent drive is asked again this often, or as slowly as it replies.
+Frequent retries tell a few lost frames from a drive without power. Frames sent closer together
+count as one question."""
+RECENT_REPLIES = 15
+"""The median of so many tells how long a drive takes to reply; a late one does not change it."""
+USUAL_WAITS = 2.0
+"""A reply that is later than this many times the median is missed: on a link that delays every
+message by a random time, the slowest takes twice as long as the mean."""
 MISSED_LIMIT = 4
-"""A drive that misses more than this while another one replies may have lost its power. On a bus
-that loses one frame in ten, a powered drive misses four in a row once in 750 polls."""
+"""A drive that misses this many in a row while another one replies may have lost its power. On a
+bus that loses one frame in ten, that happens to a powered drive once in 750 polls."""
 BRAKING_SILENCE_S = 0.15
 """A braking drive that is silent for this long may have lost its power, even if no other drive
 replied meanwhile: the standing drives are not asked then."""
@@ -64,6 +70,7 @@ class Ledger:
         self.asked_s = -math.inf
         """When its position was asked for last."""
         self._questions: deque[float] = deque(maxlen=MOST_QUESTIONS)
+        self._waits_s: deque[float] = deque(maxlen=RECENT_REPLIES)
         self._polled_s = -math.inf
         self._owed = self._owed_before = self._missed = 0
         self._retried_s = -math.inf
@@ -91,7 +98,7 @@ class Ledger:
         if math.isinf(self.open_s):
             self.open_s = self._retried_s = now_s
             self._owed_before = self._owed
-        elif now_s >= self._retried_s + RETRY_PERIOD_S - EPSILON_S:
+        elif now_s >= self._retried_s + self._retry_period_s - EPSILON_S:
             if self._unproven and others_s > self._retried_s:
                 self._missed += 1  # the reply that came since then proves that the bus carried it
             self._unproven = others_s <= self.open_s
@@ -104,7 +111,12 @@ class Ledger:
         overdue_s = now_s - self.timeout_s
         while self._questions and self._questions[0] < overdue_s:
             self._questions.popleft()
-        return self._questions.popleft() if self._questions else overdue_s
+        if not self._questions:
+            return overdue_s
+        asked_s = self._questions.popleft()
+        if not self._questions:  # else it may be the reply to any of them
+            self._waits_s.append(now_s - asked_s)
+        return asked_s
 
     def replied(self, now_s: float, *, settles: bool, asked: bool = True) -> None:
         """Record a frame from the drive; one that `settles` is one of the replies it owes.
@@ -138,7 +150,7 @@ class Ledger:
             self.away_s, self._suspected_s = min(self.away_s, self._suspected_s), math.inf
 
     def acquit(self) -> None:
-        """Drop the conclusion that the drive was away."""
+        """Drop the conclusion that the drive was away: its count shows that it kept its power."""
         self.away_s = math.inf
 
     def forget(self) -> None:
@@ -152,7 +164,13 @@ class Ledger:
 
     def retry_s(self, others_s: float) -> float:
         """Return when to ask again, given another drive's last reply; infinity for never."""
-        return self._retried_s + RETRY_PERIOD_S if others_s > self.open_s else math.inf
+        return self._retried_s + self._retry_period_s if others_s > self.open_s else math.inf
+
+    @property
+    def _retry_period_s(self) -> float:
+        waits_s = sorted(self._waits_s)
+        usual_s = waits_s[len(waits_s) // 2] if waits_s else 0.0
+        return max(RETRY_PERIOD_S, USUAL_WAITS * usual_s)
 
     @property
     def pending(self) -> bool:

@@ -28,8 +28,8 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
     reach       from the last reading within reach: as far as any order in force lets the drive
                 turn since then; also wherever its orders had it lately (a blocked shaft springs
                 there when it comes free), plus the give of a loaded shaft
-    following   where its orders had it between q - late_s and r, plus a corridor; a place where
-                they did not have it moves its course a part of the way there
+    following   where its orders had it between q - late_s and r, plus a corridor: on the course
+                that it has if all orders are equally late, or on one that its readings move
     from zero   as far as any order in force lets it turn since it may have restarted
     rest        after a stop: between where its orders had it and its target, plus a corridor
 
@@ -60,7 +60,7 @@ polls are at most this late (docs/background/measurements.md)."""
 PROGRESS_SHARE = 0.5
 """A drive that is behind makes progress if it turns at least this share of what it was ordered."""
 CORRECTION_GAIN = 0.3
-"""How much each look moves a course, and a place on it, towards a reading: half in two looks."""
+"""How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 PROMPT_REPLY_S = 0.03
 """A reply takes at most this long, unless the computer is busy: docs/background/measurements.md."""
 SPEED_SPAN_S = 0.03
@@ -178,6 +178,9 @@ class ObservedDrive:
     def __init__(self, node: int, name: str, bounds: Bounds) -> None:
         self.node, self.name, self.bounds = node, name, bounds
         self.course = Course()
+        """Where it probably is: where its orders have it, moved towards its readings."""
+        self.orders = Course()
+        """Where its orders have it; moved only as far as no delay within the bound explains."""
         self.ledger = Ledger()
         self.rejections = Rejections()
         self.count: int | None = None
@@ -198,8 +201,6 @@ class ObservedDrive:
         self.verdict: Verdict | None = None
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
-        self._behind = 0.0
-        """How far it is behind its course, averaged over its latest looks."""
         self._readings: deque[Reading] = deque(maxlen=READINGS)
         self._fit: tuple[float, float] | None = None
         """The last count within reach, and the earliest moment at which it can be sampled."""
@@ -228,14 +229,10 @@ class ObservedDrive:
         """Its last target, or where it stands."""
         return round(self.course.goal)
 
-    @property
-    def place(self) -> float:
-        """Where it probably is: as far behind its course as it was found lately."""
-        return self.course.place - self._behind
-
     def order(self, goal: int, speed: float, slope: float, now_s: float) -> None:
         """Record an order with its speed and ramp."""
         self.course.order(goal, speed, slope, now_s)
+        self.orders.order(goal, speed, slope, now_s)
         self.moving, self.fresh = True, False
         if goal not in self.sent:
             self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
@@ -249,6 +246,7 @@ class ObservedDrive:
     def rest_at(self, count: int, now_s: float) -> None:
         """Record that the drive stands at a count."""
         self.course.rest_at(count, now_s)
+        self.orders.rest_at(count, now_s)
         self.moving = self.fresh = False
         self.sent, self._rest = Interval(count, count), Interval(-math.inf, math.inf)
         self.ledger.forget()
@@ -262,7 +260,9 @@ class ObservedDrive:
         if self.moving or not self.is_near:
             self.rest_at(self.count or 0, now_s)
             return
-        self.course.rest_at(self.goal, now_s)
+        goal = self.goal
+        self.course.rest_at(goal, now_s)
+        self.orders.rest_at(goal, now_s)
         self._restart_comparison(now_s)
 
     def resume_from_reading(self, now_s: float) -> None:
@@ -271,8 +271,10 @@ class ObservedDrive:
         The drive is judged from there on: its orders during the outage may have come late.
         """
         self.verdict = None
-        self.course.put(float(self.count or 0), self.measured_speed or 0.0, self.asked_s)
-        self.course.advance(now_s)
+        at, speed = float(self.count or 0), self.measured_speed or 0.0
+        for course in (self.course, self.orders):
+            course.put(at, speed, self.asked_s)
+            course.advance(now_s)
         self._restart_comparison(now_s)
 
     def watch(self) -> None:
@@ -283,7 +285,7 @@ class ObservedDrive:
         self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
-        self._doubt, self._standing, self.lag, self._behind = None, None, 0.0, 0.0
+        self._doubt, self._standing, self.lag = None, None, 0.0
         self._shares.clear()
         self._met = _Look(self.course.place, self.course.place, now_s)
 
@@ -293,13 +295,14 @@ class ObservedDrive:
         """Record its count and conclude what that means."""
         course = self.course
         course.advance(now_s)
+        self.orders.advance(now_s)
         self.asked_s = self.ledger.located(now_s)
         self.count, self.read_s = count, now_s
         if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
             self.prompt_s = now_s
         self._readings.append(Reading(count, self.asked_s, now_s))
         self.ledger.conclude(now_s)
-        off = abs(course.off(count, self._ordered_from_s))
+        off = self._off(count)
         if self._fit is None or off <= self.bounds.give or self._reaches(count, now_s):
             self._fit, self._outside = (float(count), self.asked_s), 0
             self.lag = course.place - count
@@ -356,18 +359,18 @@ class ObservedDrive:
         return confirmed and last.asked_s >= first.read_s + STANDING_S
 
     def _progresses(self, before: _Look) -> bool:
-        """Return whether it turned nearer to its course, or at least half as far as ordered."""
+        """Return whether it turned and came nearer to its course, or at least half as far as that.
+
+        One that is ahead, since the order to slow down came late, goes on until its course comes.
+        """
         count, place = self.count or 0, self.course.place
-        sign = math.copysign(1.0, before.place - before.count)
-        turned, ran = sign * (count - before.count), sign * (place - before.place)
+        turned, ran = count - before.count, place - before.place
         nearer = abs(place - count) < abs(before.place - before.count) - self.bounds.rest
-        return turned > self.bounds.rest and (nearer or turned >= PROGRESS_SHARE * ran)
+        follows = turned * ran >= PROGRESS_SHARE * ran * ran > 0.0
+        return abs(turned) > self.bounds.rest and (nearer or follows)
 
     def _correct_course(self, count: int, now_s: float) -> None:
-        """Move its course as far towards the reading as no delay within the bound explains.
-
-        A drive that obeys late is on its course, only later: it would not be, if its course were
-        moved to it and then turned back with the next order, which the drive obeys late again.
+        """Move its courses towards the reading.
 
         A shaft that does not turn moves nothing: otherwise its course would wait for it, and a
         blocked shaft would never be found. Only prompt replies count, since a late one belongs to
@@ -378,10 +381,9 @@ class ObservedDrive:
         self._note_share(turned, ran, now_s)
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
-            behind = -course.off(count, self.ledger.asked_s)
-            shift = CORRECTION_GAIN * course.off(count, self._ordered_from_s)
-            course.correct(shift)
-            self._behind += CORRECTION_GAIN * (behind - self._behind) + shift
+            course.correct(CORRECTION_GAIN * course.off(count, self.ledger.asked_s))
+            unexplained = self.orders.off(count, self._ordered_from_s)
+            self.orders.correct(CORRECTION_GAIN * unexplained)
         self._met = _Look(count, course.place, now_s)
 
     def _note_share(self, turned: float, ran: float, now_s: float) -> None:
@@ -407,6 +409,15 @@ class ObservedDrive:
         """Since when its orders may have had it where the last reading found it."""
         return self.asked_s - self.bounds.late_s
 
+    def _off(self, count: int) -> float:
+        """Return how far the last reading is from where its orders had it within the allowed delay.
+
+        If they are all equally late, it is on the course of its orders. If each is late by a time
+        of its own, it leaves that course, but stays near the one that follows its readings.
+        """
+        since_s = self._ordered_from_s
+        return min(abs(each.off(count, since_s)) for each in (self.course, self.orders))
+
     def _reaches(self, place: int, now_s: float) -> bool:
         """Return whether the shaft can have turned to a place since its last reading in reach."""
         count, since_s = self._fit or (float(self.count or 0), now_s)
@@ -414,12 +425,13 @@ class ObservedDrive:
         up = max((order.up for order in orders), default=0.0)
         down = max((order.down for order in orders), default=0.0)
         goals = [order.goal for order in orders] or [self.course.goal]
-        brakes = self.course.brakes
-        high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes, 0.0))
-        low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes, 0.0))
-        lately = self.course.hull(self._ordered_from_s)
-        reach = Interval(min(low, lately.low), max(high, lately.high))
-        return reach.beyond(place) <= self.bounds.give
+        brakes = self.course.braking
+        high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes(up), 0.0))
+        low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes(down), 0.0))
+        lately = [each.hull(self._ordered_from_s) for each in (self.course, self.orders)]
+        low = min(low, *(each.low for each in lately))
+        high = max(high, *(each.high for each in lately))
+        return Interval(low, high).beyond(place) <= self.bounds.give
 
     def _late(self, now_s: float) -> float:
         """Return how far it turns during the allowed delay."""

@@ -344,10 +344,9 @@ class Course:
         """When the last order was sent."""
         return self._orders[-1].sent_s if self._orders else -math.inf
 
-    @property
-    def brakes(self) -> float:
-        """Its braking distance from the present speed."""
-        return 0.0 if math.isinf(self.slope) else self.speed**2 / (2.0 * self.slope)
+    def braking(self, speed: float) -> float:
+        """Return the braking distance from a speed, by the ramp of the last order."""
+        return 0.0 if math.isinf(self.slope) else speed**2 / (2.0 * self.slope)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ from enum import Enum
 from typing import Any, Generic, Protocol, TypeVar
 
 from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.group import Signal
 from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.bus.phases import Signal
 from armdrive.dialects.exchange import ListenedTime, Script
 from armdrive.tasks import Done, Reply, RequestRejected, Timeout
 

@@ -24,7 +24,7 @@ from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.cia402.wire import (
     FAULTS,
     Cia402Drive,
-    astray_alert,
+    off_target_alert,
 )
 from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
@@ -168,7 +168,7 @@ class Cia402Contact:
         results = yield from self.transfers.transfer(jobs)
         mute = [result.drive for result in results.values() if result.mute]
         if 0 < len(mute) < len(results):
-            self.io.order(NmtCommand.PRE_OPERATIONAL, mute)
+            self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, mute)
             one = {drive.node: (canopen.DEVICE_TYPE,) for drive in mute}
             woken = yield from self.transfers.transfer(one, tries=1)
             if not all(result.mute for result in woken.values()):
@@ -210,7 +210,7 @@ class Cia402Contact:
             for node in self.io.group.by_node
         }
         for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
-            self.io.order(NmtCommand.PRE_OPERATIONAL, self.io.group.drives)
+            self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, self.io.group.drives)
             results = yield from self.transfers.obtain(jobs)
             refused = [each for result in results.values() for each in result.refused.items()]
             if not refused:
@@ -231,9 +231,9 @@ class Cia402Contact:
         """Let the drives take part in PDOs, and read every position."""
         missing = self.io.group.drives
         for _ in range(TRIES):
-            self.io.order(NmtCommand.START, missing)
+            self.io.send_nmt(NmtCommand.START, missing)
             yield from self.io.wait(self.io.now_s + self.io.cycle_s)
-            missing = yield from self.io.poll()
+            missing = yield from self.io.look()
             if not missing:
                 return
         if len(missing) == len(self.io.group.drives):
@@ -248,22 +248,22 @@ class Cia402Contact:
 
     def read(self) -> Script[Reply]:
         """Read every position, and report a drive that has moved although it should hold."""
-        yield from self.io.look()
-        for drive in self.io.group.astray if self.io.group.on else ():
-            self.io.notify(astray_alert(drive))
+        yield from self.io.require_positions()
+        for drive in self.io.group.off_target if self.io.group.on else ():
+            self.io.notify(off_target_alert(drive))
             drive.rest()
         return self.io.group.registers()
 
     def switch_on(self) -> Script[Reply]:
         """Make every drive hold its motor where it is and watch this program's heartbeat."""
         self.io.group.on = False
-        yield from self.io.look()
+        yield from self.io.require_positions()
         for drive in self.io.group.drives:
             if drive.state in FAULTS:
                 yield from self._refuse(drive)
         self.io.beats.begin(self.io.now_s)
         yield from self._watch(on=True)
-        yield from self.io.look()  # a hand may have turned a shaft meanwhile
+        yield from self.io.require_positions()  # a hand may have turned a shaft
         for drive in (yield from self.states.bring(self.io.group.drives, DriveState.ENABLED)):
             yield from self._refuse(drive)
         yield from self.states.hold_here(self.io.group.drives)
@@ -301,7 +301,7 @@ class Cia402Contact:
 
     def clear(self) -> Script[Reply]:
         """Reset faults and leave quick stops. Currents stay as they are, and nothing moves."""
-        yield from self.io.look()
+        yield from self.io.require_positions()
         for drive in self.io.group.drives:
             self.io.group.report(drive)  # faults that were not reported yet
         faulty = [drive for drive in self.io.group.drives if drive.state in FAULTS]
@@ -328,8 +328,8 @@ class Cia402Contact:
 
     def _adopt_positions(self) -> Script[None]:
         """Adopt every drive's position as its target, and forget its past faults."""
-        yield from self.io.look()
-        for drive in self.io.group.astray:
+        yield from self.io.require_positions()
+        for drive in self.io.group.off_target:
             drive.rest()
         for drive in self.io.group.drives:
             drive.recover()

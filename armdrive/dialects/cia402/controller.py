@@ -18,8 +18,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import HOST_S, Obstructed, bus_motors
-from armdrive.dialects.bus.group import BUS_REQUESTS
+from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.compare import compare, mend
 from armdrive.dialects.cia402.contact import Cia402Contact
@@ -100,8 +99,8 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             if not self.group.contacted:
                 yield from self._contact.connect()
             match request:
-                case MoveBy(steps, rate_hz, let_go):
-                    reply = yield from self._profile.burst(steps, rate_hz, let_go)
+                case MoveBy(steps, rate_hz, released):
+                    reply = yield from self._profile.burst(steps, rate_hz, released)
                 case MoveAlong():
                     reply = yield from self._cyclic.drive(request)
                 case HomeDevice(groups):

@@ -42,7 +42,8 @@ LAST_ANSWER_S = 0.25
 """How much longer the last answer is waited for: a frame may wait that long in the computer or the
 adapter (see `transports/can_threads.py`)."""
 MUTE_CYCLES = 20
-"""A drive that reports nothing in this many cycles is mute; a busy computer is late by fewer."""
+"""A drive that reports nothing in this many cycles is mute; a busy computer is late by fewer. In
+motion it is usually found earlier: by the question about its state after an outage."""
 BEATS_LOST = 3.5
 """A drive at rest may miss this many of its own heartbeats before it is asked for a reply."""
 POLLS_LOST = 4
@@ -101,7 +102,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         target = drive.seen if target is None else target
         self.write(self.bus.command(drive.node, word, mode, target))
 
-    def order(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
+    def send_nmt(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
         """Send drives a network management order."""
         for drive in drives:
             self.write(pack(canopen.Nmt(command, drive.node).frame))
@@ -127,12 +128,12 @@ class Cia402Exchange(ScriptIO[HostEvent]):
 
     # -- positions ----------------------------------------------------------------------------
 
-    def look(self) -> Script[None]:
+    def require_positions(self) -> Script[None]:
         """Read every position. Raises `Obstructed` if a drive does not report its own."""
-        if missing := (yield from self.poll()):
+        if missing := (yield from self.look()):
             raise Obstructed(self.absence(missing))
 
-    def poll(self) -> Script[tuple[Cia402Drive, ...]]:
+    def look(self) -> Script[tuple[Cia402Drive, ...]]:
         """Read every position; return the drives that do not report theirs."""
         for tried in range(1, TRIES + 1):
             asked_s = self.now_s

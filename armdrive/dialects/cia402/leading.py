@@ -1,6 +1,6 @@
 """Lead CiA 402 drives through a motion: whether it can begin, what ends it, how the drives stop.
 
-The table of phases is in `bus/group.py`. Here are the stages that all motions share and the actions
+`bus/phases.py` has the table of phases. Here are the stages that all motions share and the actions
 between them. Each kind of motion adds one stage of its own (`motion.py`).
 
 A stop is the quick stop of every drive. When all stand, they leave it again and hold.
@@ -12,9 +12,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, run_phases
+from armdrive.dialects.bus.drives import Obstructed, not_heard_words
 from armdrive.dialects.bus.observer import DriveFinding
+from armdrive.dialects.bus.phases import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.stages import Braking
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
@@ -24,7 +24,7 @@ from armdrive.dialects.cia402.exchange import (
     ObjectTransfers,
     Script,
 )
-from armdrive.dialects.cia402.wire import Cia402Drive, astray_alert
+from armdrive.dialects.cia402.wire import Cia402Drive, off_target_alert
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -58,8 +58,8 @@ WAIT_CYCLES = 3
 """While a drive has reported nothing for this many cycles, all slow down, and stop in the end. A
 bus that loses one frame in ten loses three in a row once in 1000 cycles."""
 LOST_CYCLES = 5
-"""A drive that has not been seen to turn for this many cycles gets no further targets, even if it
-reported nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
+"""When a drive has not been seen to turn for this many cycles, all stand, even if it reported
+nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
 loses nothing."""
 BRAKING_S = 1.0
 """How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
@@ -123,13 +123,13 @@ class MotionLead:
         if not group.on:
             raise Obstructed("its motors are disabled: call `enable()`")
         if any(drive.shaft.read_s < self.io.now_s - FRESH_S for drive in group.drives):
-            yield from self.io.look()
+            yield from self.io.require_positions()
         for drive in group.drives:
             if (alert := group.trouble(drive)) is not None:
                 group.report(drive)
                 raise Obstructed(alert.text)
         yield from self.states.leave_quick_stop(group.drives)
-        for drive in group.astray:
+        for drive in group.off_target:
             drive.rest()
         yield from self.states.take_mode(group.drives, mode)
         for drive in group.drives:
@@ -222,7 +222,7 @@ class MotionLead:
             for drive in self.io.group.drives:
                 if drive.missed <= 1 and drive.mode != mode:
                     words = f"another program has brought {drive} to mode {drive.mode}"
-                    return self.blame(Alert(AlertKind.ASTRAY, words))
+                    return self.blame(Alert(AlertKind.OFF_PATH, words))
                 if (alert := _departed(drive)) is not None:
                     return self.blame(alert)
             if self.released() and any(map(self.stands_short, self.io.group.drives)):
@@ -254,6 +254,9 @@ class MotionLead:
     @property
     def _may_have_stopped(self) -> bool:
         """Whether drives may have missed this program's heartbeat and stopped by themselves.
+
+        With the default settings that is so once a drive has not reported for 0.125 s, before it is
+        mute by `MUTE_CYCLES`.
 
         Such a drive would take its next target as an order to continue, and jump to where the
         others, or the targets, are by now.
@@ -314,8 +317,7 @@ class MotionLead:
 
     def _lost(self, unstopped: Reply | None) -> RequestRejected:
         """Return the reply that names drives that fell silent; the others were stopped."""
-        named = ", ".join(map(str, self.missing))
-        words = f"{named} did not answer for a while: check the bus's wiring and its load"
+        words = not_heard_words(", ".join(map(str, self.missing)))
         if isinstance(unstopped, RequestRejected) and unstopped.silent and unstopped.reason:
             words = unstopped.reason
         away = next(filter(None, (drive.away_words for drive in self.missing)), "")
@@ -378,10 +380,10 @@ class Arriving:
                 exact = abs(drive.seen - drive.shaft.goal) <= EXACT_REACH
                 self._arrived[drive] += EXACT if exact else 1
             elif lead.io.listened.s > self._given_up_s:
-                return lead.blame(astray_alert(drive))
+                return lead.blame(off_target_alert(drive))
             else:
                 self._arrived[drive] = 0
-        if lead.io.group.astray or min(self._arrived.values()) < self._rest_cycles:
+        if lead.io.group.off_target or min(self._arrived.values()) < self._rest_cycles:
             return None
         for drive in drives:
             drive.shaft.rest_at(drive.shaft.goal, lead.io.now_s)
@@ -449,4 +451,4 @@ def _departed(drive: Cia402Drive) -> Alert | None:
     if verdict.finding is DriveFinding.RESTARTED:
         words = f"{drive} counts from zero: it was reset, or lost its power for a moment"
         return Alert(AlertKind.RESTARTED, words)
-    return astray_alert(drive)
+    return off_target_alert(drive)

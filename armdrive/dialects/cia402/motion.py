@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.group import Phase, Signal
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
+from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
@@ -21,7 +21,7 @@ from armdrive.dialects.cia402.exchange import (
 )
 from armdrive.dialects.cia402.leading import REST_CYCLES, SETTLE_S, WAIT_CYCLES, MotionLead
 from armdrive.dialects.cia402.settings import TOP_HZ, DriveLimits
-from armdrive.dialects.cia402.wire import TARGET_MAX, Cia402Drive, astray_alert
+from armdrive.dialects.cia402.wire import TARGET_MAX, Cia402Drive, off_target_alert
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply
 from firmware_protocol import canopen
 from kinematics.spaces import Motors
@@ -85,7 +85,7 @@ class CyclicTrip:
         """
         if self._rate >= 1.0:
             self._full_s = max(self._ease_s(), period_s)
-        self.eased = self.eased or self._request.let_go()
+        self.eased = self.eased or self._request.released()
         held, self._held = self._held, self._request.held_back()
         slowed = not held and self._rate < 1.0
         self.stays = self._held and (self.stays or wait or stand or slowed)
@@ -202,7 +202,7 @@ class CyclicMotion:
             if not (trip.stays and self.lead.stands_short(drive)):
                 self.short_s.pop(drive, None)
             elif listened_s > self.short_s.setdefault(drive, listened_s) + SETTLE_S:
-                return self.lead.blame(astray_alert(drive))
+                return self.lead.blame(off_target_alert(drive))
         return None
 
     def _ease_s(self) -> float:
@@ -253,7 +253,7 @@ class ProfileMotion:
     under_way: Sequence[Cia402Drive] = ()
     given_up_s: float = math.inf
 
-    def burst(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script[Reply]:
+    def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script[Reply]:
         """Send a burst and wait for its end."""
         yield from self.lead.prepare(self.MODE)
         parts = {
@@ -268,7 +268,7 @@ class ProfileMotion:
             raise Obstructed(words)
         ramps = {drive.node: part.writes for drive, part in parts.items()}
         yield from self.lead.transfers.carry_out(ramps)
-        if self.lead.io.stop_asked or let_go():
+        if self.lead.io.stop_asked or released():
             return Halted()
         self.points = SetPoints(goals)
         yield from self.lead.states.ready(self.points)
@@ -281,7 +281,7 @@ class ProfileMotion:
         self.given_up_s = self.lead.io.listened.s + 2.0 * lasts_s + SETTLE_S
         return (
             yield from self.lead.carry_out(
-                Phase.MOVING, self._send_goals, self._judge, self.MODE, released=let_go
+                Phase.MOVING, self._send_goals, self._judge, self.MODE, released=released
             )
         )
 
@@ -310,9 +310,9 @@ class ProfileMotion:
             return None
         for drive in self.under_way:
             if not drive.shaft.is_near:
-                return self.lead.blame(astray_alert(drive))
+                return self.lead.blame(off_target_alert(drive))
         words = f"{self.under_way[0]} does not report that it has reached its target"
-        return self.lead.blame(Alert(AlertKind.ASTRAY, words))
+        return self.lead.blame(Alert(AlertKind.OFF_PATH, words))
 
 
 # The drives' own homing, in the arm file's groups: each searches for its switch.

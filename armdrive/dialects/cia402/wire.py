@@ -13,6 +13,7 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
+from armdrive.dialects.bus.drives import off_target_words
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
 from armdrive.dialects.exchange import ScriptIO
@@ -180,13 +181,10 @@ class Cia402Drive:
         return f": {self.error}" if self.error else ""
 
 
-def astray_alert(drive: Cia402Drive) -> Alert:
+def off_target_alert(drive: Cia402Drive) -> Alert:
     """Return that a drive is not at its target."""
-    return Alert(
-        AlertKind.ASTRAY,
-        f"{drive} is at {drive.seen}, not at {drive.shaft.goal} increments: it is blocked, "
-        "overloaded, or was turned by force",
-    )
+    words = off_target_words(drive, drive.seen, drive.shaft.goal, "increments")
+    return Alert(AlertKind.OFF_PATH, words)
 
 
 class DriveGroup:
@@ -327,7 +325,7 @@ class DriveGroup:
     # -- state --------------------------------------------------------------------------------
 
     @property
-    def astray(self) -> tuple[Cia402Drive, ...]:
+    def off_target(self) -> tuple[Cia402Drive, ...]:
         """The drives that are farther from their targets than they may rest."""
         return tuple(each for each in self.drives if not each.shaft.is_near)
 

@@ -101,7 +101,7 @@ class GrblMotion:
         trip.changed_s = self.io.now_s
         self.stops.brake_s = bounds.slowest_stop_s + bounds.ramp_s()
         while True:
-            if self.io.stop_asked or request.let_go():
+            if self.io.stop_asked or request.released():
                 return (yield from self._halt(trip))
             if request.held_back():
                 trip.waits = True
@@ -219,7 +219,7 @@ class GrblMotion:
         trip.off = 0 if on_it else trip.off + 1
         if trip.off == 1:
             trip.polled_s = -math.inf  # the report may be damaged (no checksum): query again
-        return self._astray(trip) if trip.off > 1 else None
+        return self._end_off_path(trip) if trip.off > 1 else None
 
     def _count_underrun(self, trip: LineTrip, idle: bool) -> None:
         """Count an underrun: the planner runs empty in mid-motion, and the motors brake to a stop.
@@ -238,13 +238,13 @@ class GrblMotion:
                 trip.starved = True  # an underrun only if another segment is drawn
         trip.dry = dry
 
-    def _astray(self, trip: LineTrip) -> Reply:
+    def _end_off_path(self, trip: LineTrip) -> Reply:
         here, goal = tuple(self.board.registers().positions), tuple(trip.lines.end)
         text = (
             f"the arm is off the path that was sent, at {here} steps on the way to {goal}: a byte "
             "was lost, or the board's steps per unit are wrong"
         )
-        self.io.notify(Alert(AlertKind.ASTRAY, text))
+        self.io.notify(Alert(AlertKind.OFF_PATH, text))
         return RequestRejected(text)
 
     def _overdue(self, trip: LineTrip) -> Reply | None:

@@ -59,7 +59,7 @@ class MksBursts:
     ) -> None:
         self._wire, self._stops, self._inquiry, self._motion = wire, stops, inquiry, motion
 
-    def burst(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
+    def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
         """Send a burst and wait for its end."""
         wire = self._wire
         orders: dict[int, MoveAbsoluteAxis] = {}
@@ -73,10 +73,10 @@ class MksBursts:
             orders[drive.node] = MoveAbsoluteAxis(target, rpm, acc)
         if not orders:
             return Done()
-        if wire.stop_asked or let_go():
+        if wire.stop_asked or released():
             return Halted()
         if wire.can(Ability.SYNCHRONOUS_START) and len(orders) > 1:
-            ended = yield from self._together(orders, let_go)
+            ended = yield from self._together(orders, released)
             if ended is not None:
                 return ended
         else:
@@ -86,7 +86,7 @@ class MksBursts:
         return (yield from self._motion.arrive(self._lasts_s(steps, rate_hz), never))
 
     def _together(
-        self, orders: Mapping[int, MoveAbsoluteAxis], let_go: Callable[[], bool]
+        self, orders: Mapping[int, MoveAbsoluteAxis], released: Callable[[], bool]
     ) -> WireScript[Halted | RequestRejected | None]:
         """Store each drive's order, then start all of them by one frame, sent twice."""
         wire = self._wire
@@ -96,7 +96,7 @@ class MksBursts:
         if all(isinstance(armed.get(node), Taken) for node in orders):
             stored = yield from wire.ask(orders, tries=2, text="F5, stored")
         ready = all(isinstance(stored.get(node), StoredForStart) for node in orders)
-        if not ready or wire.stop_asked or let_go():
+        if not ready or wire.stop_asked or released():
             return (yield from self._disarm(orders, stored, ready))
         wire.broadcast(GoSynchronous(), "GO")
         for node, order in orders.items():

@@ -12,8 +12,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.drives import HOST_S, Obstructed, bus_motors
-from armdrive.dialects.bus.group import BUS_REQUESTS
+from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
@@ -131,10 +130,10 @@ class MksController(ScriptRunner[Event]):
                 if homed == Done():
                     yield from self._contact.adopt_positions()
                 return homed
-            case MoveBy(steps, rate_hz, let_go) if not self.abilities.queued_segments:
-                return (yield from self._bursts.burst(steps, rate_hz, let_go))
-            case MoveBy(let_go=let_go):
-                along = MoveAlong(iter((request,)), request.duration_s + 1.0, let_go=let_go)
+            case MoveBy(steps, rate_hz, released) if not self.abilities.queued_segments:
+                return (yield from self._bursts.burst(steps, rate_hz, released))
+            case MoveBy(released=released):
+                along = MoveAlong(iter((request,)), request.duration_s + 1.0, released=released)
                 return (yield from self._motion.along(along))
             case MoveAlong():
                 return (yield from self._motion.along(request))

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.group import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
+from armdrive.dialects.bus.phases import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.dialects.mks.wire import MksWire, Script

@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from armdrive.dialects.bus.drives import off_target_words
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive, Verdict
 from armdrive.dialects.mks.stops import restarted_words
 from armdrive.dialects.mks.wire import MksWire, WireScript, obeys_bus
@@ -153,7 +154,7 @@ class MksInquiry:
             words = f"{self._wire.drive(node)} has switched its motor off"
             return Alert(AlertKind.SWITCHED_OFF, words)
         mode = yield from self.mode_words(node)
-        return Alert(AlertKind.ASTRAY, mode) if mode else None
+        return Alert(AlertKind.OFF_PATH, mode) if mode else None
 
     def explain(self, verdict: Verdict) -> WireScript[Alert]:
         """Find out why a drive is in the wrong place, and what that means for the arm."""
@@ -163,7 +164,7 @@ class MksInquiry:
             if not stalled:
                 return Alert(AlertKind.RESTARTED, restarted_words(drive))
         obstructed = yield from self.obstructed(drive.node)
-        return obstructed or Alert(AlertKind.ASTRAY, _astray_words(drive, verdict))
+        return obstructed or Alert(AlertKind.OFF_PATH, _departed_words(drive, verdict))
 
     def found_at_rest(self, drive: ObservedDrive) -> WireScript[Alert]:
         """Find out why a drive that had no new target has moved."""
@@ -174,13 +175,10 @@ class MksInquiry:
         return (yield from self.explain(verdict))
 
 
-def _astray_words(drive: ObservedDrive, verdict: Verdict) -> str:
+def _departed_words(drive: ObservedDrive, verdict: Verdict) -> str:
     if verdict.finding in (DriveFinding.OFF_PATH, DriveFinding.WEAK):
         return (
             f"{drive} has {verdict.off:.0f} counts of following error; the other drives are on the "
             "path. It is overloaded, or its supply is too weak for its speed"
         )
-    return (
-        f"{drive} is at {verdict.count}, not at {round(verdict.place)} counts: it is blocked, "
-        "overloaded, was turned by force, or was reset"
-    )
+    return off_target_words(drive, verdict.count, round(verdict.place), "counts")

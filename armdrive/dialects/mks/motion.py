@@ -10,8 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.group import Act, Phase, Signal, Stage, run_phases
+from armdrive.dialects.bus.drives import BUS_REMEDY, Obstructed, not_heard_words
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
@@ -21,6 +20,7 @@ from armdrive.dialects.bus.observer import (
     Verdict,
 )
 from armdrive.dialects.bus.paths import KEPT_S
+from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
@@ -77,16 +77,16 @@ class MksMotion:
         wire = self._wire
         trip = Trip(request, path_from_here(wire), wire.settings.segment_s)
         run = MotionRun(
-            wire, self._stops, self._inquiry, request.let_go, wire.settings.segment_s, trip
+            wire, self._stops, self._inquiry, request.released, wire.settings.segment_s, trip
         )
         try:
             return (yield from run.carry_out(Phase.MOVING))
         finally:
             self.underruns += trip.underruns
 
-    def arrive(self, expected_s: float, let_go: Callable[[], bool]) -> Script:
+    def arrive(self, expected_s: float, released: Callable[[], bool]) -> Script:
         """Wait until drives that have targets stand there."""
-        run = MotionRun(self._wire, self._stops, self._inquiry, let_go, expected_s)
+        run = MotionRun(self._wire, self._stops, self._inquiry, released, expected_s)
         return (yield from run.carry_out(Phase.ARRIVING))
 
 
@@ -98,12 +98,12 @@ class MotionRun:
         wire: MksWire,
         stops: MksStops,
         inquiry: MksInquiry,
-        let_go: Callable[[], bool],
+        released: Callable[[], bool],
         expected_s: float,
         trip: Trip | None = None,
     ) -> None:
         self.wire, self.stops, self.inquiry = wire, stops, inquiry
-        self.let_go, self.trip = let_go, trip
+        self.released, self.trip = released, trip
         self.expected_s = expected_s
         """How long the drives take to their targets once all orders have been sent."""
         self.steering = Steering(wire)
@@ -136,7 +136,7 @@ class MotionRun:
             trip = self.trip
             stages[Phase.MOVING] = lambda: Moving(self, trip)
             acts[Act.RESUME] = lambda: self._resume(trip)
-        yield from run_phases(self.wire, phase, stages, acts, self.let_go)
+        yield from run_phases(self.wire, phase, stages, acts, self.released)
         unstopped = self.braking.unstopped()
         # after trouble, its own words say more than those about the stop
         if isinstance(unstopped, Timeout) or (unstopped and self._judged):
@@ -189,9 +189,9 @@ class MotionRun:
             yield from wire.pause(wire.now_s + DRAIN_S)
         if not missing:
             missing = yield from wire.look()  # a second reading of drives that are out of reach
-        astray = [each for each in silent if each.is_elsewhere and each.node not in missing]
-        if astray and not missing:
-            return astray[0].verdict
+        elsewhere = [each for each in silent if each.is_elsewhere]
+        if elsewhere and not missing:
+            return elsewhere[0].verdict
         left = self.braking.left
         self.braking.left = [drive for drive in left if drive.node not in missing]
         if set(missing) == set(wire.nodes):
@@ -199,13 +199,12 @@ class MotionRun:
         elif missing:
             self._reply = RequestRejected(wire.absent_words(missing), silent=True)
         else:
-            named = ", ".join(map(str, silent)) or "a drive"
-            what = f"{named} did not answer for a while"
+            words = not_heard_words(", ".join(map(str, silent)) or "a drive")
             if verdict.finding is DriveFinding.LATE:
-                what = f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s"
+                slow = f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s"
+                words = f"{slow}. {BUS_REMEDY}"
             elif verdict.finding is DriveFinding.SILENT or len(silent) == len(wire.drives):
-                what = "no drive answered for a while"
-            words = f"{what}. Check the bus's wiring, its load and its adapter"
+                words = f"no drive answered for a while. {BUS_REMEDY}"
             self._reply = RequestRejected(words, silent=True)
         return None
 
@@ -419,7 +418,7 @@ class Arriving:
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s) and observer.outage_s > MAX_DELAY_S:
             return Signal.OUTAGE
-        if run.blame(self._astray(now_s) or observer.silence()):
+        if run.blame(self._stuck(now_s) or observer.silence()):
             return Signal.TROUBLE
         if now_s >= observer.rejected_s:
             return Signal.REJECTED
@@ -443,7 +442,7 @@ class Arriving:
         wire.notify(Progress(wire.registers()))
         return min(self._due_s, wire.observer.rejected_s)
 
-    def _astray(self, now_s: float) -> Verdict | None:
+    def _stuck(self, now_s: float) -> Verdict | None:
         """Judge the answers to the last look; return what is wrong with a drive that is stuck.
 
         A drive that is merely behind is not blamed: its last order may be late or lost.

@@ -13,7 +13,7 @@ import math
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.observer import MAX_DELAY_S, DriveFinding, ObservedDrive
-from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
+from armdrive.dialects.bus.paths import KEPT_S, Course, Heading, PlannedPath, SegmentFeed
 from armdrive.dialects.mks.stops import shared_acc
 from armdrive.dialects.mks.wire import MksWire
 from armdrive.tasks import MoveAlong, RequestRejected
@@ -144,7 +144,7 @@ class Steering:
         most = self._wire.settings.acceleration
         again = drive.moving and target == drive.goal
         kept = self._wire.orders[drive.node].acc if again else 0
-        acc = ramp_to(target - drive.place, drive.course.speed, most, share, kept)
+        acc = ramp_to(drive.course, target, most, share, kept)
         self._wire.send(drive.node, MoveAbsoluteAxis(target, rpm, acc))
 
     def _in_time(self, trip: Trip, motor: int, target: int, rpm: int) -> tuple[int, int]:
@@ -160,7 +160,7 @@ class Steering:
         needed = math.ceil(left / ahead_s / COUNTS_S_PER_RPM)
         if needed <= most:
             return target, max(rpm, needed)
-        ahead = math.copysign(1.0, target - drive.place)
+        ahead = math.copysign(1.0, target - drive.course.place)
         nearer = round(target - ahead * (left - most * COUNTS_S_PER_RPM * ahead_s))
         read_s = self._wire.now_s - drive.asked_s  # it may have moved as fast as that since
         brakes_s = most * COUNTS_S_PER_RPM / slope_of(self._wire.settings.acceleration)
@@ -204,7 +204,7 @@ class Steering:
             return self._to_rest(drive, heading) if drive.moving else None
         until_s = min(trip.time_s + period_s, heading.until_s)
         here, there = trip.path.at(motor, trip.time_s), trip.path.at(motor, until_s)
-        place = drive.place
+        place = drive.course.place
         needed = heading.direction * (there - place) / max(until_s - trip.time_s, period_s / 2.0)
         planned = abs(there - here) / max(until_s - trip.time_s, 1e-6) / COUNTS_S_PER_RPM
         most = catch_up_rpm(planned)
@@ -238,7 +238,7 @@ class Steering:
             return None
         left_s = max(path.end_s - trip.time_s, 1e-3)
         planned = abs(end - path.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
-        needed = math.ceil(abs(end - drive.place) / left_s / COUNTS_S_PER_RPM)
+        needed = math.ceil(abs(end - drive.course.place) / left_s / COUNTS_S_PER_RPM)
         return end, min(max(needed, MIN_FINAL_RPM), catch_up_rpm(planned))
 
 
@@ -247,15 +247,15 @@ def path_from_here(wire: MksWire) -> PlannedPath:
     return PlannedPath(Motors(drive.goal for drive in wire.drives))
 
 
-def ramp_to(left: float, speed: float, acc: int, share: float, kept: int = 0) -> int:
-    """Return the ramp of a drive that is `left` from its target: its share, or a steeper one.
+def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) -> int:
+    """Return a drive's ramp to a target: its share, or a steeper one if it must brake harder.
 
     A ramp gentler than the one that gave it its speed would make it overshoot. So would one gentler
     than that by which it already brakes (`kept`), since its course may be ahead of it.
     """
     shared = max(shared_acc(acc, share), min(kept, acc))
-    brakable = abs(left) - abs(speed) * ORDER_DELAY_S
-    brakes = BRAKING_MARGIN * speed**2 / (2.0 * max(brakable, 1.0))
+    left = abs(target - course.place) - abs(course.speed) * ORDER_DELAY_S
+    brakes = BRAKING_MARGIN * course.speed**2 / (2.0 * max(left, 1.0))
     if not acc or brakes <= slope_of(shared):
         return shared
     needed = acc_of(brakes / COUNTS_S_PER_RPM)

@@ -11,8 +11,8 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.group import Act, Phase, run_phases
 from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
+from armdrive.dialects.bus.phases import Act, Phase, run_phases
 from armdrive.dialects.bus.stages import Braking
 from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
@@ -125,7 +125,7 @@ class MksBrakes:
             if drive.has_restarted:
                 self._wire.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))
             elif drive.is_elsewhere or drive.rests_off_path:
-                self._wire.notify(Alert(AlertKind.ASTRAY, _off_path_words(drive)))
+                self._wire.notify(Alert(AlertKind.OFF_PATH, _off_path_words(drive)))
         drive.rest_at(drive.count or 0, now_s)
 
     def is_mute(self, drive: ObservedDrive) -> bool:
@@ -198,7 +198,7 @@ class MksStops:
         for node, off in pushing.items():
             if judged:
                 words = pushing_words(self._wire.drive(node), off)
-                self._wire.notify(Alert(AlertKind.ASTRAY, words))
+                self._wire.notify(Alert(AlertKind.OFF_PATH, words))
 
     def relieve(self, nodes: Collection[int]) -> WireScript[dict[int, int]]:
         """Send drives that push to where they stand; return how far off each one's target was.

@@ -94,8 +94,8 @@ class RobkoController(ScriptRunner[HostEvent]):
 
     def _carry_out(self, request: Request) -> Script:
         match request:
-            case MoveBy(steps, rate_hz, let_go):
-                return (yield from self._motion.move(steps, rate_hz, let_go))
+            case MoveBy(steps, rate_hz, released):
+                return (yield from self._motion.move(steps, rate_hz, released))
             case ReadPosition():
                 return (yield from self._registers())
             case SetOutputs(bits):

@@ -112,7 +112,7 @@ class RobkoStart:
         self._counts_checked = False
 
     def prepare(
-        self, let_go: Callable[[], bool]
+        self, released: Callable[[], bool]
     ) -> Generator[float, HostEvent | None, Motors | Reply]:
         """Set every top speed to 0 at the present position; return it, or the reason to refuse.
 
@@ -120,7 +120,7 @@ class RobkoStart:
         """
         began_s = self._io.now_s
         until_s, first, freed = began_s + BUSY_S, None, False
-        while not self._io.stop_asked and not let_go():
+        while not self._io.stop_asked and not released():
             start = yield from self._standing()
             if start is None:
                 return self._io.silence(began_s)
@@ -214,7 +214,7 @@ class RobkoWatch:
 
     def until_ended(self, way: RobkoPath) -> Script:
         """Poll the positions until the motors have arrived."""
-        still = astray = 0
+        still = off_path = 0
         last: Motors | None = None
         going_s = due_s = way.began_s
         given_up_s = way.began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
@@ -229,13 +229,13 @@ class RobkoWatch:
             if asked_s >= given_up_s:  # needs a reading requested after the timeout
                 break
             if not way.holds(seen):  # counts once it is read twice: an answer may be a late one
-                astray += 1
-                if astray > 1:
-                    return (yield from self._astray(way, seen))
+                off_path += 1
+                if off_path > 1:
+                    return (yield from self._end_off_path(way, seen))
                 due_s = self._io.now_s + POLL_S
                 yield from self._io.pause(due_s)
                 continue
-            astray, going_s = 0, asked_s
+            off_path, going_s = 0, asked_s
             self._io.notify(Progress(Registers(seen)))
             if self._io.now_s > way.began_s + way.expected_s and seen == last:
                 still = still + 1 if (yield from self._exchange.mask()) == 0 else 0
@@ -295,7 +295,7 @@ class RobkoWatch:
         arrived = last is not None and not way.left(last).largest
         return Done() if arrived else Halted(beyond=OVERSHOOT_STEPS)
 
-    def _astray(self, way: RobkoPath, seen: Motors) -> Script:
+    def _end_off_path(self, way: RobkoPath, seen: Motors) -> Script:
         """End a motion that has left its path, and report the likely cause."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
@@ -303,7 +303,7 @@ class RobkoWatch:
             return RequestRejected(words)
         yield from self.halt(way)
         words = f"the controller reports {tuple(seen)}, which is not on the way that was sent"
-        self._io.notify(Alert(AlertKind.ASTRAY, words))
+        self._io.notify(Alert(AlertKind.OFF_PATH, words))
         return RequestRejected(words)
 
 
@@ -324,13 +324,13 @@ class RobkoMotion:
         self._start = start
         self._watch = watch
 
-    def move(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
+    def move(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
         """Send a motion and wait for its end; send it again if the motors have not moved.
 
         A jog whose key is released before the motion is sent does not move.
         """
         began_s = self._io.now_s
-        start = yield from self._start.prepare(let_go)
+        start = yield from self._start.prepare(released)
         if not isinstance(start, Motors):
             return start
         target = start + steps
@@ -343,7 +343,7 @@ class RobkoMotion:
         )
         way = RobkoPath(start, steps, self._pacing.lasts_s(steps.largest, rate_hz), self._io.now_s)
         for _ in range(SENDS):
-            if self._io.stop_asked or let_go():
+            if self._io.stop_asked or released():
                 return Halted()
             way.began_s = self._io.now_s
             answer = yield from self._exchange.ask(message, tries=1, text=text, may_break=True)

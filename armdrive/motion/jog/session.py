@@ -146,8 +146,8 @@ def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
     if core.controller.abilities.queued_segments:
         held = _Held(wire, course)
         ahead_s = core.config.motion.jog_burst_s
-        let_go = lambda: not is_held(wire) or bool(core.nudges)  # noqa: E731
-        yield from stream_held(wire, held.ways(), ahead_s, let_go)
+        released = lambda: not is_held(wire) or bool(core.nudges)  # noqa: E731
+        yield from stream_held(wire, held.ways(), ahead_s, released)
         held.end()
         return is_held(wire)
     hold = core.hold
@@ -330,7 +330,7 @@ def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) 
     show_end(wire, found.ended)
     if found.legs:
         over = _overtaken(wire, core.holds)
-        yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, let_go=over)
+        yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, released=over)
         if core.speed_override.paused and core.position.coordinates != found.legs[-1].end:
             core.diagnostics.notice = PAUSED
 

@@ -157,6 +157,31 @@ def test_a_healthy_drive_however_late_within_the_bound_is_never_blamed(
             assert found.judge() is None
 
 
+LEARNT_S = 0.8
+"""By then a drive has replied often enough to tell how long it takes."""
+
+
+@pytest.mark.parametrize("wait_s", [0.004, 0.03, 0.07])
+def test_a_drive_on_a_slow_link_is_not_taken_to_have_been_away(wait_s: float) -> None:
+    found, replies, asked = observer(2), list[tuple[float, int]](), 0
+    for node in (1, 2):
+        rest(found, node, 0, 0.0)
+        order(found, node, 20_000, 2000, 0.0)
+    for moment in range(1, 2000):
+        now_s = 0.001 * moment
+        polled = [node for node in (1, 2) if moment % 100 == 50 * node % 100]
+        for node in (*polled, *found.to_retry(now_s)):
+            ask(found, node, now_s)
+            replies.append((now_s + wait_s, node))
+            asked += 1
+        for due in [each for each in replies if each[0] <= now_s]:
+            replies.remove(due)
+            tell(found, due[1], round(2000 * max(due[0] - 0.02, 0.0)), now_s)
+            assert now_s < LEARNT_S or not found[due[1]].ledger.pending
+            assert found.judge() is None
+    assert asked < 80  # retries wait as well
+
+
 def leading(*counts: int) -> tuple[Observer, PlannedPath]:
     """Return drives that were looked at a while into a path that takes them along together."""
     found, path = observer(len(counts)), PlannedPath(Motors([0] * len(counts)))
@@ -172,7 +197,7 @@ def test_drives_that_are_late_together_are_on_their_way() -> None:
     assert all(found.compare(path, 0.8, 0.04, 0.8) is None for _ in range(5))
 
 
-def test_one_that_lags_alone_is_off_the_way_at_the_second_look() -> None:
+def test_a_drive_that_lags_alone_is_off_its_path_at_the_second_look() -> None:
     found, path = leading(24_000, 9_000)
     assert found.compare(path, 0.8, 0.04, 0.8) is None
     verdict = found.compare(path, 0.9, 0.04, 0.9)

@@ -45,7 +45,7 @@ CIA402_IDS = sorted((*(0x80 + node + base for node in (3, 10) for base in (0, 0x
         ("mks", (1, 2, 3, 4, 5, 9), "/dev/ttyACM0", "/dev/ttyACM0"),
     ],
 )
-def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(
+def test_only_frames_from_the_drives_of_the_arm_are_received(
     dialect, ids, port, heard, monkeypatch
 ):
     opened = []
@@ -57,7 +57,7 @@ def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(
     assert opened == [heard]
 
 
-def test_an_answer_that_nobody_has_fetched_is_given_up_with_its_transfer():
+def test_an_unfetched_answer_is_given_up_with_its_transfer():
     bus, server = CanopenHost((4,)), SdoServer(4)
     for _ in range(2):  # the first answer has come, and is not looked at before its time is over
         (asked,) = Unpacker().feed(bus.upload(4, STATUSWORD))
@@ -105,7 +105,7 @@ def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path,
 
 
 @needs_pty
-def test_devices_that_are_no_drives_are_told(call, tmp_path, monkeypatch):
+def test_devices_that_are_no_drives_are_reported(call, tmp_path, monkeypatch):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     path = tmp_path / "can0"
     port = f"can:slcan:{path}?bitrate=500000"

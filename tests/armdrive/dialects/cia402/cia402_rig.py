@@ -31,9 +31,9 @@ class Rig(BusBench):
         """Return a drive, counted from 1."""
         return self.device.board.nodes[number - 1]
 
-    def along(self, *segments: MoveBy, let_go=lambda: False, ahead_s: float = 0.3):
+    def along(self, *segments: MoveBy, released=lambda: False, ahead_s: float = 0.3):
         """Move along segments, and return the reply."""
-        return self.do(MoveAlong(iter(segments), ahead_s, let_go=let_go))
+        return self.do(MoveAlong(iter(segments), ahead_s, released=released))
 
     def stop(self, *, hard: bool = False) -> None:
         """Request a stop."""

@@ -38,13 +38,13 @@ def comes_free(rig: Rig) -> None:
 
 
 @STRATEGIES
-def test_it_is_held_where_it_is_when_it_is_heard(strategy):
+def test_a_blocked_shaft_is_held_where_it_stands(strategy):
     comes_free(blocked(strategy, mute=False))
 
 
 @STRATEGIES
 @pytest.mark.parametrize("request_", [ClearFault(), SwitchOn()], ids=["reset", "enable"])
-def test_it_is_held_where_it_is_as_soon_as_it_is_heard_again(strategy, request_):
+def test_a_blocked_shaft_is_held_where_it_stands_once_its_drive_answers_again(strategy, request_):
     rig = blocked(strategy, mute=True)
     assert rig.node(1).motor.point.end != rig.node(1).motor.shaft
     rig.device.board.drives.mute(0, False)
@@ -60,7 +60,7 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
     """Its error is smaller than the one at which drives fault, so only its standing shows it."""
     rig, released = Rig().ready(), []
     jog = (MoveBy(steps(1000, -500), rate_hz) for _ in range(40))
-    rig.begin(MoveAlong(jog, 0.3, let_go=lambda: bool(released)))
+    rig.begin(MoveAlong(jog, 0.3, released=lambda: bool(released)))
     rig.run(0.3)
     rig.twin.world.stalled.add(0)
     rig.run(blocked_s)
@@ -71,7 +71,7 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
     comes_free(rig)
 
 
-def test_so_is_a_shaft_that_blocks_the_last_burst_of_a_jog():
+def test_a_shaft_that_blocks_the_last_burst_of_a_jog_is_held_where_it_stands():
     rig, released = Rig({"strategy": "profile"}).ready(), []
     rig.begin(MoveBy(steps(6000, -3000), 20_000.0, lambda: bool(released)))
     rig.run(0.2)
@@ -84,7 +84,7 @@ def test_so_is_a_shaft_that_blocks_the_last_burst_of_a_jog():
     comes_free(rig)
 
 
-def test_nothing_is_told_that_would_turn_a_drive_that_is_not_heard_back():
+def test_a_silent_drive_is_not_turned_back_to_its_last_reading():
     """What it was heard at last is behind a shaft that has gone on."""
     rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE), 0.3))

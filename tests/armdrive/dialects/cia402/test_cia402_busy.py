@@ -1,7 +1,7 @@
 """A busy computer: every turn comes late, and so do the drives' answers. The position stays known.
 
-Drives that are late have told nothing against themselves: they are waited for. What a drive stops
-for by itself, as a heartbeat that was missed, is said.
+Late drives are not to blame: the motion waits for them. If a drive stops by itself, for example
+because it missed a heartbeat, that is reported.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ KINDS = pytest.mark.parametrize("made", MADE)
 def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
     """Tell whether the motion ended as asked; else it has to say that a heartbeat was missed."""
     alerts = rig.alerts()
-    assert not any(alert.kind is AlertKind.ASTRAY for alert in alerts), (reply, alerts)
+    assert not any(alert.kind is AlertKind.OFF_PATH for alert in alerts), (reply, alerts)
     if reply == wanted:
         assert not alerts
         return True
@@ -96,16 +96,16 @@ def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
 
 @in_pairs("how, made, seed", ["stop", "release", "end"], MADE, SEEDS)
 def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, how):
-    rig, let_go = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
+    rig, released = made(seed, heartbeat_ms=2000, period_ms=40).ready(), []
     before = rig.positions
     line = LINE[:10] if how == "end" else LINE
-    rig.begin(MoveAlong(iter(line), 0.3, let_go=lambda: bool(let_go)))
+    rig.begin(MoveAlong(iter(line), 0.3, released=lambda: bool(released)))
     rig.run(0.4)
     rig.busy = True
     if how == "stop":
         rig.stop()
     elif how == "release":
-        let_go.append(True)
+        released.append(True)
     reply = rig.finish()
     assert reply == (Done() if how == "end" else Halted()), reply
     assert not rig.alerts()
@@ -118,19 +118,19 @@ def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(made, seed, ho
 
 @pytest.mark.parametrize("seed", SEEDS)
 @KINDS
-def test_one_whose_drives_miss_a_heartbeat_meanwhile_says_so(made, seed):
-    rig, let_go = made(seed).ready(), []
-    rig.begin(MoveAlong(iter(LINE), 0.3, let_go=lambda: bool(let_go)))
+def test_a_released_jog_reports_drives_that_miss_a_heartbeat(made, seed):
+    rig, released = made(seed).ready(), []
+    rig.begin(MoveAlong(iter(LINE), 0.3, released=lambda: bool(released)))
     rig.run(0.4)
     rig.busy = True
-    let_go.append(True)
+    released.append(True)
     if not keeps_its_reference(rig, rig.finish(), Halted()):
         assert rig.do(ClearFault()) == Done()
-    assert not any(alert.kind is AlertKind.ASTRAY for alert in rig.alerts())
+    assert not any(alert.kind is AlertKind.OFF_PATH for alert in rig.alerts())
 
 
 @KINDS
-def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_heard(made):
+def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_is(made):
     rig = made(0, heartbeat_ms=2000, period_ms=40).ready()
     rig.begin(MoveAlong(iter(LINE[:10]), 0.3))
     while rig.positions[0] < 9700:
@@ -140,7 +140,7 @@ def test_a_drive_that_is_read_off_its_target_is_blamed_however_late_that_is_hear
     reply = rig.finish()
     assert "drive 1 (base) is at" in str(reply)
     assert "it is blocked" in str(reply)
-    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ASTRAY]
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.OFF_PATH]
 
 
 @pytest.mark.parametrize(

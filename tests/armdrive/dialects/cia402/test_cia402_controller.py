@@ -115,7 +115,7 @@ def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(del
     assert reply == Done()
 
 
-def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
+def test_switching_off_ends_the_heartbeat_watch_without_an_alarm():
     rig = Rig().ready()
     assert rig.do(DropCurrent()) == Done()
     rig.run(2.0)
@@ -153,7 +153,7 @@ def test_drives_that_an_earlier_program_left_running_are_waited_for_and_then_sto
     again.check_stands(1.0)
 
 
-def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
+def test_an_orderly_end_leaves_every_drive_holding_without_an_alarm():
     rig = Rig().ready()
     rig.along(MOVE)
     rig.link.write(rig.controller.farewell(), rig.now_s)
@@ -222,7 +222,9 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
 @in_pairs(
     "strategy, late_s, quirk", ["cyclic", "profile"], [0.32, 0.5, 0.9], ["hold", "extrapolate"]
 )
-def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, quirk):
+def test_a_program_that_is_later_than_the_heartbeat_timeout_finds_the_motion_ended(
+    strategy, late_s, quirk
+):
     rig = moving(FAR, settings={"strategy": strategy}, hold_after_loss=quirk)
     there = rig.suspend(late_s)
     assert rig.states() == {canopen.DriveState.QUICK_STOP}
@@ -267,7 +269,7 @@ def test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage():
 
 @pytest.mark.parametrize("quirk", ["hold", "extrapolate"])
 @pytest.mark.parametrize("strategy", ["cyclic", "profile"])
-def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_move_nothing(
+def test_targets_without_a_sync_that_drives_got_before_they_stopped_move_nothing(
     monkeypatch, strategy, quirk
 ):
     """Suspended between the two: the next SYNC would have drives act on what waits for it."""
@@ -289,7 +291,7 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
     assert rig.positions == there
 
 
-def test_targets_that_were_worked_out_and_not_said_are_dropped_by_a_stop():
+def test_a_stop_drops_targets_that_were_not_sent_yet():
     """Suspended as it hears: what is thought out with that was not said, and is not on waking."""
     rig = moving(FAR)
     due_s = rig.controller.next_s()
@@ -311,7 +313,7 @@ def test_heartbeats_that_just_suffice_hold_nothing_up():
     assert not rig.controller.underruns
 
 
-def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed():
+def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     rig = Rig().ready()
     rig.device.board.drives.mute(2, True)
     rig.device.board.drives.power(2, on=False)
@@ -354,7 +356,7 @@ def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
 # -- what goes wrong ------------------------------------------------------------------------------
 
 
-def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
+def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     rig = Rig().ready()
     rig.device.board.errors().ail(1, 0x4310)
     rig.run(0.5)
@@ -391,19 +393,19 @@ def connected() -> Arm:
     return Arm(connect_simulated(config, twin=simulate(config)))
 
 
-def test_drives_that_are_found_switched_off_are_told_as_off():
+def test_drives_that_are_found_switched_off_are_reported_as_off():
     arm = connected()
     assert arm.status.state is State.DISABLED
     assert arm.status.current is Current.OFF
 
 
-def test_drives_that_hold_are_told_as_held_whoever_switched_them_on():
+def test_drives_that_hold_are_reported_as_held_whichever_program_enabled_them():
     rig = Rig()
     assert rig.do(ReadPosition()).held is False
     assert rig.ready().do(ReadPosition()).held is True
 
 
-def test_drives_that_hold_but_have_to_be_enabled_first_are_not_told_as_held():
+def test_drives_that_hold_but_have_to_be_enabled_first_are_not_reported_as_held():
     rig = Rig().ready()
     rig.controller.group.on = False  # as behind a wire that was lost
     assert rig.do(ReadPosition()).held is None
@@ -417,7 +419,7 @@ def test_the_current_follows_what_is_asked_for():
     assert arm.status.current is Current.OFF
 
 
-def test_of_drives_that_differ_it_is_not_said_that_they_hold():
+def test_drives_in_different_states_are_not_reported_as_held():
     arm = connected()
     arm.enable()
     arm.twin.faults.add("drive-fault", "2", "4310")

@@ -64,7 +64,7 @@ def test_smoothing_makes_ramps_of_jumps_in_speed():
 # -- cyclic ---------------------------------------------------------------------------------------
 
 
-def test_targets_come_with_every_sync_and_never_leap():
+def test_targets_come_with_every_sync_and_never_jump():
     rig = Rig().ready()
     began_s, before = rig.now_s, rig.positions
     assert rig.along(*LINE) == Done()
@@ -87,7 +87,7 @@ def test_the_motors_keep_in_proportion_all_the_way():
     assert (rig.positions - before)[:2] == (12_000, -6000)
 
 
-def test_a_drive_that_stands_while_others_turn_is_told_its_target_too_or_it_might_run_on():
+def test_a_drive_that_stands_while_others_turn_gets_its_target_too():
     rig = Rig({}, hold_after_loss="extrapolate").ready()
     before = rig.positions
     apart = (MoveBy(steps(0, -3000), 20_000.0), MoveBy(steps(6000, 0), 20_000.0))
@@ -95,7 +95,7 @@ def test_a_drive_that_stands_while_others_turn_is_told_its_target_too_or_it_migh
     assert rig.positions == before + steps(30_000, -15_000)
 
 
-def test_a_host_that_is_late_slows_down_and_does_not_leap():
+def test_a_late_host_slows_down_and_does_not_jump_ahead():
     rig = Rig().ready()
     began_s = rig.now_s
     rig.begin(MoveAlong(iter(LINE), 0.3))
@@ -108,7 +108,7 @@ def test_a_host_that_is_late_slows_down_and_does_not_leap():
     assert rig.controller.underruns
 
 
-def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
+def test_the_motion_waits_for_a_drive_that_is_silent_for_a_moment():
     rig = Rig().ready()
     before = rig.positions
     rig.begin(MoveAlong(iter(LINE), 0.3))
@@ -153,7 +153,7 @@ def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few
 
 @pytest.mark.parametrize("fault", ["alone", "mute"])
 @pytest.mark.parametrize("lasts_s", [0.04, 0.08, 0.12, 0.15, 0.18, 0.25])
-def test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far(fault, lasts_s):
+def test_drives_that_were_cut_off_for_a_moment_do_not_jump_far(fault, lasts_s):
     """At most over what they were told, and did not hear, until that was noticed."""
     rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
@@ -200,12 +200,12 @@ def test_no_stop_takes_the_current_away(hard):
         assert all(node.motor.holding for node in rig.device.board.nodes)
 
 
-def test_who_lets_go_has_the_arm_slow_down_on_its_way():
+def test_a_released_jog_slows_down_on_its_path():
     rig = Rig().ready()
-    before, let_go = rig.positions, [False]
-    rig.begin(MoveAlong(iter(LINE * 4), 1.0, let_go=lambda: let_go[0]))
+    before, released = rig.positions, [False]
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0, released=lambda: released[0]))
     rig.run(0.5)
-    let_go[0] = True
+    released[0] = True
     there = rig.positions[0]
     assert rig.finish() == Halted()
     base, shoulder, *_ = rig.positions - before
@@ -262,7 +262,7 @@ def test_bursts_by_profile_position_begin_and_arrive_together(options):
     assert {node.states.mode for node in rig.device.board.nodes} == {OperationMode.PROFILE_POSITION}
 
 
-def test_a_burst_lasts_as_long_as_is_said():
+def test_a_burst_lasts_as_long_as_announced():
     rig = Rig({"strategy": "profile"}).ready()
     rig.do(ReadPosition())
     began_s = rig.now_s
@@ -299,14 +299,14 @@ def test_homing_by_a_method_of_the_arm_file_counts_from_the_home():
     assert rig.do(ReadPosition()).positions[:2] == (12_000, -6000)
 
 
-def test_a_homing_that_fails_is_told():
+def test_a_homing_that_fails_is_reported():
     rig = Rig({"homing_methods": (1,) * 6}).ready()
     reply = rig.do(HomeDevice(((0,),)))
     assert isinstance(reply, RequestRejected)
     assert "drive 1 (base)" in reply.reason
 
 
-def test_settings_that_differ_are_told_with_the_line_that_mends_them():
+def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     rig = Rig({"encoder_increments": 4096})
     told = rig.do(ReadSettings())
     assert isinstance(told, DeviceSettings)
@@ -327,7 +327,7 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
         rig.do(MendSetting(line))
 
 
-def test_who_falls_silent_stops_within_what_is_said():
+def test_a_program_that_falls_silent_stops_the_arm_within_the_announced_time():
     rig = Rig({}, hold_after_loss="extrapolate").ready()
     rig.begin(MoveAlong(iter(LINE * 8), 5.0))
     rig.run(0.5)

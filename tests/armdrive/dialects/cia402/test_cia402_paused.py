@@ -49,7 +49,7 @@ WAITED_IN = (*WHILE_NOT_HEARD, MUTE_S + 0.005)
 
 
 @pytest.mark.parametrize("pause_s", [*JUST_BEFORE, *WHILE_NOT_HEARD, *JUST_HEARD])
-def test_it_stands_within_what_is_said_and_goes_on_when_it_is_resumed(pause_s):
+def test_a_paused_arm_stands_within_the_announced_time_and_resumes(pause_s):
     pause = Pause(pause_s)
     rig, stood = pause.rig, pause.rig.positions
     assert stood != pause.before
@@ -63,7 +63,7 @@ def test_it_stands_within_what_is_said_and_goes_on_when_it_is_resumed(pause_s):
     assert not waits or rig.positions == pause.before + steps(20_000, -10_000)
 
 
-def test_a_line_on_which_drives_are_heard_now_and_then_moves_nothing_later():
+def test_drives_that_answer_now_and_then_in_a_pause_do_not_move():
     pause = Pause(0.08)
     rig, stood = pause.rig, pause.rig.positions
     for turn in range(40):
@@ -82,7 +82,7 @@ def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
     assert not rig.alerts()
 
 
-def test_a_drive_that_falls_silent_in_such_a_pause_is_told():
+def test_a_drive_that_falls_silent_in_such_a_pause_is_reported():
     pause = Pause(0.08)
     pause.rig.device.board.drives.mute(2, True)  # counted from 0
     reply = pause.rig.finish()
@@ -101,7 +101,7 @@ def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free
     reply = rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 1 (base) is at" in reply.reason
-    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ASTRAY]
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.OFF_PATH]
     rig.twin.world.stalled.clear()
     rig.check_stands(1.0)
 

@@ -100,7 +100,7 @@ def test_a_referenced_arm_whose_homing_was_stopped_is_suspect():
     assert arm.status.trust_reason == Evidence.HOMING_FAILED.value
 
 
-def test_drives_as_they_are_shipped_are_one_id_and_that_is_said():
+def test_new_drives_that_share_one_id_are_reported():
     with pytest.raises(DeviceFault, match="id"):
         driven(arm_config("mks"), factory=True)
 
@@ -128,7 +128,7 @@ def test_a_mode_that_is_still_wrong_after_a_reset_keeps_the_arm_from_moving():
         ),
     ],
 )
-def test_what_ended_a_motion_is_said(reply, evidence, words):
+def test_the_reason_why_a_motion_ended_is_reported(reply, evidence, words):
     assert _evidence(reply) is evidence
     assert words in _refused_words(reply)
 

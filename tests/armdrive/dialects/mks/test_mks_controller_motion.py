@@ -79,7 +79,7 @@ GENTLE = settings(max_examples=6, deadline=None, phases=(Phase.generate,), deran
 
 @GENTLE
 @given(st.lists(st.tuples(*[st.integers(-9000, 9000)] * 6).filter(any), min_size=1, max_size=3))
-def test_whatever_the_way_it_ends_there_and_is_nowhere_left_far(ways):
+def test_every_path_is_followed_to_its_end(ways):
     bench = MksBench().ready()
     moves = [move for way in ways for move in ramped(way)]
     began_s, at, time_s = bench.now_s, Motors([0] * 6), 0.0
@@ -207,7 +207,7 @@ def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
 
 @pytest.mark.parametrize("hard", [False, True])
 @pytest.mark.parametrize("after_s", [0.05, 0.33, 0.71])
-def test_a_stop_ends_it_within_the_bound_and_tells_where(hard, after_s):
+def test_a_stop_ends_the_motion_within_the_bound_and_reports_where(hard, after_s):
     bench = MksBench().ready()
     bench.begin(along(straight(30)))
     bench.run(after_s)
@@ -222,10 +222,10 @@ def test_a_stop_ends_it_within_the_bound_and_tells_where(hard, after_s):
     assert bool(requests(bench, mks.EmergencyStop)) == hard
 
 
-def test_a_jog_that_is_let_go_of_stops():
+def test_a_jog_that_is_released_stops():
     bench = MksBench().ready()
     held = [True]
-    bench.begin(along(straight(50), jog=True, let_go=lambda: not held[0]))
+    bench.begin(along(straight(50), jog=True, released=lambda: not held[0]))
     bench.run(0.5)
     held[0] = False
     assert bench.finish() == Halted()
@@ -264,13 +264,13 @@ FAULTS = {
     "falls silent": (lambda bench: setattr(bench.node(2), "mute", True),
                      None, r"drive 2 \(shoulder\)"),
     "is blocked": (lambda bench: bench.node(3).block(),
-                   AlertKind.ASTRAY, r"drive 3 \(elbow\)"),
+                   AlertKind.OFF_PATH, r"drive 3 \(elbow\)"),
     "stalls and lets go": (lambda bench: bench.node(2).stall(),
                            AlertKind.SWITCHED_OFF, r"drive 2 \(shoulder\) has stalled"),
     "is reset": (lambda bench: bench.node(1).reset(),
                  AlertKind.RESTARTED, r"drive 1 \(base\)"),
     "is in another mode": (lambda bench: bench.node(5).set_mode(mks.Mode.PULSE_FOC),
-                           AlertKind.ASTRAY, r"drive 5 \(left wrist\) is in mode 2"),
+                           AlertKind.OFF_PATH, r"drive 5 \(left wrist\) is in mode 2"),
     "reaches a limit switch": (reach_a_switch, AlertKind.ALARM_LOST,
                                r"drive 1 \(base\) has run into a limit switch"),
 }  # fmt: skip
@@ -304,7 +304,7 @@ def test_disabled_motors_are_not_moved():
     assert bench.positions == Motors([0] * 6)
 
 
-def test_a_target_beyond_what_can_be_said_is_refused():
+def test_a_target_that_cannot_be_expressed_is_refused():
     bench = MksBench(starts=(mks.TARGET_MAX - 100, 0, 0, 0, 0, 0)).ready()
     reply = bench.do(along(straight(2)))
     assert isinstance(reply, RequestRejected)
@@ -331,7 +331,7 @@ def test_a_burst_ends_where_it_should_in_the_time_that_was_announced(firmware):
     assert bench.now_s - began_s < lasts_s + 0.15
 
 
-def test_with_the_synchronous_start_all_begin_at_once_and_it_is_said_twice():
+def test_the_synchronous_start_is_sent_twice_and_starts_all_drives_at_once():
     bench = MksBench(settings=BURSTS).ready()
     bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
     went = [frame for _, frame in bench.sent if frame.can_id == mks.BROADCAST]
@@ -366,7 +366,7 @@ def test_a_burst_strays_no_further_than_announced(steps, rate_hz, firmware):
             assert abs(at - share * way) <= most + math.ceil(abs(way) * 0.02) + 2
 
 
-def test_an_order_of_a_burst_that_was_lost_is_said_again_as_it_was():
+def test_a_lost_order_of_a_burst_is_repeated_unchanged():
     bench = bursting((1, 0, 4))
     said = []
 
@@ -381,7 +381,7 @@ def test_an_order_of_a_burst_that_was_lost_is_said_again_as_it_was():
     assert len(set(said)) == 1
 
 
-def test_a_burst_that_is_let_go_of_before_it_begins_is_not_made():
+def test_a_burst_that_is_released_before_it_begins_is_not_sent():
     bench = MksBench(settings=BURSTS).ready()
     assert bench.do(MoveBy(Motors((900, 0, 0, 0, 0, 0)), 3000, lambda: True)) == Halted()
     assert bench.positions == Motors([0] * 6)

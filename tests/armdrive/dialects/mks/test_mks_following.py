@@ -1,6 +1,6 @@
-"""A drive seen off its way: who was only late is not blamed; who is blocked, lags or is weak is.
+"""A drive off its path: one that is only late is not blamed; one that is blocked or weak is.
 
-One drive that lags while the others go on leads the arm off its way. Drives that are all late do
+One drive that lags while the others go on leads the arm off its path. Drives that are all late do
 not.
 """
 
@@ -64,7 +64,7 @@ def run_until_told(bench):
     [(3000, 0.1, 0.02), (3000, 0.15, 0.2), (9000, 0.11, 0.02), (9000, 0.15, 0.1),
      (9000, 0.15, 0.2)],
 )  # fmt: skip
-def test_one_that_is_behind_and_goes_on_is_waited_for(speed, for_s, poll_s):
+def test_the_motion_waits_for_a_drive_that_is_behind_and_makes_progress(speed, for_s, poll_s):
     way = (speed, -speed // 3, 0, 0, 0, 0)
     bench = moving(straight(20, way), 0.5, 0.3, poll_s=poll_s)
     block(bench, 1)  # then it springs to where its drive wants it
@@ -79,14 +79,14 @@ def test_one_that_is_behind_and_goes_on_is_waited_for(speed, for_s, poll_s):
     [0.02, 0.03, 0.1, 0.2],
     [0.3, 0.33, 0.36, 0.4],
 )
-def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, after_s):
+def test_a_blocked_shaft_is_reported_within_the_documented_time(counts_s, poll_s, after_s):
     way = (counts_s // 10, 0, 0, 0, 0, 0)
     bench = moving(straight(40, way), after_s, 0.3, poll_s=poll_s)
     block(bench, 1)
     began_s = bench.now_s
     run_until_told(bench)
     (alert,) = bench.alerts()
-    assert alert.kind is AlertKind.ASTRAY
+    assert alert.kind is AlertKind.OFF_PATH
     assert "drive 1 (base)" in alert.text
     behind_s = CORRIDOR / counts_s + MAX_DELAY_S
     assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
@@ -102,14 +102,14 @@ def test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause(counts_s, afte
     block(bench, 4)
     began_s = bench.now_s
     bench.at_s[began_s + paused_s] = lambda: paused.append(True)
-    check_blamed(bench, "drive 4 (right wrist)", AlertKind.ASTRAY)
+    check_blamed(bench, "drive 4 (right wrist)", AlertKind.OFF_PATH)
     found_s = MAX_DELAY_S + STANDING_S + 2.0 * REST / abs(counts_s) + 2.0 * POLL_S
     assert bench.now_s - began_s <= found_s + RELIEVED_S
     bench.node(4).free()
     bench.check_stands()
 
 
-def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
+def test_a_blocked_shaft_is_reported_although_its_path_comes_back_halfway():
     there, back = (9000, 0, 0, 0, 0, 0), (-3000, 0, 0, 0, 0, 0)
     bench = moving(segments(*([there] * 5 + [back] * 10)), 0.2, 0.3)
     block(bench, 1)
@@ -119,7 +119,7 @@ def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
 
 
 @pytest.mark.parametrize("counts", [-60_000, 60_000])
-def test_a_drive_that_keeps_its_distance_and_is_far_off_is_told_of(counts):
+def test_a_drive_that_stays_far_off_its_path_is_reported(counts):
     bench = moving(straight(20, FAST), 0.5, 0.3)
     began_s = bench.now_s
     bench.node(1).load(counts)
@@ -154,9 +154,7 @@ def beside(bench, way):
 
 @pytest.mark.parametrize("share", [0.2, 0.3, 0.4, 0.8])
 @pytest.mark.parametrize("speed", [3000, 9000])
-def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of_or_not(
-    speed, share
-):
+def test_a_slow_drive_never_leads_the_arm_far_off_its_path(speed, share):
     way = (speed, -speed, 0, 0, 0, 0)
     bench = weakened(straight(40, way), share)
     worst = 0.0
@@ -168,19 +166,17 @@ def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of
     noticed = speed * 10 * (1.0 - share) * (CONFIRMING_LOOKS + 1) * POLL_S
     assert worst <= CORRIDOR + speed * 10 * MAX_DELAY_S + noticed
     if share < 0.8:
-        check_blamed(bench, kind=AlertKind.ASTRAY)
+        check_blamed(bench, kind=AlertKind.OFF_PATH)
 
 
 @in_pairs("speed, share, count", [-9000, 3000, 9000], [0.5, 0.6, 0.7], [12, 40])
-def test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_its_way(
-    speed, share, count
-):
+def test_a_drive_that_is_too_slow_for_half_a_second_is_reported(speed, share, count):
     bench = weakened(straight(count, (speed, -speed, 700, 0, 0, 0)), share)
-    check_blamed(bench, kind=AlertKind.ASTRAY)
+    check_blamed(bench, kind=AlertKind.OFF_PATH)
     assert bench.now_s < 0.5 + TOLD_S
 
 
-def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
+def test_a_drive_that_lags_a_little_arrives():
     bench = begun(straight(20, (9000, -9000, 0, 0, 0, 0)))
     weaken(bench, 1, 0.9)
     check_done(bench)
@@ -188,5 +184,5 @@ def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
 
 
 @pytest.mark.parametrize("acceleration", [100, 200, 252])
-def test_drives_with_gentle_ramps_are_late_together_and_well(acceleration):
+def test_drives_with_gentle_ramps_that_are_late_together_are_not_blamed(acceleration):
     check_done(begun(straight(20, (3000, -1500, 900, 0, 0, 0)), acceleration=acceleration))

@@ -28,7 +28,7 @@ def on_bus(*motors, **settings):
         ({"firmware": "1.0.4"}, "1.0.4", False),
     ],
 )
-def test_firmware_is_told_or_concluded_from_what_is_answered(settings, words, told):
+def test_firmware_is_reported_or_concluded_from_answers(settings, words, told):
     found = on_bus(0, **settings).script(firmware_of, (1,))[1]
     assert (str(found), found.reported) == (words, told)
     assert (found.read is None) is (words < "1.0.8")
@@ -51,7 +51,7 @@ def test_two_more_answers_than_questions_are_those_of_two_drives(asked, answered
     assert surplus.shared == ()
 
 
-def test_an_id_is_shared_for_whoever_asks():
+def test_a_shared_id_is_found_by_its_answers():
     bench = on_bus(0, 1, keeps_angle=True)
     bench.board.drives.set_id(1, 1)
     assert bench.script(is_shared, 1)

@@ -197,7 +197,7 @@ def test_a_serial_adapter_that_hangs_ends_a_motion_and_goes_on_when_it_is_well(b
 
 
 @needs_pty
-def test_an_adapter_that_closes_its_channel_and_never_says_so_is_opened_by_connecting_anew(bus):
+def test_an_adapter_that_closes_its_channel_silently_is_reopened_by_the_next_connection(bus):
     """A CANable's first firmware refuses no frame: what it drops looks like drives that are off."""
     device = bus.device
     with Arm.connect(bus.port, dialect="mks") as arm:

@@ -48,7 +48,7 @@ def test_the_other_motor_of_a_joint_is_not_left_running(number, hard):
 
 
 @pytest.mark.parametrize("hard", [False, True])
-def test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same(hard):
+def test_a_stop_is_repeated_although_answers_are_lost_too(hard):
     began, lost = [], []
 
     def loses(frame, host):
@@ -68,13 +68,13 @@ def test_a_drive_whose_stop_and_answers_are_lost_is_told_again_all_the_same(hard
 
 
 @pytest.mark.parametrize("hard", [False, True])
-def test_drives_that_brake_are_told_once(hard):
+def test_drives_that_brake_get_the_stop_once(hard):
     bench = stopping(hard=hard, loses=lambda *_: False)
     assert [len(stops_of(bench, number)) for number in (4, 5)] == [1, 1]
 
 
 @pytest.mark.parametrize("silent_s", [0.06, 0.1, 0.15])
-def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
+def test_a_late_drive_in_a_stop_near_zero_is_no_restart(silent_s):
     bench = MksBench(starts=(0, 50_000, 0, 0, 0, 0)).ready()
     bench.begin(along(straight(30, (1000, 3000, 0, 0, 0, 0))))
     bench.run(0.5)
@@ -85,7 +85,7 @@ def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
 
 @pytest.mark.parametrize("hard", [False, True])
 @pytest.mark.parametrize("lost_s", [0.01, 0.055, 0.105])
-def test_a_drive_that_hears_neither_stop_nor_question_is_told_until_it_does(lost_s, hard):
+def test_a_stop_is_repeated_until_the_drive_answers(lost_s, hard):
     began = []
 
     bench = MksBench(starts=(50_000,) * 6).ready()

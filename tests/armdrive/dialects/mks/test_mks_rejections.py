@@ -1,4 +1,4 @@
-"""MKS drives that take no orders any more: the whole arm stops soon, as motors can be coupled."""
+"""An MKS drive that rejects orders stops the whole arm soon, since motors can be coupled."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def apart(bench: MksBench) -> int:
 
 
 @pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31, 0.4, 0.47])
-def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s):
+def test_a_wrist_motor_that_rejects_orders_stops_the_other_one_at_once(after_s):
     bench = MksBench().ready()
     bench.at_s[bench.now_s + after_s] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC)
     reply = bench.do(along(straight(20, way=TOGETHER)))
@@ -37,7 +37,7 @@ def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s)
     assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
 
 
-def test_half_a_wrist_that_says_nothing_goes_on_with_the_other_half_until_it_is_found_to():
+def test_a_silent_wrist_motor_stops_the_other_one_once_it_is_mute():
     bench = begun(straight(20, way=TOGETHER), 0.3)
     bench.node(5).sim.port.mute = True
     farthest = 0
@@ -47,7 +47,7 @@ def test_half_a_wrist_that_says_nothing_goes_on_with_the_other_half_until_it_is_
     assert farthest <= SPEED * PERIOD_S
 
 
-def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
+def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_rejects_orders():
     """Its answers are lost for a while, and the arm is stopped meanwhile."""
     bench = MksBench().ready()
     bench.loses = lambda frame, host: not host and frame.can_id == 5 and frame.data[0] in WHY
@@ -62,7 +62,7 @@ def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_takes_no_orders():
     assert {1, 4} <= stopped
 
 
-def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():
+def test_an_unchanged_order_is_repeated():
     bench = MksBench().ready()
     at_60_rpm = Motors(12 * count for count in (8192, 0, 0, 8192, 8192, 0))
     bench.do(along([MoveBy(at_60_rpm, 16_384.0)]))
@@ -71,7 +71,7 @@ def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():
     assert at_s[-1] - at_s[0] > 5.0
 
 
-def test_a_burst_ends_soon_in_which_a_drive_takes_no_orders():
+def test_a_burst_ends_soon_if_a_drive_rejects_its_order():
     bench = MksBench(settings=BURSTS, firmware=(1, 0, 6)).ready()
     ways = Motors(8 * way for way in TOGETHER)
     bench.at_s[bench.now_s + 0.2] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC)
@@ -82,7 +82,7 @@ def test_a_burst_ends_soon_in_which_a_drive_takes_no_orders():
 
 
 @pytest.mark.parametrize("lost", [0, 1, 2])
-def test_a_word_that_an_order_began_may_be_lost(lost):
+def test_a_started_report_may_be_lost(lost):
     bench = MksBench().ready()
     count = [0]
 
@@ -99,7 +99,7 @@ def test_a_word_that_an_order_began_may_be_lost(lost):
 
 
 @pytest.mark.parametrize("first", ["refused", "taken"])
-def test_words_that_come_right_beside_each_other_are_of_one_order(first):
+def test_reports_that_come_together_are_of_one_order(first):
     denials = Rejections()
     then = {"refused": "taken", "taken": "refused"}[first]
     getattr(denials, first)(1.0)
@@ -107,7 +107,7 @@ def test_words_that_come_right_beside_each_other_are_of_one_order(first):
     assert denials.due_s > 1e9
 
 
-def test_a_failure_alone_is_a_denial_and_two_are_looked_into():
+def test_after_two_rejections_the_drive_is_examined():
     denials = Rejections()
     denials.taken(0.5)
     denials.refused(1.0)

@@ -1,4 +1,4 @@
-"""A shaft that is blocked while its drive stops: the drive pushes no more, and it is said."""
+"""A drive that pushes a blocked shaft as it stops is relieved, and reported."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def blocked_in_motion(motor):
 
 @pytest.mark.parametrize("motor", [2, 3])
 @pytest.mark.parametrize("again_s", [None, 0.02, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4])
-def test_a_blocked_shaft_does_not_spring_behind_an_emergency_stop(motor, again_s):
+def test_a_blocked_shaft_does_not_spring_back_after_an_emergency_stop(motor, again_s):
     """Alone, or `again_s` behind a stop: it may fall into what the first one does."""
     arm, handle = blocked_in_motion(motor)
     if again_s is not None:
@@ -78,7 +78,7 @@ def test_a_blocked_shaft_does_not_spring_behind_an_emergency_stop(motor, again_s
     assert (arm.twin.world.motors - stood).largest <= arm.config.device.rest_counts
 
 
-def test_what_pressed_against_a_stop_is_named_and_the_arm_works_again_once_it_was_looked_at():
+def test_a_drive_that_pressed_is_named_and_the_arm_works_again_afterwards():
     arm = stopped_while_blocked(1, after_s=0.0)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.trust is Trust.SUSPECT
@@ -92,7 +92,7 @@ def test_what_pressed_against_a_stop_is_named_and_the_arm_works_again_once_it_wa
     assert arm.twin.world.motors == arm.status.acknowledged
 
 
-def test_a_blocked_motion_that_is_ended_leaves_nothing_that_springs():
+def test_no_shaft_springs_back_after_a_blocked_motion():
     arm = ready()
     arm.twin.device.at(arm.pace.now_s() + 0.4, lambda: arm.twin.faults.add("stall", "2"))
     with pytest.raises(ArmError):
@@ -117,19 +117,19 @@ def stopped(bench, after_s=0.3):
 
 
 @pytest.mark.parametrize(("counts", "sent"), [(-700, True), (700, True), (5, False), (-8, False)])
-def test_only_who_is_off_by_more_than_rest_allows_is_told_to_stay(counts, sent):
+def test_only_a_drive_that_rests_too_far_off_is_relieved(counts, sent):
     bench = MksBench(starts=(50_000,) * 6).ready()
     asked_s = stopped(bench)
     bench.node(1).load(counts)
     assert isinstance(bench.finish(), Halted)
     orders = eased(bench, 1, asked_s)
     assert bool(orders) == sent
-    assert [alert.kind for alert in bench.alerts()] == [AlertKind.ASTRAY] * sent
+    assert [alert.kind for alert in bench.alerts()] == [AlertKind.OFF_PATH] * sent
     assert all(abs(order - bench.node(1).set_point) <= 1 for order in orders)
     assert not any(eased(bench, node, asked_s) for node in (2, 3, 4, 5, 6))
 
 
-def test_a_drive_that_pushes_whatever_it_is_told_is_told_once_and_not_followed_away():
+def test_a_drive_that_always_pushes_is_relieved_only_once():
     bench = MksBench(starts=(50_000,) * 6).ready()
     asked_s = stopped(bench)
     bench.node(1).load(-700)  # of a shaft that always load_errors so far behind
@@ -137,7 +137,7 @@ def test_a_drive_that_pushes_whatever_it_is_told_is_told_once_and_not_followed_a
     assert len(eased(bench, 1, asked_s)) == 1
 
 
-def test_a_drive_that_pushes_and_takes_no_order_is_said_to_push_still():
+def test_a_drive_that_pushes_and_rejects_its_relief_is_reported():
     bench = begun(straight(20), 0.3)
     bench.node(1).block()
     bench.run(0.02)
@@ -149,7 +149,7 @@ def test_a_drive_that_pushes_and_takes_no_order_is_said_to_push_still():
     assert "springs when it comes free" in text
 
 
-def test_a_drive_that_tells_no_error_of_its_angle_is_stopped_all_the_same():
+def test_a_drive_without_angle_error_is_stopped_too():
     bench = MksBench(starts=(50_000,) * 6).ready()
 
     def loses(frame, host):
@@ -161,14 +161,14 @@ def test_a_drive_that_tells_no_error_of_its_angle_is_stopped_all_the_same():
     assert not bench.alerts()
 
 
-def test_who_is_blocked_and_resting_far_off_is_told_of_once():
+def test_a_blocked_drive_that_rests_off_its_path_is_reported_once():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.node(1).block()
     assert isinstance(bench.do(along(straight(20))), RequestRejected)
     assert len(bench.alerts()) == 1
 
 
-def test_a_shaft_blocked_as_the_cable_was_pulled_does_not_spring_once_it_is_switched_on_again():
+def test_a_shaft_that_was_blocked_when_the_cable_was_pulled_is_relieved_by_enable():
     arm = ready()
     handle = arm.move_j(base_deg=60, speed=0.05, wait=False)  # its protection bears that
     arm.sleep(1.0)
@@ -190,7 +190,7 @@ def test_a_shaft_blocked_as_the_cable_was_pulled_does_not_spring_once_it_is_swit
 
 @pytest.mark.parametrize("asked", [SwitchOn(), ClearFault()], ids=["enable", "reset"])
 @pytest.mark.parametrize("counts", [-700, 700])
-def test_a_drive_that_pushes_when_the_arm_is_enabled_or_reset_is_told_once_to_stay(counts, asked):
+def test_enable_and_reset_relieve_a_drive_that_pushes_once(counts, asked):
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.node(2).load(counts)
     began_s = bench.now_s
@@ -204,13 +204,13 @@ def test_a_drive_that_pushes_when_the_arm_is_enabled_or_reset_is_told_once_to_st
 
 
 @pytest.mark.parametrize("asked", [SwitchOn(), ClearFault()], ids=["enable", "reset"])
-def test_who_does_not_push_is_told_no_motion_when_the_arm_is_enabled_or_reset(asked):
+def test_enable_and_reset_send_no_motion_to_a_drive_that_does_not_push(asked):
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.do(asked)
     assert not any(eased(bench, node, 0.0) for node in range(1, 7))
 
 
-def test_drives_without_current_are_told_no_motion_by_a_reset():
+def test_a_reset_sends_no_motion_to_drives_without_current():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.do(DropCurrent())
     bench.node(2).load(700)
@@ -218,7 +218,7 @@ def test_drives_without_current_are_told_no_motion_by_a_reset():
     assert not eased(bench, 2, 0.0)
 
 
-def test_a_reset_fails_where_a_drive_that_pushes_is_in_a_mode_that_cannot_be_told_to_stay():
+def test_a_reset_fails_if_a_drive_that_pushes_cannot_be_relieved():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.node(2).load(700)
     bench.node(2).set_mode(Mode.PULSE_FOC)

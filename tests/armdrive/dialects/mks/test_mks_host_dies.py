@@ -1,4 +1,4 @@
-"""A drive that has lost orders stands as soon as announced all the same, when its host dies."""
+"""If the host dies, a drive that has lost orders also stops as soon as announced."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def orders(from_s, to_s):
     [(0.2, 0.65), (0.3, 0.7), (0.45, 0.62), (0.5, 0.75)],
     [0, 1, 4],
 )
-def test_orders_that_were_lost_do_not_have_a_drive_go_on_for_longer(tail, lost, later_s):
+def test_a_drive_that_lost_orders_stops_as_soon_as_announced(tail, lost, later_s):
     moves = segments(*([FAST] * 5 + [SLOW] * tail))
     took_s, announced_s = stands_after_s(moves, orders(*lost), lost[1] + later_s)
     assert took_s <= announced_s + LOOK_S
 
 
-def test_a_slow_way_that_was_fast_before_is_no_longer_either():
+def test_a_slow_motion_after_a_fast_one_stops_as_soon_as_announced():
     moves = segments(*([(3000, -900, 0, 0, 0, 0)] * 3 + [(60, -20, 0, 0, 0, 0)] * 6))
     took_s, announced_s = stands_after_s(moves, orders(0.02, 0.4), 0.52)
     assert took_s <= announced_s + LOOK_S
@@ -63,7 +63,7 @@ def test_a_slow_way_that_was_fast_before_is_no_longer_either():
     [(0.35, 0.045), (0.39, 0.045), (0.45, 0.02)],
     [0.2, 0.3, 0.4],
 )
-def test_nor_do_those_of_a_drive_whose_readings_are_lost_as_well(count, dies, read_s):
+def test_a_drive_that_lost_orders_and_readings_stops_as_soon_as_announced(count, dies, read_s):
     """One reading shows that it stands, but not whether it has begun since."""
     lost_s, later_s = dies
 

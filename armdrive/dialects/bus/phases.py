@@ -13,32 +13,9 @@ from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import (
-    ClearFault,
-    DropCurrent,
-    HomeDevice,
-    MendSetting,
-    MoveAlong,
-    MoveBy,
-    ReadPosition,
-    ReadSettings,
-    SwitchOn,
-    never,
-)
+from armdrive.tasks import never
 
 H = TypeVar("H")
-BUS_REQUESTS = (
-    MoveBy,
-    MoveAlong,
-    HomeDevice,
-    ReadPosition,
-    ReadSettings,
-    MendSetting,
-    SwitchOn,
-    DropCurrent,
-    ClearFault,
-)
-"""The requests that drives on a bus carry out."""
 
 
 class Phase(Enum):
@@ -47,9 +24,9 @@ class Phase(Enum):
     MOVING = "moving"
     """The drives receive one target after the other."""
     OUTAGE = "bus outage"
-    """No drive replies: each ends at its last target and gets no further one. When one replies
-    again, late replies are read first, then the position or state of every drive. If the arm is
-    paused meanwhile, this lasts until it resumes."""
+    """No drive replies, or drives may have missed this program's heartbeat and stopped: none gets a
+    further target, and each ends at its last one. Late replies are read first, then the position or
+    state of every drive. If the arm is paused meanwhile, this lasts until it resumes (MKS)."""
     ARRIVING = "arriving"
     """The drives have their final targets and complete the rest."""
     STOPPING = "stopping"
@@ -63,11 +40,11 @@ class Signal(Enum):
     """What has changed in a phase."""
 
     STOP = "a stop was requested, or a jog was released"
-    OUTAGE = "no drive has replied for a while, or one has replied again after that"
+    OUTAGE = "no drive has replied for a while, one replies again, or a heartbeat may be missing"
     TROUBLE = "a drive does not follow its orders, or does not reply"
     REJECTED = "a drive reports that it rejects an order"
     ALL_SENT = "the final targets have been sent"
-    LOCATED = "every drive's position and speed are known, and the arm is not paused"
+    LOCATED = "every drive's position and speed are known, or its state can be read"
     SHORT = "a drive stands short of its target: its order may have been lost"
     OUT_OF_RANGE = "a target cannot be expressed"
     ARRIVED = "all drives stand at their targets"
@@ -81,7 +58,7 @@ class Act(Enum):
     NOTHING = "nothing"
     STOP = "send the stop"
     STOP_HARD = "send the stop, without a ramp"
-    EXPLAIN = "send the stop, then find out what is wrong and report it"
+    EXPLAIN = "send the stop, find out what is wrong, and report it"
     REPEAT = "send the order again"
     RESUME = "continue from where the drives are, leaving nothing out"
     HOLD = "have each drive hold where it stands"
@@ -135,16 +112,16 @@ def run_phases(
     phase: Phase,
     stages: Stages,
     acts: Acts,
-    let_go: Callable[[], bool] = never,
+    released: Callable[[], bool] = never,
 ) -> Generator[float, H | None, None]:
     """Lead the drives from a phase through all that follow, until the motion has ended.
 
-    A stop goes first, in every phase: before the stage is asked what else has changed. `let_go`
+    A stop goes first, in every phase: before the stage is asked what else has changed. `released`
     tells whether the motion is a jog that was released, which is a stop too.
     """
     stage = stages[phase]()
     while phase is not Phase.ENDED:
-        row = TABLE.get((phase, Signal.STOP)) if io.stop_asked or let_go() else None
+        row = TABLE.get((phase, Signal.STOP)) if io.stop_asked or released() else None
         if row is None and (signal := stage.signal(io.now_s)) is not None:
             row = TABLE.get((phase, signal))
         if row is None:

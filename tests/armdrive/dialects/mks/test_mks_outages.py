@@ -1,4 +1,4 @@
-"""A bus that stands still for tenths of a second in motion: no drive is to blame, all go on."""
+"""A bus outage of some tenths of a second in motion blames no drive, and the motion continues."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def moving(after_s, moves=None):
 
 
 @in_pairs("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
-def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
+def test_a_long_outage_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
     bench = moving(after_s)
     bench.delay_frames(for_s, sides)
     reply = bench.finish()
@@ -48,7 +48,7 @@ def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_
 
 
 @pytest.mark.parametrize("sides", [BOTH, ORDERS])
-def test_while_nobody_is_heard_nobody_is_sent_on(sides):
+def test_no_target_is_sent_during_an_outage(sides):
     """Nor while drives only say that they have come to their last targets, as all of them do."""
     bench = moving(0.5, straight(20, (6000, -3000, 1500, 600, 700, 300)))
     bench.delay_frames(0.8, sides)
@@ -63,7 +63,7 @@ CORNER = segments(*([(6000, 3000, 0, 0, 0, 0)] * 8 + [(-6000, 3000, 0, 0, 0, 0)]
 
 
 @in_pairs("after_s, for_s, sides", [0.55, 0.7], [0.2, 0.7], ALL_SIDES)
-def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
+def test_the_motion_continues_from_where_the_drives_are_and_cuts_no_corner(after_s, for_s, sides):
     bench = moving(after_s, CORNER)
     corners, at = [(0.0, Motors(FAR_FROM_ZERO))], Motors(FAR_FROM_ZERO)
     for number, move in enumerate(CORNER):
@@ -80,14 +80,14 @@ def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
     assert worst < 5000  # of 48000 each way: a drive waits at the corner while the other goes on
 
 
-def test_a_stop_in_the_middle_of_it_ends_the_motion():
+def test_a_stop_during_an_outage_ends_the_motion():
     bench = moving(0.5)
     bench.delay_frames(0.5)
     bench.run(0.3)
     check_halted(bench)
 
 
-def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
+def test_a_drive_that_is_blocked_during_an_outage_is_found():
     bench = moving(0.3)
     bench.delay_frames(0.4)
     bench.node(3).block()
@@ -96,9 +96,7 @@ def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
 
 
 @in_pairs("start, dead_s, after_s", [50_000, -2000, 900, 0], [0.15, 0.3, 0.7], [0.1, 0.3, 0.55])
-def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
-    after_s, dead_s, start
-):
+def test_a_supply_of_all_drives_that_fails_for_a_moment_is_no_outage(after_s, dead_s, start):
     way = (6000, 3000, 1500, 0, 700, 20) if abs(start) > 2000 else (2500, 400, 0, 0, 0, 0)
     bench = MksBench(starts=(start,) * 6).ready()
     bench.begin(along(straight(20, way)))
@@ -132,7 +130,7 @@ def slowed(late_s, after_s, settings):
 
 
 @in_pairs("late_s, after_s, settings", [0.065, 0.08, 0.09], [0.0, 0.5], SLOW_SETTINGS)
-def test_answers_that_always_take_less_than_a_tenth_of_a_second_are_no_outage(
+def test_replies_that_always_take_less_than_a_tenth_of_a_second_end_no_motion(
     late_s, after_s, settings
 ):
     bench = slowed(late_s, after_s, settings)
@@ -154,7 +152,7 @@ def test_a_motion_on_a_bus_that_is_always_slower_ends_by_itself_and_blames_no_dr
 
 
 @pytest.mark.parametrize("late_s", [0.15, 0.25, 0.4])
-def test_a_bus_that_is_too_slow_is_called_so(late_s):
+def test_a_bus_that_is_too_slow_is_named(late_s):
     reply = slowed(late_s, 0.5, {}).finish()
     assert isinstance(reply, RequestRejected)
     assert "the bus is too slow for this arm: answers take more than 0.1 s" in reply.reason
@@ -179,7 +177,7 @@ def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
 
 @SIDES
 @pytest.mark.parametrize("after_s", [0.15, 0.3, 0.45])
-def test_who_pauses_meanwhile_has_the_arm_stand_and_go_on_when_it_is_resumed(sides, after_s):
+def test_an_arm_that_is_paused_during_an_outage_stands_until_it_resumes(sides, after_s):
     bench, paused = paused_in_a_hold_up(sides, after_s=after_s)
     bench.check_stands(3.0)
     assert bench.controller.busy
@@ -188,13 +186,13 @@ def test_who_pauses_meanwhile_has_the_arm_stand_and_go_on_when_it_is_resumed(sid
     assert (bench.positions - Motors(50_000 + 20 * each for each in WAY)).largest <= 8
 
 
-def test_nothing_moves_from_the_pause_on_where_answers_alone_were_late():
+def test_nothing_moves_during_a_pause_if_only_replies_were_late():
     bench, _ = paused_in_a_hold_up(ANSWERS, for_s=0.8, after_s=0.5)
     orders = [at_s for at_s, frame in bench.sent if frame.data[0] == 0xF5]
     assert max(orders) < bench.now_s - 0.8
 
 
-def test_one_that_is_turned_in_such_a_pause_ends_the_motion():
+def test_a_drive_that_is_turned_in_such_a_pause_ends_the_motion():
     bench, _ = paused_in_a_hold_up(ANSWERS)
     bench.node(2).load(300)
     check_blamed(bench, "drive 2 (shoulder)")
@@ -209,7 +207,7 @@ def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
     assert not bench.alerts()
 
 
-def test_a_bus_that_falls_silent_in_such_a_pause_is_told():
+def test_a_bus_that_falls_silent_in_such_a_pause_is_reported():
     bench, _ = paused_in_a_hold_up(ANSWERS)
     bench.loses = lambda *_: True
     assert isinstance(bench.finish(), Timeout)

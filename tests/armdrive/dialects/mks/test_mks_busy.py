@@ -1,4 +1,4 @@
-"""A busy computer: what drives have answered in time and was read late is heard all the same."""
+"""A busy computer: replies that came in time and are read late still count."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ STARTS = (0, 100, -200, 4000, 5, 16384)
 
 @pytest.mark.parametrize("every_s", [0.04, 0.06, 0.2])
 @pytest.mark.parametrize("request_", [ReadPosition(), SwitchOn()])
-def test_a_program_that_is_always_late_hears_all_drives(every_s, request_):
+def test_a_program_that_is_always_late_reads_all_replies(every_s, request_):
     bench = MksBench(starts=STARTS)
     bench.begin(request_)
     for _ in range(40):
@@ -87,7 +87,7 @@ def comes_through(moves, late, for_s, after_s, **begins):
     [0.12, 0.14, 0.2, 0.3, 0.45],
     [0.0, 0.01, 0.31, 0.42, 1.9],
 )
-def test_a_bus_or_a_program_that_stands_still_for_a_moment_blames_no_drive(late, for_s, after_s):
+def test_a_short_outage_of_bus_or_program_blames_no_drive(late, for_s, after_s):
     comes_through(straight(20), late, for_s, after_s)
 
 
@@ -105,7 +105,7 @@ LATE = [
 
 
 @pytest.mark.parametrize(("moves", "late", "for_s", "after_s", "begins"), LATE)
-def test_nor_in_motions_of_other_kinds(moves, late, for_s, after_s, begins):
+def test_a_short_outage_in_other_motions_blames_no_drive(moves, late, for_s, after_s, begins):
     comes_through(moves, late, for_s, after_s, **begins)
 
 
@@ -120,7 +120,7 @@ def test_a_burst_is_waited_for(for_s, late):
 
 
 @in_pairs("settings, watchdog_s, way", [{}, BURSTS], [0.0, 0.5], [9000, 60_000])
-def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, settings):
+def test_a_program_that_is_suspended_at_the_end_blames_no_drive(way, watchdog_s, settings):
     bench = MksBench(starts=FAR_FROM_ZERO, settings={**settings, "watchdog_s": watchdog_s}).ready()
     move = MoveBy(Motors((way, -3000, 0, 0, 0, 0)), 30_000.0)
     bench.begin(move if settings else along([move]))
@@ -156,9 +156,7 @@ RANDOM = [
 
 @pytest.mark.parametrize("seed", range(amount(6, 20)))
 @pytest.mark.parametrize(("ways", "well_s", "late_s", "lates"), RANDOM)
-def test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow(
-    seed, ways, well_s, late_s, lates
-):
+def test_repeated_delays_make_no_drive_seem_elsewhere_or_weak(seed, ways, well_s, late_s, lates):
     dice = random.Random(seed)
     bench = begun(segments(*ways(dice)))
     while bench.controller.busy and bench.now_s < 60.0:
@@ -167,7 +165,7 @@ def test_whoever_is_late_again_and_again_makes_no_count_leap_and_no_drive_slow(
     check_done(bench)
 
 
-def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
+def test_a_blocked_drive_is_found_although_the_program_was_late():
     bench = begun(straight(20), 0.3)
     bench.node(3).block()
     send_late(bench, 0.3)
@@ -192,7 +190,7 @@ def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():
     assert bench.controller.watched
 
 
-def test_an_answer_more_now_and_then_is_no_second_drive():
+def test_an_occasional_surplus_answer_is_no_second_drive():
     bench = MksBench(starts=STARTS)
     bench.say(pack(encode(2, EncoderRead(100))))
     assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
@@ -217,7 +215,7 @@ def test_one_late_answer_is_expected_for_each_question_that_was_given_up():
     assert not owed.takes(2, 0x31, 1.1)
 
 
-def test_nothing_is_late_for_ever():
+def test_a_late_reply_is_expected_for_a_bounded_time():
     owed = LateReplies()
     owed.give_up(2, 0x31, 1.0)
     assert not owed.takes(2, 0x31, 1.1 + LATE_REPLY_MAX_S)
@@ -225,7 +223,7 @@ def test_nothing_is_late_for_ever():
 
 @pytest.mark.parametrize("settings", [{}, BURSTS])
 @pytest.mark.parametrize("wire_s", [0.002, 0.005, 0.008])
-def test_a_slow_wire_is_no_oddity(wire_s, settings):
+def test_a_slow_wire_causes_no_warning(wire_s, settings):
     bench = MksBench(starts=(50_000,) * 6, settings=settings).ready()
     bench.heard.clear()
     bench.waits_s = lambda frame, host: wire_s * (frame.can_id if host else 1)
@@ -235,7 +233,7 @@ def test_a_slow_wire_is_no_oddity(wire_s, settings):
 
 
 @pytest.mark.parametrize("every_s", [0.07, 0.15])
-def test_a_program_that_is_late_now_and_then_finds_no_oddity(every_s):
+def test_a_program_that_is_sometimes_late_causes_no_warning(every_s):
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.heard.clear()
     bench.begin(along(straight(20, WAY)))
@@ -246,7 +244,7 @@ def test_a_program_that_is_late_now_and_then_finds_no_oddity(every_s):
     assert not oddities(bench)
 
 
-def test_an_answer_that_nobody_asked_for_is_told():
+def test_an_unexpected_answer_causes_a_warning():
     bench = MksBench().ready()
     bench.heard.clear()
     bench.say(*[pack(encode(2, EncoderRead(0)))] * 2)
@@ -254,7 +252,7 @@ def test_an_answer_that_nobody_asked_for_is_told():
     assert any("drive 2 answered twice" in text for text in oddities(bench))
 
 
-def test_one_failure_beside_a_new_target_is_the_old_one_and_stops_no_steering():
+def test_a_failed_report_next_to_a_new_target_belongs_to_the_old_one():
     bench = MksBench(starts=(50_000,) * 6).ready()
     bench.heard.clear()
     began_s = bench.now_s
