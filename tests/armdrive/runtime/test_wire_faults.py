@@ -72,12 +72,18 @@ def moved_and_looked(arm):
     return arm
 
 
-@pytest.mark.parametrize("skip", [0, 1, 2])
-@pytest.mark.parametrize("start", [b"1", b"-", b""], ids=["status", "registers", "any"])
+MESSAGES = [
+    *(("back", start, skip) for start in (b"1", b"-", b"") for skip in (0, 1, 2)),
+    *(("to", start, skip) for start in (b"@STEP", b"@READ") for skip in (0, 1, 3)),
+]
+"""Answers and commands: the direction, how the message begins, and how many of them go before."""
+
+
+@pytest.mark.parametrize(("direction", "start", "skip"), MESSAGES)
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-def test_a_disturbed_answer_is_survived_or_found_out(change, start, skip):
+def test_a_disturbed_message_is_survived_or_found_out(change, direction, start, skip):
     arm = ready_arm()
-    arm.twin.link.back.append(Rule(start, change, skip=skip))
+    getattr(arm.twin.link, direction).append(Rule(start, change, skip=skip))
     moved_and_looked(arm)
     if arm.status.state is State.ERROR_STOP:
         moved = arm.twin.world.motors
@@ -129,18 +135,6 @@ def test_a_motion_that_is_answered_by_no_leaves_a_suspect_position():
         arm.move_j(base_deg=2.0)
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.trust_reason == Evidence.MOTION_REFUSED.value
-
-
-@pytest.mark.parametrize("skip", [0, 1, 3])
-@pytest.mark.parametrize("start", [b"@STEP", b"@READ"])
-@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-def test_a_disturbed_command_is_survived_or_found_out(change, start, skip):
-    arm = ready_arm()
-    arm.twin.link.to.append(Rule(start, change, skip=skip))
-    moved_and_looked(arm)
-    if arm.status.state is State.ERROR_STOP:
-        arm.reset()
-    arm.move_motors(10, 0, 0, 0, 0, 0)
 
 
 @pytest.mark.parametrize("noise", [b"\x00\xff\x80", b"1\r", b"2\r", b"0\r", b"x" * 700 + b"\r"])
