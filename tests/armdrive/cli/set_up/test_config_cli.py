@@ -178,6 +178,7 @@ def test_what_is_no_file_is_said_as_in_the_list(call):
     [
         (PLAIN + "[park]\nx_mm = 900\ny_mm = 0\nz_mm = 0\npitch_deg = -90\n", "[park]"),
         (PLAIN + "[park]\nx_mm = 100\ny_mm = 0\nz_mm = -40\npitch_deg = -90\n", "below the table"),
+        ('model = "alpha2"\n', "motor steps of the"),
         (PLAIN + '[gripper]\nkind = "none"\n', "has 5 motors"),
         (
             PLAIN + "[homing.joints_deg]\nbase = 0\nshoulder = 170\nelbow = 0\nwrist_pitch = 0\n"
