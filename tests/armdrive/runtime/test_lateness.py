@@ -1,4 +1,4 @@
-"""How late deadlines are met: counted without a doubt, and shown where a person looks."""
+"""What is counted of a connection: how late deadlines are met, and what a wire has carried."""
 
 from faults import sim_arm
 from hypothesis import given

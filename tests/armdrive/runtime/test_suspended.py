@@ -1,4 +1,4 @@
-"""A program that stood still: its motion does not go on, and makes no arm slow."""
+"""A program that stood still: its motion does not go on, and what it was to say is not sent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The host's end: bytes of each command, and which line completes it."""
+"""The host's end: which messages can be built, their bytes, and which line completes each."""
 
 import pytest
 from armdroid_strategies import ANSWERS, events

@@ -1,4 +1,4 @@
-"""The states of a CiA 402 drive: the table, the drive that obeys it, and the ways through it."""
+"""CiA 402 drives: their words, the table of states, who obeys it, and the ways through it."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""An SDO client, and an SDO server, each by itself: what the other side's frames make of them."""
+"""SDO clients and servers: their frames, each end by itself, and both on good and bad buses."""
 
 import contextlib
 

@@ -1,4 +1,4 @@
-"""The bytes of every GRBL answer, both ways, and what is read with patience."""
+"""The bytes of every GRBL answer, both ways, and the events that a host makes of them."""
 
 from typing import get_args
 
