@@ -647,7 +647,7 @@ MUTANTS = (
         old="    FAULT = (0x4F, 0x08)",
         new="    FAULT = (0x4F, 0x48)",
         tests=tests_of(
-            "tests/firmware_protocol/canopen/test_canopen_drive_words.py",
+            "tests/firmware_protocol/canopen/test_canopen_drive.py",
             "test_a_statusword_tells_its_state",
         ),
     ),
