@@ -51,7 +51,8 @@ BYTE = whole_from(0, 255)
 
 def numbered(members: type[IntEnum]) -> Rule:
     """Return a rule that accepts members of an enumeration; its values must be consecutive."""
-    return lambda field, value: members(whole(field, value, min(members), max(members)))
+    low, high = min(members), max(members)
+    return lambda field, value: members(whole(field, value, low, high))
 
 
 def boolean(field: str, value: object) -> bool:

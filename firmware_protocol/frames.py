@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import re
 from binascii import crc_hqx
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from firmware_protocol.errors import BadField, whole
 from firmware_protocol.fields import boolean
@@ -30,22 +30,32 @@ _CRC_BEGIN = 0xFFFF
 _TEXT = r"([0-9A-F]{3}|[0-9A-F]{8})#(R[0-8]?|(?:[0-9A-F]{2}\.?){0,8})"
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """A classic CAN frame. Raises `BadField` for invalid fields."""
-
+class _FrameFields(NamedTuple):
     can_id: int
     data: bytes = b""
     extended: bool = False
     remote: bool = False
 
-    def __post_init__(self) -> None:
-        boolean("extended", self.extended)
-        boolean("remote", self.remote)
-        whole("can_id", self.can_id, 0, EXTENDED_ID_MAX if self.extended else STANDARD_ID_MAX)
-        most = 0 if self.remote else DATA_MAX
-        if not isinstance(self.data, bytes) or len(self.data) > most:
-            raise BadField("data", self.data, f"at most {most} bytes")
+
+class Frame(_FrameFields):
+    """A classic CAN frame.
+
+    A tuple, because a bus carries thousands a second, and tables of known frames need its hash.
+    """
+
+    __slots__ = ()
+
+    def __new__(
+        cls, can_id: int, data: bytes = b"", extended: bool = False, remote: bool = False
+    ) -> Frame:
+        """Make a frame. Raises `BadField` for invalid fields."""
+        boolean("extended", extended)
+        boolean("remote", remote)
+        whole("can_id", can_id, 0, EXTENDED_ID_MAX if extended else STANDARD_ID_MAX)
+        most = 0 if remote else DATA_MAX
+        if not isinstance(data, bytes) or len(data) > most:
+            raise BadField("data", data, f"at most {most} bytes")
+        return super().__new__(cls, can_id, data, extended, remote)
 
     def __str__(self) -> str:
         """Format as candump does: `123#01F6`, eight digits if extended, `123#R` if remote."""

@@ -23,9 +23,10 @@ KinematicsError            base class
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 
 class KinematicsError(ValueError):
@@ -83,33 +84,33 @@ class SingularTransmission(KinematicsError):
         )
 
 
-class UnknownPreset(KinematicsError):
-    """No preset arm has this name; `nearest` is the likeliest meant one, or None."""
+class _UnknownName(KinematicsError):
+    """Nothing of a kind has this name; `nearest` is the likeliest meant one, or None."""
+
+    kind = ""
 
     def __init__(self, name: str, names: Iterable[str]) -> None:
         self.name, self.nearest = name, _likeliest(name, names)
-        super().__init__(_none_named("preset arm", name, names, self.nearest))
+        hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        super().__init__(f"no {self.kind} is named {name!r}{hint} (there are {', '.join(names)})")
 
 
-class UnknownSystem(KinematicsError):
-    """No system of the textbook has this name; `nearest` is the likeliest meant one, or None."""
+class UnknownPreset(_UnknownName):
+    """No preset arm has this name."""
 
-    def __init__(self, name: str, names: Iterable[str]) -> None:
-        self.name, self.nearest = name, _likeliest(name, names)
-        super().__init__(_none_named("system", name, names, self.nearest))
+    kind = "preset arm"
 
 
-class UnknownFrame(KinematicsError):
-    """No frame of a graph has this name; `nearest` is the likeliest meant one, or None."""
+class UnknownSystem(_UnknownName):
+    """No system of the textbook has this name."""
 
-    def __init__(self, name: str, names: Iterable[str]) -> None:
-        self.name, self.nearest = name, _likeliest(name, names)
-        super().__init__(_none_named("frame", name, names, self.nearest))
+    kind = "system"
 
 
-def _none_named(kind: str, name: str, names: Iterable[str], nearest: str | None) -> str:
-    hint = f"; did you mean {nearest!r}?" if nearest else ""
-    return f"no {kind} is named {name!r}{hint} (there are {', '.join(names)})"
+class UnknownFrame(_UnknownName):
+    """No frame of a graph has this name."""
+
+    kind = "frame"
 
 
 def _likeliest(name: object, names: Iterable[str]) -> str | None:
@@ -306,12 +307,29 @@ def hand_angle(name: str, value: object, in_degrees: str = "") -> float:
     raise BadNumber(name, value, rule)
 
 
-def positive(name: str, value: float) -> float:
-    """Return a finite number above zero, or raise `KinematicsError` or `BadNumber`."""
-    number = finite(name, value)
+def positive(name: str, value: float, *, endless: bool = False) -> float:
+    """Return a number above zero, or raise `KinematicsError` or `BadNumber`.
+
+    It is finite, unless it may be `endless`.
+    """
+    number = value if endless and value == math.inf else finite(name, value)
     if number <= 0.0:
         raise KinematicsError(f"{name} must be more than 0, not {number}")
     return number
+
+
+def not_negative(name: str, value: object) -> float:
+    """Return a finite number of zero or more, or raise `KinematicsError` or `BadNumber`."""
+    number = finite(name, value)
+    if number < 0.0:
+        raise KinematicsError(f"{name} must not be less than 0, not {number}")
+    return number
+
+
+def check_fields(value: object, check: Callable[[str, Any], object], *names: str) -> None:
+    """Put what a check returns for some fields of a frozen value in their places."""
+    for name in names:
+        object.__setattr__(value, name, check(name, getattr(value, name)))
 
 
 def require(name: str, value: object, kind: type, example: str) -> None:

@@ -12,6 +12,9 @@ from kinematics.chains.assignment import tip_frame as tip_frame
 from kinematics.chains.assignment import zero_position as zero_position
 from kinematics.chains.chain import Chain as Chain
 from kinematics.chains.chain import JointViolation as JointViolation
+from kinematics.chains.chain import chain_of_rows as chain_of_rows
+from kinematics.chains.chain import rows_of as rows_of
+from kinematics.chains.chain import table_text as table_text
 from kinematics.chains.generated import Generated as Generated
 from kinematics.chains.generated import generated as generated
 from kinematics.chains.goals import Goal as Goal
@@ -41,9 +44,6 @@ from kinematics.chains.links import JointKind as JointKind
 from kinematics.chains.links import LinkType as LinkType
 from kinematics.chains.links import a_matrix as a_matrix
 from kinematics.chains.links import link_type as link_type
-from kinematics.chains.tables import chain_of_rows as chain_of_rows
-from kinematics.chains.tables import rows_of as rows_of
-from kinematics.chains.tables import table_text as table_text
 from kinematics.chains.urdf import urdf_of_chain as urdf_of_chain
 from kinematics.errors import BadNumber as BadNumber
 from kinematics.errors import FlatBasis as FlatBasis

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from enum import Enum
 from typing import Protocol
 
-from kinematics.errors import KinematicsError, finite, limit_sentence
+from kinematics.errors import KinematicsError, finite, limit_sentence, not_negative
 from kinematics.frames.rotations import Matrix3
 from kinematics.limits import JointRange, LimitViolation
 from kinematics.spaces import Joints, Pose
@@ -166,8 +166,7 @@ class ArmGeometry(Protocol):
 # A tool in the fingers: where its point is, seen from the finger tips.
 #
 # Lengths in mm, along the axes of the hand's frame (`closed_form`): `along` the hand, away from
-# the wrist; `up` from the hand's back where the roll is zero; `side` completes a right-handed
-# frame
+# the wrist; `up` from the hand's back where the roll is zero; `side` completes a right-handed frame
 # of up, side, along: for a hand that points outwards it is to the right.
 
 LONGEST_MM = 1000.0
@@ -193,8 +192,7 @@ class Tool:
                     f"tool.{each.name} is within {LONGEST_MM:g} mm either way, not {value:g}"
                 )
             object.__setattr__(self, each.name, value)
-        if self.radius_mm < 0.0:
-            raise KinematicsError(f"tool.radius_mm is 0 or more, not {self.radius_mm:g}")
+        not_negative("tool.radius_mm", self.radius_mm)
 
     def __bool__(self) -> bool:
         return any((self.along_mm, self.up_mm, self.side_mm))

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from kinematics.errors import JointLimit, KinematicsError, finite
+from kinematics.errors import JointLimit, KinematicsError, check_fields, finite
 
 LIMIT_TOLERANCE_RAD = 1e-7
 """How far beyond a limit an angle may lie and still be taken for the limit itself.
@@ -29,8 +29,7 @@ class JointRange:
     high_rad: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "low_rad", finite("low_rad", self.low_rad))
-        object.__setattr__(self, "high_rad", finite("high_rad", self.high_rad))
+        check_fields(self, finite, "low_rad", "high_rad")
         if self.low_rad > self.high_rad:
             raise KinematicsError(
                 f"a joint's low limit ({math.degrees(self.low_rad):.1f}°) must not lie above its "
@@ -163,9 +162,28 @@ def fitted(angle: float, low: float, high: float, seed: float) -> float:
     return turned if low <= turned <= high else math.inf
 
 
-# Postures spread evenly over the ranges of joints, to see what an arm reaches.
-
 Span = tuple[float, float]
+"""The lowest and the highest of a range."""
+
+
+def all_fitted(
+    angles: Sequence[float], spans: Sequence[Span], near: Sequence[float]
+) -> tuple[float, ...] | None:
+    """Return each angle on the turn within its range nearest to another, None where one has none.
+
+    Most angles are within their ranges and near already: two comparisons save a call.
+    """
+    found = []
+    for angle, (low, high), seed in zip(angles, spans, near, strict=True):
+        if not (low <= angle <= high and -math.pi < angle - seed < math.pi):
+            angle = fitted(angle, low, high, seed)
+            if angle == math.inf:
+                return None
+        found.append(angle)
+    return tuple(found)
+
+
+# Postures spread evenly over the ranges of joints, to see what an arm reaches.
 
 MOST_CORNERS = 256
 """Corners of the joint limits that are sampled: all of them, of up to eight joints."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, overload
 from kinematics.errors import (
     BadNumber,
     KinematicsError,
+    check_fields,
     finite,
     hand_angle,
     suggestion,
@@ -58,12 +59,10 @@ class Pose:
     yaw_rad: float | None = None
 
     def __post_init__(self) -> None:
-        for name in _LENGTHS:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
-        for name in _ANGLES:
-            object.__setattr__(self, name, hand_angle(name, getattr(self, name)))
+        check_fields(self, finite, *_LENGTHS)
+        check_fields(self, hand_angle, *_ANGLES)
         if self.yaw_rad is not None:
-            object.__setattr__(self, "yaw_rad", hand_angle("yaw_rad", self.yaw_rad))
+            check_fields(self, hand_angle, "yaw_rad")
 
     @classmethod
     def of(
@@ -124,6 +123,14 @@ _LENGTHS = ("x_mm", "y_mm", "z_mm")
 _ANGLES = ("pitch_rad", "roll_rad")
 _COORDINATES = (*_LENGTHS, *_ANGLES)
 """The coordinates of every pose; some arms add a yaw."""
+
+
+def refuse_yaw(pose: Pose) -> None:
+    """Raise `KinematicsError` for a pose with a yaw, which no arm of five joints can take."""
+    if pose.yaw_rad is not None:
+        raise KinematicsError(
+            "this arm has five joints: it cannot take a yaw, which follows from the position"
+        )
 
 
 @dataclass(frozen=True, slots=True)

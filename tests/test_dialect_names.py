@@ -78,11 +78,12 @@ def is_of_a_dialect(module: str) -> bool:
 
 
 def home(path: Path) -> set[str]:
-    """Return whose subpackage a file stands in, the codec of a dialect with it."""
+    """Return whose subpackage or module a file is, the codec of a dialect with it."""
     for package in PACKAGES:
-        inner = path.relative_to(ROOT).as_posix().removeprefix(f"{package}/").split("/")
-        if len(inner) > 1 and inner[0] in NAMES and path.is_relative_to(ROOT / package):
-            return {inner[0], CODEC_OF.get(inner[0], inner[0])}
+        if path.is_relative_to(ROOT / package):
+            name = path.relative_to(ROOT / package).parts[0].removesuffix(".py")
+            if name in NAMES:
+                return {name, CODEC_OF.get(name, name)}
     return set()
 
 

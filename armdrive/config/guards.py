@@ -14,8 +14,7 @@ from armdrive.errors import ArmFileError
 from armdrive.text.toml import TomlTable, joint_range, number, setting, text
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry
-from kinematics.guards.guards import AngleSum, Guards
-from kinematics.guards.links import link_names
+from kinematics.guards.guards import AngleSum, Guards, link_names
 from kinematics.guards.shapes import Box
 
 

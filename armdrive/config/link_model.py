@@ -40,10 +40,9 @@ from armdrive.text.toml import (
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.assignment import JointAxis, ZeroPosition, assign_frames, tip_frame
-from kinematics.chains.chain import Chain
+from kinematics.chains.chain import Chain, chain_of_rows
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.tables import chain_of_rows
-from kinematics.chains.urdf_reading import MOST_CHARACTERS, read_urdf
+from kinematics.chains.urdf import MOST_CHARACTERS, read_urdf
 from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import Transform, compose, transform, translation

@@ -157,9 +157,9 @@ def _stays_near(
         return False
     guards = core.config.model.guards.over(core.config.model.arm)
     on_the_way = (joints_between(here, there, look) for look in LOOKS)
-    if all(min(guards.room(joints)) >= stray_mm for joints in on_the_way):
+    if all(guards.room_mm(joints) >= stray_mm for joints in on_the_way):
         return True
-    return way_out and stray_mm <= WAY_OUT_MM and min(guards.room(here)) < 0.0
+    return way_out and stray_mm <= WAY_OUT_MM and guards.room_mm(here) < 0.0
 
 
 def strays_steps(core: Core, steps: Motors, rate_hz: float) -> tuple[float, ...]:

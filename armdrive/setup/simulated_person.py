@@ -8,7 +8,9 @@ from typing import Any
 
 from armdrive.dialog.conversation import About, AskPerson
 from armdrive.setup.directions import ArmMotion
-from armdrive.sim.device import DrivesOnBus, HasSwitches, SwitchState
+from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.device import HasSwitches
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.simulated_arm import SimulatedArm
 
 
@@ -67,7 +69,7 @@ class SimulatedPerson:
 
     def _plug(self, motor: int, *, on: bool) -> None:
         board: Any = self._twin.board
-        if isinstance(board, DrivesOnBus):
+        if isinstance(board, DrivesBoard):
             board.drives.plug(motor, on)
 
     def _press(self, motor: int, state: SwitchState) -> bool:

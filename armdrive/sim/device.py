@@ -13,12 +13,12 @@ import abc
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import partial
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import (
@@ -61,17 +61,6 @@ class Resettable(Protocol):
         """Restart the firmware. Whether position and motor current survive depends on the board."""
 
 
-class SwitchState(Enum):
-    """How a limit switch behaves."""
-
-    FREE = "free"
-    """Follows the arm; works normally."""
-    OPEN = "open"
-    """Stuck open: never reads as pressed."""
-    CLOSED = "closed"
-    """Stuck closed: always reads as pressed."""
-
-
 @runtime_checkable
 class HasSwitches(Protocol):
     """A board with one limit switch per axis."""
@@ -80,47 +69,9 @@ class HasSwitches(Protocol):
         """Make the switch of an axis (counted from 0) stick, or free it."""
 
 
-class DriveControls(Protocol):
-    """Controls for the single drives on a bus, counted from 0 like the motors."""
-
-    @property
-    def bits_s(self) -> int:
-        """The bit rate of the bus."""
-
-    def mute(self, drive: int, on: bool) -> None:
-        """Make a drive send nothing while it still receives and obeys, or let it send again."""
-
-    def plug(self, drive: int, on: bool) -> None:
-        """Connect or disconnect a drive's CAN cable.
-
-        A disconnected drive neither sends nor receives.
-        """
-
-    def power(self, drive: int, on: bool) -> None:
-        """Switch a drive's supply off, so that its load sags, or back on."""
-
-    def reset(self, drive: int) -> None:
-        """Restart a drive's firmware, even in motion."""
-
-    def set_id(self, drive: int, node: int) -> int:
-        """Change a drive's id, possibly to one in use; return the old id. Raises `BadRequest`."""
-
-    def set_mode(self, drive: int, mode: int) -> int:
-        """Change a drive's mode, as its own keys do; return the old mode. Raises `BadRequest`."""
-
-    def withhold_done(self, drive: int, on: bool) -> None:
-        """Suppress a drive's message that a motion is done, or allow it again."""
-
-
-class DrivesOnBus:
-    """The interface of a board that sends and receives packed frames."""
-
-    drives: DriveControls
-    """The controls for its drives."""
-
-
-class DriveErrors(Protocol):
-    """Faults for single drives that send error codes on their own."""
+@runtime_checkable
+class SaysEmergencies(Protocol):
+    """A board whose drives, counted from 0 like the motors, send error codes on their own."""
 
     def ail(self, drive: int, code: int) -> None:
         """Give a drive a fault. The drive fails until the fault is mended and then reset."""
@@ -130,14 +81,6 @@ class DriveErrors(Protocol):
 
     def warn(self, drive: int, code: int) -> None:
         """Make a drive send an error code and carry on."""
-
-
-@runtime_checkable
-class SaysEmergencies(Protocol):
-    """A board whose drives send error codes on their own."""
-
-    def errors(self) -> DriveErrors:
-        """Return the fault controls of its drives."""
 
 
 def lacks(board: Board, what: str) -> BadRequest:
@@ -452,12 +395,18 @@ _FLAGS |= {"no": False, "false": False, "off": False, "0": False}
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """One setting, of the same type as its default; `choices` lists the texts allowed."""
+    """One setting, of the same type as its default.
+
+    `choices` lists the values allowed; numbers without choices are within `bounds`, and with
+    `above` they are above the lower one.
+    """
 
     name: str
     default: Value
     summary: str
-    choices: tuple[str, ...] = ()
+    choices: tuple[Value, ...] = ()
+    bounds: tuple[float, float] = (-math.inf, math.inf)
+    above: bool = False
 
     def parse(self, text: str) -> Value:
         """Parse a value typed by a person. Raises `BadRequest`."""
@@ -484,8 +433,18 @@ class Option:
         if isinstance(value, float) and not math.isfinite(value):
             raise BadRequest(f"{self.name} must be finite")
         if self.choices and value not in self.choices:
-            raise BadRequest(f"{self.name} is one of {', '.join(self.choices)}, not {value!r}")
+            named = ", ".join(map(str, self.choices))
+            raise BadRequest(f"{self.name} is one of {named}, not {value!r}")
+        if not isinstance(value, str):
+            self._check_bounds(value)
         return value
+
+    def _check_bounds(self, value: float) -> None:
+        low, high = self.bounds
+        if not low <= value <= high or (self.above and value == low):
+            least = f"above {low:g} and at most" if self.above else f"from {low:g} to"
+            within = f"at least {low:g}" if math.isinf(high) else f"{least} {high:g}"
+            raise BadRequest(f"{self.name} is {within}, not {value:g}")
 
 
 class Options:

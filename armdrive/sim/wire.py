@@ -370,10 +370,14 @@ class PacedDevice:
     def advance(self, now_s: float) -> None:
         """Process everything that is due by now."""
         while (due_s := self._due_s()) < now_s:
-            self._exchange(due_s)
+            self.exchange(due_s)
         if now_s > self._advanced_s or due_s <= now_s:  # a host often reads and writes at one time
-            self._exchange(now_s)
-            self._advanced_s = now_s
+            self.exchange(now_s)
+
+    def exchange(self, now_s: float) -> None:
+        """Do what is due now. Nothing may have been due earlier."""
+        self._advanced_s = now_s
+        self._exchange(now_s)
 
     def next_s(self) -> float:
         """Return when something next happens on either side; infinity if nothing is pending."""

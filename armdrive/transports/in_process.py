@@ -68,7 +68,7 @@ class MemoryLink(Generic[L]):
             cut_off = not (self._plugged and self._connected) or self._closed
             if cut_off or self._line.readable_s() <= next_s:
                 break
-            self._line.advance(next_s)
+            self._line.exchange(next_s)
             if self._woken or self._line.trouble:
                 self._woken = False
                 break

@@ -69,6 +69,9 @@ class ByteLine(Protocol):
     def advance(self, now_s: float) -> None:
         """Run the device up to now."""
 
+    def exchange(self, now_s: float) -> None:
+        """Do what is due at the time of the next event."""
+
     def next_s(self) -> float:
         """Return the time of the next event on either side; infinity if there is none."""
 

@@ -463,9 +463,10 @@ def decode_answer(frame: Frame) -> Answer:
         raise RemoteProtocolError("a request, where answers belong")
     op = _named(frame)
     number, payload = frame.rest[0], frame.rest[1:]
-    if number not in tuple(Status):
-        raise RemoteProtocolError(f"no status has the number {number}")
-    status = Status(number)
+    try:
+        status = Status(number)
+    except ValueError:
+        raise RemoteProtocolError(f"no status has the number {number}") from None
     if status is Status.OK and op in _VALUES and (payload or op in VALUED):
         return _VALUES[op](payload)
     if status is Status.BUSY and payload:
@@ -475,9 +476,10 @@ def decode_answer(frame: Frame) -> Answer:
 
 
 def _named(frame: Frame) -> Op:
-    if frame.op not in tuple(Op):
-        raise RemoteProtocolError(f"no operation has the number {frame.op}")
-    return Op(frame.op)
+    try:
+        return Op(frame.op)
+    except ValueError:
+        raise RemoteProtocolError(f"no operation has the number {frame.op}") from None
 
 
 class Endpoint:

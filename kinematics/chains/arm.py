@@ -24,7 +24,7 @@ from kinematics.frames.orientations import Quaternion, quaternion_of
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import compose, homogeneous, position_of, rotation_of, translation
 from kinematics.frames.vectors import Vector, cross, norm, subtract
-from kinematics.geometry import Constraint, Hand, NotFollowed, Point, Tool, Unreachable
+from kinematics.geometry import Constraint, Hand, Point, Tool, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,
@@ -35,11 +35,9 @@ from kinematics.limits import (
 )
 from kinematics.paths.curves import (
     Line,
-    hand_near,
-    in_proportion,
+    NearFollower,
     largest_turn,
     leap_sentence,
-    refuse_leap,
     straight_between,
 )
 from kinematics.spaces import JOINTS_EXAMPLE, Joints, Pose
@@ -134,7 +132,7 @@ class ChainArm:
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return the posture a small step from the seed; raises `Unreachable`."""
-        near = self._solved(pose, seed)
+        near = self.solve_near(pose, seed)
         if near is not None and math.dist(near, seed) <= AT_ONCE_RAD:
             return near
         found = descend(self.chain, self.goal(pose), self._values(seed))
@@ -158,8 +156,8 @@ class ChainArm:
             goal = self.goal(pose)
         except KinematicsError:
             return None
-        closed = self.exact_form(goal)
-        if closed is not None:
+        closed = self.closed
+        if closed is not None and closed.structure.exact and closed.solves(goal):
             found = closed.nearest(goal, seed.angles_rad)
         else:
             found = near_posture(self.chain, goal, seed.angles_rad)
@@ -173,12 +171,6 @@ class ChainArm:
     def goal(self, pose: Pose) -> Goal:
         """Return what a pose asks of the hand."""
         return goal_of(pose, self.task, self.centre)
-
-    def exact_form(self, goal: Goal) -> ClosedForm | None:
-        """Return the closed form if it gives all postures for a goal as they are; else None."""
-        closed = self.closed
-        exact = closed is not None and closed.structure.exact and closed.solves(goal)
-        return closed if exact else None
 
     def joints_of(self, values: Sequence[float]) -> Joints:
         """Return joint values by this arm's names."""
@@ -209,12 +201,14 @@ class ChainArm:
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose."""
-        origin = self.fk(start)
-        first: Hand = (origin.pitch_rad, origin.roll_rad)
-        if self.task is HandTask.WHOLE:
-            first = _four(quaternion_of(self.hand_axes(start)))
-        tip = origin.position_mm
-        return straight_between(ChainFollower(self._widened(start), first), tip, first, goal)
+        origin, wide = self.fk(start), self._widened(start)
+        if self.has_yaw:
+            hand = _four(quaternion_of(self.hand_axes(start)))
+            follower: NearFollower = WholeHandFollower(wide, hand, LARGEST_TURN_RAD)
+        else:
+            hand = origin.pitch_rad, origin.roll_rad
+            follower = NearFollower(wide, hand, LARGEST_TURN_RAD)
+        return straight_between(follower, origin.position_mm, hand, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this much."""
@@ -325,49 +319,26 @@ LARGEST_TURN_RAD = 0.1
 is no sum of joint angles here, stays within some thousandths of a rad of the line's."""
 
 
-@dataclass(frozen=True, slots=True)
-class ChainFollower:
-    """The posture near the one before; `arm` has limits widened to the start."""
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeHandFollower(NearFollower):
+    """The posture near the one before, of an arm of six joints."""
 
     arm: ChainArm
-    first: Hand
-    posture = ""
 
     def hand(self, pose: Pose, near: Hand) -> Hand:
-        """Return how a pose holds the hand; refuses a yaw that is missing or cannot be taken."""
-        goal = self.arm.goal(pose)
-        if self.arm.has_yaw:
-            turn = _four(quaternion_of(rotation_of(goal.frame)))
-            opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
-            return tuple(-part for part in turn) if opposite else turn
-        return hand_near(pose, near)
+        """Return how a pose holds the hand, the shorter way round; refuses one without a yaw."""
+        turn = _four(quaternion_of(rotation_of(self.arm.goal(pose).frame)))
+        opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
+        return tuple(-part for part in turn) if opposite else turn
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
-        """Return the hand at a share of the turn from one to another."""
-        if self.arm.has_yaw and share < 1.0:
-            return _turned(a, b, share)
-        return in_proportion(a, b, share)
+        """Return the hand at a share of the turn about one axis; b is exact."""
+        return _turned(a, b, share) if share < 1.0 else b
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
-        if self.arm.has_yaw:
-            frame = homogeneous(Quaternion.of(*hand).rotation(), tip)
-            return pose_of(frame, self.arm.task, self.arm.centre)
-        return Pose(*tip, *hand)
-
-    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
-        """Return the posture near the one before; raises `NotFollowed`."""
-        goal = self.arm.goal(self.pose(tip, hand))
-        closed = self.arm.exact_form(goal)
-        near = None if closed is None else closed.nearest(goal, before.angles_rad)
-        if near is None:
-            found = descend(self.arm.chain, goal, before.angles_rad)
-            if not found.ok:
-                raise NotFollowed(_reason(found))
-            near = found.joints
-        joints = self.arm.joints_of(near)
-        refuse_leap(before, joints, LARGEST_TURN_RAD)
-        return joints
+        frame = homogeneous(Quaternion.of(*hand).rotation(), tip)
+        return pose_of(frame, self.arm.task, self.arm.centre)
 
 
 def _four(turn: Quaternion) -> Hand:
@@ -386,12 +357,6 @@ def _turned(a: Hand, b: Hand, share: float) -> Hand:
     sine = math.sin(half)
     first, second = math.sin((1.0 - share) * half) / sine, math.sin(share * half) / sine
     return tuple(first * one + second * two for one, two in zip(a, b, strict=True))
-
-
-def _reason(found: Solution) -> str:
-    if found.at_limit:
-        return f"the {found.at_limit[0].replace('_', ' ')} would pass its limit"
-    return "no posture near the one before holds the hand there"
 
 
 # The posture of a chain a small step from one that is known, quickly, or none. A jog asks for this

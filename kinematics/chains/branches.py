@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, X, Z, functions_of
-from kinematics.chains.placing import PLACING, Placed, carried, first_by_height, height_of, triangle
 from kinematics.chains.structure import Family, FirstThree, Layout, Structure
 from kinematics.chains.subproblems import (
     Turn,
@@ -27,7 +25,8 @@ from kinematics.chains.subproblems import (
     at,
     each_linear,
     each_on_conic,
-    edge,
+    each_root,
+    linear,
     on_conic,
     turn_of,
     turned,
@@ -53,21 +52,15 @@ CALLED = {
     "sin": sin,
     "sqrt": sqrt,
     "remainder": math.remainder,
-    "edge": edge,
+    "linear": linear,
     "on_conic": on_conic,
 }
 """What generated code calls."""
 
 
-@dataclass(frozen=True, slots=True)
-class BranchCode:
-    """The function generated for a chain and its structure, and its source for people to read."""
-
-    find: BranchFinder
-    source: str
-
-
-def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = False) -> BranchCode:
+def branch_finder(
+    chain: Chain, structure: Structure, *, heading_free: bool = False
+) -> BranchFinder:
     """Return the function that finds every posture of a chain of this structure.
 
     With `heading_free` the goal may be turned about the world's z axis through its origin: what is
@@ -79,17 +72,189 @@ def branch_code(chain: Chain, structure: Structure, *, heading_free: bool = Fals
     else:
         _write_meeting(arm)
     names = ", ".join(f"f{index}" for index in range(len(chain)))
-    head = ["(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal"]
     body = [
-        *head,
+        "(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal",
         f"{names} = free",
         "found = []",
         *arm.code.live(),
         "return found",
     ]
     source = "def branches(goal, free):\n" + "\n".join(f"    {line}" for line in body)
-    made = functions_of(source, CALLED, "inverse kinematics")
-    return BranchCode(made["branches"], source)
+    found: BranchFinder = functions_of(source, CALLED, "inverse kinematics")["branches"]
+    return found
+
+
+# The first three joints, which place the wrist's centre, in five ways.
+#
+# The wrist's centre is the point in which the wrist's axes meet. It is at p in the frame in which
+# joint 1 turns, and at w in the frame that joint 3 carries. In between it is at h = Rz(-q1) p in
+# the frame that joint 1 carries, at g = Rz(q2) k in the frame in which joint 2 turns, and at k in
+# the frame that joint 2 carries. Sources: Pieper (1968), and McKerrow, chapter 4, section 16.
+
+
+Placed = tuple[Turn, Turn, Turn]
+"""The first three turns."""
+
+
+def _carried(arm: Layout, index: int, turn: Turn, v: Vector3) -> Vector3:
+    """Return a point carried by joint `index` + 1, in the frame that joint `index` carries."""
+    code = arm.code
+    return code.plus(arm.place(index), code.times(arm.rows(index), turned(code, turn, v)))
+
+
+def _height_of(code: CodeLines, row: Vector3, v: Vector3) -> tuple[Term, Term, Term]:
+    """Return the factors of cos q, sin q and nothing of row . Rz(q) v."""
+    return along(code, row, v), across(code, v, row), code.total((row[2], v[2]))
+
+
+def _each_at_height(
+    arm: Layout, joint: int, row: Vector3, v: Vector3, height: Term, size: float
+) -> Turn:
+    """Begin a loop over the turns of a joint that bring row . Rz(q) v to a height (SP4).
+
+    `joint` is its index, and `size` the usual size of a height.
+    """
+    a, b, c = _height_of(arm.code, row, v)
+    return each_linear(arm.code, a, b, arm.code.total((height,), (-c,)), arm.free[joint], size)
+
+
+def _each_at_distance(arm: Layout, joint: int, u: Vector3, v: Vector3, square: Term) -> Turn:
+    """Begin a loop over a joint's turns that give u + Rz(q) v this squared length (SP3)."""
+    code, two = arm.code, Term(2.0)
+    a, b, c = _height_of(code, u, v)
+    wanted = code.total((square,), (-code.dot(u, u),), (-code.dot(v, v),), (-two, c))
+    return each_linear(
+        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[joint], arm.size**2
+    )
+
+
+def _level(v: Vector3) -> Vector3:
+    return v[0], v[1], ZERO
+
+
+def _second_and_third_parallel(arm: Layout) -> Placed:
+    """The point's height along axis 2 gives joint 1, then the triangle of joints 2 and 3 is level.
+
+    McKerrow, chapter 4, section 16, for any offsets.
+    """
+    code = arm.code
+    height = code.total((arm.tilt(2), arm.place(3)[2]), (arm.place(2)[2],))
+    first, seen = _first_by_height(arm, arm.origin, height)
+    second, third = _triangle(arm, arm.into(1, code.minus(seen, arm.place(1))))
+    return first, turn_of(code, second), third
+
+
+def _first_by_height(arm: Layout, point: Vector3, height: Term) -> tuple[Turn, Vector3]:
+    """Begin a loop over the turns of joint 1 that bring a point to a height along axis 2 (SP4).
+
+    Return the turn, and the point as the frame sees it that joint 1 turns.
+    """
+    code = arm.code
+    axis = code.times(arm.rows(1), Z)
+    a, minus_b, c = _height_of(code, axis, point)
+    level = code.total((height,), (-c,), *zip(axis, arm.place(1), strict=True))
+    turn, root = each_root(code, a, -minus_b, level, arm.free[0], arm.size)
+    # the root is the point's distance from the plane of axes 1 and 2
+    (x, y, _), share = axis, code.reciprocal(along(code, axis, axis))
+    seen_x = code.total((share, x, level), (share, y, root))
+    seen_y = code.total((share, y, level), (-share, x, root))
+    return turn, (seen_x, seen_y, point[2])
+
+
+def _triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
+    """Begin a loop over joint 3's turns (SP3); return joint 2's angle and joint 3's turn.
+
+    Axes 2 and 3 are parallel, and g is where the point is seen by joint 2's frame.
+    """
+    code, w, square = arm.code, _level(arm.place(3)), along(arm.code, g, g)
+    third = _each_at_distance(arm, 2, _level(arm.into(2, arm.place(2))), w, square)
+    k = _carried(arm, 2, third, w)
+    return angle_or_free(code, k, g, square, arm.free[1], arm.size), third
+
+
+def _first_and_second_meet(arm: Layout) -> Placed:
+    """The distance from where axes 1 and 2 meet gives joint 3, the height joint 2 (Pieper)."""
+    code, w, p = arm.code, arm.place(3), arm.origin
+    third = _each_at_distance(arm, 2, arm.into(2, arm.place(2)), w, code.dot(p, p))
+    k = _carried(arm, 2, third, w)
+    height = code.total((p[2],), (-arm.place(1)[2],))
+    second = _each_at_height(arm, 1, arm.rows(1)[2], k, height, arm.size)
+    return _first_at_last(arm, second, third, k)
+
+
+def _first_at_last(arm: Layout, second: Turn, third: Turn, k: Vector3) -> Placed:
+    """Return the turns, joint 1's from where the others bring the point (SP1)."""
+    code, p = arm.code, arm.origin
+    h = _carried(arm, 1, second, k)
+    first = angle_or_free(code, h, p, along(code, p, p), arm.free[0], arm.size)
+    return turn_of(code, first), second, third
+
+
+def _first_and_second_parallel(arm: Layout) -> Placed:
+    """The height along axes 1 and 2 gives joint 3, the distance from axis 1 joint 2."""
+    code, w, p = arm.code, arm.place(3), arm.origin
+    height = code.total((arm.tilt(1), p[2]), (-arm.tilt(1), arm.place(1)[2]), (-arm.place(2)[2],))
+    third = _each_at_height(arm, 2, arm.rows(2)[2], w, height, arm.size)
+    k = _carried(arm, 2, third, w)
+    hinge = _level(arm.into(1, arm.place(1)))
+    second = _each_at_distance(arm, 1, hinge, _level(k), along(code, p, p))
+    return _first_at_last(arm, second, third, k)
+
+
+def _second_and_third_meet(arm: Layout) -> Placed:
+    """The distance from where axes 2 and 3 meet gives joint 1, then two axes meet (SP2)."""
+    code, p, w, meet = arm.code, arm.origin, arm.place(3), arm.place(1)
+    first = _each_at_distance(arm, 0, (-p[0], -p[1], -p[2]), meet, code.dot(w, w))
+    g = arm.into(1, code.minus(unturned(code, first, p), meet))
+    third = _each_at_height(arm, 2, arm.rows(2)[2], w, g[2], arm.size)
+    k = _carried(arm, 2, third, w)
+    second = angle_or_free(code, k, g, along(code, g, g), arm.free[1], arm.size)
+    return first, turn_of(code, second), third
+
+
+def _three_of_any_kind(arm: Layout) -> Placed:
+    """Height along axis 1 and distance from it give g by k, and a conic for joint 3 (Pieper).
+
+    Both are linear in g, whose level part has the length of k's.
+    """
+    code, w, meet = arm.code, arm.place(3), arm.place(1)
+    total = code.total
+    k = [
+        (*_height_of(code, row, w)[:2], total((code.total((row[2], w[2])),), (start,)))
+        for row, start in zip(arm.rows(2), arm.place(2), strict=True)
+    ]
+    n, m = arm.rows(1)[2], arm.into(1, meet)
+    hinge = arm.into(2, arm.place(2))
+    a, b, c = _height_of(code, hinge, w)
+    half = Term(0.5)
+    square = (code.dot(w, w), code.dot(hinge, hinge), code.dot(meet, meet))
+    distance = total((half, code.dot(arm.origin, arm.origin)), *((-half, one) for one in square))
+    raised = total((arm.origin[2],), (-meet[2],))
+    # n . g = raised and m . g = distance - hinge . Rz(q3) w, where g is as high as k
+    right_n = [total((-n[2], k[2][i]), *((raised,),) * (i == 2)) for i in range(3)]
+    less = (a, b, total((c,), (-distance,)))
+    right_m = [total((-m[2], k[2][i]), (-less[i],)) for i in range(3)]
+    share = code.reciprocal(total((n[0], m[1]), (-n[1], m[0])))
+    pairs = list(zip(right_n, right_m, strict=True))
+    x = [total((share, m[1], p), (-share, n[1], q)) for p, q in pairs]
+    y = [total((share, n[0], q), (-share, m[0], p)) for p, q in pairs]
+    g_x, g_y = (x[0], x[1], x[2]), (y[0], y[1], y[2])
+    third = each_on_conic(code, (g_x, g_y), (k[0], k[1]))
+    seen = [at(code, third, one) for one in k]
+    g = (at(code, third, g_x), at(code, third, g_y), seen[2])
+    kept: Vector3 = (seen[0], seen[1], seen[2])
+    square_g = along(code, g, g)
+    second = turn_of(code, angle_or_free(code, kept, g, square_g, arm.free[1], arm.size))
+    return _first_at_last(arm, second, third, kept)
+
+
+PLACING: dict[FirstThree, Callable[[Layout], Placed]] = {
+    FirstThree.SECOND_AND_THIRD_PARALLEL: _second_and_third_parallel,
+    FirstThree.FIRST_AND_SECOND_PARALLEL: _first_and_second_parallel,
+    FirstThree.FIRST_AND_SECOND_MEET: _first_and_second_meet,
+    FirstThree.SECOND_AND_THIRD_MEET: _second_and_third_meet,
+    FirstThree.GENERAL: _three_of_any_kind,
+}
 
 
 # The joints beyond the third, whose axes meet: they turn the hand.
@@ -108,17 +273,13 @@ def _write_meeting(arm: Layout) -> None:
 
 def _seen(arm: Layout, placed: Placed, v: Vector3) -> Vector3:
     """Return a direction as joint 4's frame sees it."""
-    code = arm.code
-    first, second, third = placed.turns
-    v = arm.into(1, unturned(code, first, v))
-    if placed.last_two is not None:
-        return arm.into(3, arm.into(2, unturned(code, placed.last_two, v)))
-    v = arm.into(2, unturned(code, second, v))
-    return arm.into(3, unturned(code, third, v))
+    for index, turn in enumerate(placed, 1):
+        v = arm.into(index, unturned(arm.code, turn, v))
+    return v
 
 
 def _angles(placed: Placed) -> list[Term]:
-    return [turn.angle for turn in placed.turns]
+    return [turn.angle for turn in placed]
 
 
 def _write_two(arm: Layout, placed: Placed) -> None:
@@ -179,8 +340,7 @@ def _write_wrist(arm: Layout, placed: Placed) -> None:
     code = arm.code
     x, z = (_seen(arm, placed, column) for column in (arm.x, arm.z))
     u = code.times(arm.rows(5), Z)
-    a, b, c = height_of(code, arm.rows(4)[2], u)
-    fifth = each_linear(code, a, b, code.total((z[2],), (-c,)), arm.free[4], 1.0)
+    fifth = _each_at_height(arm, 4, arm.rows(4)[2], u, z[2], 1.0)
     axis = code.times(arm.rows(4), turned(code, fifth, u))
     fourth = angle_or_free(code, axis, z, along(code, z, z), arm.free[3], 1.0)
     v = arm.into(4, unturned(code, turn_of(code, fourth), x))
@@ -214,7 +374,7 @@ def _write_parallel(arm: Layout, *, heading_free: bool) -> None:
     cosine, sine = along(code, start, outer.level), across(code, start, outer.level)
     three = Turn(code.call("atan2", sine, cosine), cosine, sine)
     hinge = code.minus(outer.g, turned(code, three, _through_three(arm, outer.beyond)))
-    second, third = triangle(arm, hinge)
+    second, third = _triangle(arm, hinge)
     tilt = code.total((arm.tilt(2), arm.tilt(3)))
     left = code.total((tilt, three.angle), (-tilt, second), (-arm.tilt(3), third.angle))
     fourth = code.call("remainder", left, Term(math.tau))
@@ -238,11 +398,11 @@ def _outer_of_six(arm: Layout) -> _Outer:
     both = total((arm.tilt(2), arm.tilt(3)))
     u, v = code.times(arm.rows(5), Z), arm.place(5)
     row = arm.rows(4)[2]
-    lean = [total((both, one)) for one in height_of(code, row, u)]
-    rise = [total((both, one)) for one in height_of(code, row, v)]
+    lean = [total((both, one)) for one in _height_of(code, row, u)]
+    rise = [total((both, one)) for one in _height_of(code, row, v)]
     rise[2] = total((rise[2],), (_height_beyond(arm),))
     if v[0] == v[1] == ZERO:  # axes 5 and 6 meet
-        first, _ = first_by_height(arm, arm.origin, rise[2])
+        first, _ = _first_by_height(arm, arm.origin, rise[2])
         z = arm.into(1, unturned(code, first, arm.z))
         fifth = each_linear(code, lean[0], lean[1], total((z[2],), (-lean[2],)), arm.free[4], 1.0)
     elif u[0] == u[1] == ZERO:  # axes 5 and 6 are parallel
@@ -262,14 +422,14 @@ def _outer_of_six(arm: Layout) -> _Outer:
     w = unturned(code, fifth, arm.into(4, X))
     w = unturned(code, turn_of(code, sixth), arm.into(5, w))
     level = _combined(code, (x, y, z), w)
-    beyond = carried(arm, 4, fifth, v)
+    beyond = _carried(arm, 4, fifth, v)
     return _Outer(first.angle, (fifth.angle, sixth), level, g, beyond)
 
 
 def _first_by_lean(arm: Layout, lean: Term) -> Turn:
     """Begin a loop over the turns of joint 1 that lean the last axis to axis 2 as it must (SP4)."""
     code = arm.code
-    a, minus_b, c = height_of(code, code.times(arm.rows(1), Z), arm.z)
+    a, minus_b, c = _height_of(code, code.times(arm.rows(1), Z), arm.z)
     return each_linear(code, a, -minus_b, code.total((lean,), (-c,)), arm.free[0], 1.0)
 
 
@@ -280,9 +440,9 @@ def _first_and_fifth(arm: Layout, lean: Sequence[Term], rise: Sequence[Term]) ->
     """
     code, total = arm.code, arm.code.total
     axis = code.times(arm.rows(1), Z)
-    a, minus_b, c = height_of(code, axis, arm.z)
+    a, minus_b, c = _height_of(code, axis, arm.z)
     seen_lean = (a, -minus_b, total((c,), (-lean[2],)))
-    a, minus_b, c = height_of(code, axis, arm.origin)
+    a, minus_b, c = _height_of(code, axis, arm.origin)
     start = code.dot(axis, arm.place(1))
     seen_rise = (a, -minus_b, total((c,), (-start,), (-rise[2],)))
     share = code.reciprocal(total((lean[0], rise[1]), (-lean[1], rise[0])))
@@ -306,7 +466,7 @@ def _outer_of_five(arm: Layout, *, heading_free: bool) -> _Outer:
         hand = [unturned(code, heading, column) for column in (arm.x, arm.y, arm.z)]
         way = _combined(code, hand, arm.last_origin)
         ahead = code.dot(code.times(arm.rows(1), Z), way)
-        first, tip = first_by_height(arm, arm.tip, total((height,), (ahead,)))
+        first, tip = _first_by_height(arm, arm.tip, total((height,), (ahead,)))
         origin = code.minus(tip, way)
     else:
         first = _first_by_either(arm, lean, height)
@@ -328,9 +488,9 @@ def _first_by_either(arm: Layout, lean: Term, height: Term) -> Turn:
     code = arm.code
     axis = code.times(arm.rows(1), Z)
     size = Term(arm.size)
-    a, minus_b, c = height_of(code, axis, arm.origin)
+    a, minus_b, c = _height_of(code, axis, arm.origin)
     by_height = a, -minus_b, code.total((height,), (code.dot(axis, arm.place(1)),), (-c,))
-    a, minus_b, c = height_of(code, axis, arm.z)
+    a, minus_b, c = _height_of(code, axis, arm.z)
     right = code.total((size, lean), (-size, c))
     by_lean = code.total((size, a)), code.total((-size, minus_b)), right
     says = [code.total((one[0], one[0]), (one[1], one[1])) for one in (by_height, by_lean)]

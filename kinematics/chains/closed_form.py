@@ -14,16 +14,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from kinematics.chains.branches import BranchFinder, Posture, branch_code
+from kinematics.chains.branches import BranchFinder, Posture, branch_finder
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import functions_of
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
 from kinematics.chains.structure import Family, Structure, structures, why_no_structure
-from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.transforms import Transform
-from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted
+from kinematics.limits import all_fitted
 
 NEAR_MM = 1e-5
 """How far a posture's tip may be from the goal: a tenth of the tolerance for a met goal."""
@@ -49,36 +47,6 @@ ELSEWHERE_RAD = 0.123
 
 SWEEP_RAD = math.radians(7.5)
 """The step by which a seven-joint arm's fixed joint is moved until the others find a posture."""
-
-
-Fit = Callable[[Sequence[float], Sequence[float]], Posture | None]
-"""Return a posture with each joint on the turn within its limits nearest to another, or None."""
-
-
-def fit_code(limits: Sequence[tuple[float, float]]) -> Fit:
-    """Return the function for joints of these limits, whose angles come from -pi to pi.
-
-    Most postures are within the limits or far beyond one, which one comparison per joint decides.
-    Only the others need a call.
-    """
-    lines = []
-    for index, (low, high) in enumerate(limits):
-        q, n = f"q{index}", f"n{index}"
-        least, most = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
-        elsewhere = [f"    {q} = fitted({q}, {low!r}, {high!r}, {n})"]
-        elsewhere += [f"    if {q} == inf:", "        return None"]
-        if -math.pi <= least and most <= math.pi:  # no other turn is within the range
-            lines += [f"if not {low!r} <= {q} <= {high!r}:"]
-            lines += [f"    if {q} < {least!r} or {q} > {most!r}:", "        return None"]
-            lines += elsewhere
-        else:
-            within = f"{low!r} <= {q} <= {high!r}"
-            lines += [f"if not ({within} and -3.14 < {q} - {n} < 3.14):", *elsewhere]
-    names = [", ".join(f"{letter}{index}" for index in range(len(limits))) for letter in "qn"]
-    body = [f"{names[0]} = angles", f"{names[1]} = near", *lines, f"return {names[0]}"]
-    source = "def fit(angles, near):\n" + "\n".join(f"    {line}" for line in body)
-    found: Fit = functions_of(source, {"fitted": fitted, "inf": math.inf}, "limits")["fit"]
-    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +87,6 @@ class ClosedForm:
 
     chain: Chain
     solver: Solver
-    _fit: Fit
 
     @property
     def structure(self) -> Structure:
@@ -157,22 +124,24 @@ class ClosedForm:
 
         A seven-joint arm's fixed joint stays if it can, and moves as little as it must.
         """
-        find, fit, exact = self._find(goal), self._fit, self.structure.exact
+        find, limits, exact = self._find(goal), self.chain.limits, self.structure.exact
         for values in self._sweep(near):
             if not exact:
-                fitting = [fit(angles, near) for angles in self.postures(goal, values)]
+                fitting = [
+                    all_fitted(angles, limits, near) for angles in self.postures(goal, values)
+                ]
                 inside = [one for one in fitting if one is not None]
                 return min(inside, key=lambda one: math.dist(one, near), default=None)
             ranked = []
             for angles in find(goal.frame, values):
-                kept = fit(angles, near)
+                kept = all_fitted(angles, limits, near)
                 if kept is not None:
                     ranked.append((math.dist(kept, near), kept, angles))
             for _, kept, angles in sorted(ranked):
                 sound = self.solver.checked(goal, angles)
                 if sound is angles:
                     return kept
-                if sound is not None and (kept := fit(sound, near)) is not None:
+                if sound is not None and (kept := all_fitted(sound, limits, near)) is not None:
                     return kept
         return None
 
@@ -202,10 +171,10 @@ def closed_form(chain: Chain) -> ClosedForm | None:
 
     Keep the result: looking it up costs as much as using it.
     """
-    if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
+    if not chain.is_plain:
         return None
     solver = _solver(chain.within())
-    return None if solver is None else ClosedForm(chain, solver, fit_code(chain.limits))
+    return None if solver is None else ClosedForm(chain, solver)
 
 
 class HowSolved(NamedTuple):
@@ -237,7 +206,7 @@ def _solver(chain: Chain) -> Solver | None:
     draw = random.Random(1)  # noqa: S311 - any postures will do
     samples = [tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(PROOFS)]
     for structure in structures(chain):
-        frames = branch_code(chain, structure).find
+        frames = branch_finder(chain, structure)
         solver = Solver(chain, structure, fk, frames, _headings(chain, structure))
         again = sum(_found_again(solver, one) for one in samples)
         if again == PROOFS or (again > PROOFS // 2 and not structure.exact):
@@ -250,7 +219,7 @@ def _headings(chain: Chain, structure: Structure) -> BranchFinder | None:
     parallel = structure.family is Family.THREE_PARALLEL and not structure.from_hand
     if len(chain) != 5 or not parallel or math.hypot(*_first_axis(chain)[:2]) > NEAR_RAD:
         return None
-    return branch_code(chain, structure, heading_free=True).find
+    return branch_finder(chain, structure, heading_free=True)
 
 
 def _first_axis(chain: Chain) -> Sequence[float]:

@@ -8,7 +8,6 @@ source.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -42,7 +41,7 @@ INDENT = "    "
 class Line(NamedTuple):
     """A line of source, the variables that it reads, and the one that it gives a value.
 
-    A line without `always` is left out if no other line needs its value, and it may be moved.
+    A line without `always` is left out if no other line needs its value.
     """
 
     depth: int
@@ -63,25 +62,12 @@ def functions_of(source: str, called: Mapping[str, object], what: str) -> dict[s
 
 
 @dataclass(slots=True)
-class Block:
-    """An open block: the position of its header, and the names of its expressions.
-
-    An assignment that does not depend on a loop's variables is moved in front of the loop.
-    """
-
-    start: int
-    loop: bool
-    names: dict[str, str] = field(default_factory=dict)
-    defined: set[str] = field(default_factory=set)
-
-
-@dataclass(slots=True)
 class CodeLines:
     """Assignments in order, each made once, and blocks; `live` leaves out what nothing needs."""
 
     _lines: list[Line] = field(default_factory=list)
-    _blocks: list[Block] = field(default_factory=lambda: [Block(0, loop=False)])
-    """The whole function, then each open block."""
+    _blocks: list[dict[str, str]] = field(default_factory=lambda: [{}])
+    """The names of expressions in the whole function, then in each open block."""
     _names: int = 0
 
     def total(self, *products: tuple[Term, ...]) -> Term:
@@ -89,8 +75,6 @@ class CodeLines:
         monomials = _collect(products)
         if not monomials:
             return ZERO
-        if self._blocks[-1].loop and len(monomials) > 1:
-            monomials = self._before_loop(monomials)
         if len(monomials) == 1:
             [(variables, factor)] = monomials.items()
             if len(variables) < 2:
@@ -105,24 +89,6 @@ class CodeLines:
             for index, (variables, factor) in enumerate(ordered)
         )
         return Term(1.0, self.assign(source, [name for names in monomials for name in names]))
-
-    def _before_loop(self, monomials: dict[Monomial, float]) -> dict[Monomial, float]:
-        """Return monomials whose loop-invariant factors are multiplied in front of the loop."""
-        inside = self._blocks[-1].defined
-        if all(inside.isdisjoint(variables) for variables in monomials):
-            return monomials  # the whole sum is made before the loop
-        found: dict[Monomial, float] = {}
-        for variables, factor in monomials.items():
-            still = [name for name in variables if name not in inside]
-            moving = [name for name in variables if name in inside]
-            if len(still) > 1 or (moving and still and abs(factor) != 1.0):
-                known = self.total((Term(abs(factor)), *(Term(1.0, name) for name in still)))
-                if abs(known.factor) != 1.0:
-                    known = self.named(known)
-                variables = tuple(sorted([known.variable, *moving]))
-                factor = math.copysign(known.factor, factor * known.factor)
-            found[variables] = found.get(variables, 0.0) + factor
-        return found
 
     def dot(self, u: Sequence[Term], v: Sequence[Term], *others: tuple[Term, ...]) -> Term:
         """Return the scalar product of two vectors, with other products added."""
@@ -154,28 +120,14 @@ class CodeLines:
         source = f"1.0/{term.variable} if {term.variable} else 0.0"
         return Term(1.0 / term.factor, self.assign(source, (term.variable,)))
 
-    def named(self, term: Term) -> Term:
-        """Return a variable for a term that is used repeatedly: its factor is applied once."""
-        if not term.variable or term.factor in (1.0, -1.0):
-            return term
-        return Term(1.0, self.assign(text(term), (term.variable,)))
-
     def assign(self, source: str, needs: Iterable[str]) -> str:
         """Return the name that holds an expression's value."""
-        for block in reversed(self._blocks):
-            if source in block.names:
-                return block.names[source]
-        name, needed = self.variable().variable, tuple(needs)
-        depth = len(self._blocks) - 1
-        while self._blocks[depth].loop and self._blocks[depth].defined.isdisjoint(needed):
-            depth -= 1
-        self._blocks[depth].names[source] = name
-        self._blocks[depth].defined.add(name)
-        inner = self._blocks[depth + 1 :]
-        place = inner[0].start if inner else len(self._lines)
-        self._lines.insert(place, Line(depth, f"{name} = {source}", needed, name))
-        for block in inner:
-            block.start += 1
+        for known in reversed(self._blocks):
+            if source in known:
+                return known[source]
+        name = self.variable().variable
+        self._blocks[-1][source] = name
+        self._lines.append(Line(self._depth, f"{name} = {source}", tuple(needs), name))
         return name
 
     def variable(self) -> Term:
@@ -190,63 +142,38 @@ class CodeLines:
 
     def set(self, variable: Term, source: str, *needs: Term) -> None:
         """Add a line that sets a variable, written as for `write`; each branch may set it."""
-        self._blocks[-1].defined.add(variable.variable)
         line = f"{variable.variable} = {source.format(*map(text, needs))}"
         self._write(line, needs, variable.variable)
 
     def open(self, header: str, *needs: Term) -> None:
         """Begin a block whose header is written as for `write`."""
-        start = len(self._lines)
         self.write(header, *needs)
-        self._blocks.append(Block(start, loop=False))
+        self._blocks.append({})
 
-    def loop(self, values: Term, *variables: Term) -> None:
-        """Begin a loop of a variable, or of several at once, over values."""
-        self.open(f"for {', '.join('{}' for _ in variables)} in {{}}:", *variables, values)
-        self._blocks[-1].loop = True
-        self._blocks[-1].defined.update(_variables(variables))
+    def loop(self, values: Term, variable: Term) -> None:
+        """Begin a loop of a variable over values."""
+        self.open("for {} in {}:", variable, values)
 
     def close(self) -> None:
-        """End the innermost block. What was set in it stays known."""
-        ended = self._blocks.pop()
-        self._blocks[-1].defined |= ended.defined
+        """End the innermost block."""
+        self._blocks.pop()
 
     def live(self, results: Iterable[Term] = ()) -> list[str]:
-        """Return the lines that these results and the lines always kept need, in order.
-
-        What only one branch needs is computed there.
-        """
-        returned = {term.variable for term in results}
-        wanted, kept = set(returned), list[Line]()
+        """Return the lines that these results and the lines always kept need, in order."""
+        wanted, kept = {term.variable for term in results}, list[Line]()
         for line in reversed(self._lines):
             if line.always or line.name in wanted:
                 wanted.update(line.needs)
-                kept.insert(0, line)
-                if not line.always and line.name not in returned:
-                    _sink(kept)
-        return [INDENT * line.depth + line.source for line in kept]
+                kept.append(line)
+        return [INDENT * line.depth + line.source for line in reversed(kept)]
+
+    @property
+    def _depth(self) -> int:
+        return len(self._blocks) - 1
 
     def _write(self, source: str, needs: Sequence[Term], name: str = "") -> None:
-        depth = len(self._blocks) - 1
-        self._lines.append(Line(depth, source, tuple(_variables(needs)), name, always=True))
-
-
-def _sink(lines: list[Line]) -> None:
-    """Move the first line into the branch that alone needs its value, if there is one."""
-    line = lines[0]
-    users = [index for index, one in enumerate(lines) if line.name in one.needs]
-    start = users[0]
-    while lines[start].depth > line.depth:
-        start -= 1
-    end = start + 1  # the branch that begins here, if the first user is in one
-    while end < len(lines) and lines[end].depth > line.depth:
-        end += 1
-    changed = any(one.name in line.needs for one in lines[1:start])
-    if start in users or users[-1] >= end or changed or lines[start].source.startswith("for "):
-        return
-    branch = [line._replace(depth=line.depth + 1), *lines[start + 1 : end]]
-    _sink(branch)
-    lines[:] = [*lines[1 : start + 1], *branch, *lines[end:]]
+        needed = tuple(_variables(needs))
+        self._lines.append(Line(self._depth, source, needed, name, always=True))
 
 
 def text(term: Term) -> str:

@@ -20,7 +20,7 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, functions_of, text
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError
-from kinematics.frames.numbers import cos_sin, is_own_kind
+from kinematics.frames.numbers import cos_sin
 from kinematics.frames.transforms import IN_PLACE, Transform
 from kinematics.spaces import Jacobian
 
@@ -68,7 +68,7 @@ def place_source(chain: Chain) -> str:
 
 
 def _walk(chain: Chain) -> _Walk:
-    if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
+    if not chain.is_plain:
         raise KinematicsError("functions are generated of plain numbers; use Chain.fk for others")
     return _Walk(chain)
 

@@ -39,7 +39,7 @@ from kinematics.frames.vectors import (
     unit,
 )
 from kinematics.geometry import AXIS_MM
-from kinematics.spaces import POSE_EXAMPLE, Pose
+from kinematics.spaces import POSE_EXAMPLE, Pose, refuse_yaw
 
 VERTICAL = 1e-9
 """A horizontal part smaller than this gives no heading."""
@@ -322,12 +322,10 @@ def pose_of(frame: Transform, task: HandTask, centre: Vector) -> Pose:
 def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
     """Return what a pose asks of the hand. Raises `KinematicsError` for a missing or extra yaw."""
     require("a pose", pose, Pose, POSE_EXAMPLE)
-    if (pose.yaw_rad is not None) != (task is HandTask.WHOLE):
-        raise KinematicsError(
-            "this arm has six joints, so its poses need a yaw: give yaw_deg"
-            if task is HandTask.WHOLE
-            else "this arm has five joints: it cannot take a yaw, which follows from the position"
-        )
+    if task is not HandTask.WHOLE:
+        refuse_yaw(pose)
+    elif pose.yaw_rad is None:
+        raise KinematicsError("this arm has six joints, so its poses need a yaw: give yaw_deg")
     if task is HandTask.IN_PLANE:
         return pose_goal(pose, centre=centre)
     heading = pose.yaw_rad or 0.0

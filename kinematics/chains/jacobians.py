@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Generated, generated
 from kinematics.chains.links import JointKind
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import KinematicsError, finite, positive
 from kinematics.frames.matrices import Singular, singular, times, transposed
 from kinematics.frames.transforms import position_of
 from kinematics.frames.vectors import cross, norm, subtract
@@ -118,17 +118,13 @@ def joint_rates(
     """
     if len(tip_rates) != len(jacobian):
         raise KinematicsError(f"{len(jacobian)} tip rates are needed, not {len(tip_rates)}")
-    for name, value in (("length_mm", length_mm), ("threshold", threshold)):
-        if finite(name, value) <= 0.0:
-            raise KinematicsError(f"{name} must be above zero, not {value}")
-    scales = [1.0 / length_mm if row < 3 else 1.0 for row in range(len(jacobian))]
+    positive("length_mm", length_mm)
+    positive("threshold", threshold)
     wanted = [
-        finite("a tip rate", rate) * scale for rate, scale in zip(tip_rates, scales, strict=True)
+        finite("a tip rate", rate) / (length_mm if row in POSITION_ROWS else 1.0)
+        for row, rate in enumerate(tip_rates)
     ]
-    scaled = tuple(
-        tuple(entry * scale for entry in row) for row, scale in zip(jacobian, scales, strict=True)
-    )
-    parts = singular(scaled)
+    parts = singular(dimensionless(jacobian, length_mm))
     joints = _damped(parts, wanted, threshold, len(jacobian[0]))
     achieved = times(jacobian, joints)
     return Rates(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
-from kinematics.errors import KinematicsError
+from kinematics.errors import KinematicsError, check_fields
 from kinematics.frames.numbers import cos, cos_sin, number, sin
 from kinematics.frames.transforms import LAST_ROW, Transform, position_of
 from kinematics.frames.vectors import distance
@@ -65,12 +65,9 @@ class DHLink:
     high: float = math.inf
 
     def __post_init__(self) -> None:
-        for name in ("theta_rad", "d_mm", "a_mm", "alpha_rad", "offset"):
-            object.__setattr__(self, name, number(name, getattr(self, name)))
-        for name in ("low", "high"):
-            value = getattr(self, name)
-            if value not in (-math.inf, math.inf):
-                object.__setattr__(self, name, number(name, value))
+        check_fields(self, number, "theta_rad", "d_mm", "a_mm", "alpha_rad", "offset")
+        ends = [one for one in ("low", "high") if getattr(self, one) not in (-math.inf, math.inf)]
+        check_fields(self, number, *ends)
         if self.low > self.high:
             raise KinematicsError(
                 f"a joint's low limit ({self.low:g} {self.kind.unit}) must not lie above its "

@@ -7,8 +7,8 @@ distance from another point (SP3) has that form, and a turn about two axes that 
 each. Two conditions on two angles (SP5 and SP6) leave a conic on the unit circle, which has up to
 four.
 
-The first part writes code (`CodeLines`). The second part is called by that code in special cases:
-at the edge of the reach, where an angle is free, and for the quartic. Angles in rad.
+The first part writes code (`CodeLines`). The second part is called by that code: it solves the two
+kinds of equations. Angles in rad.
 """
 
 from __future__ import annotations
@@ -16,13 +16,10 @@ from __future__ import annotations
 import math
 from cmath import sqrt as complex_sqrt
 from collections.abc import Sequence
-from math import cos, hypot, pi, sin, sqrt
+from math import cos, pi, sin, sqrt
 from typing import NamedTuple
 
-from kinematics.chains.code_lines import ONE, CodeLines, Term, Vector3
-
-EDGE = 1e-10
-"""Share of its usual size below which the sine between two solutions is handled by `edge`."""
+from kinematics.chains.code_lines import CodeLines, Term, Vector3
 
 NO_MATTER = 1e-10
 """Share of their usual size below which an angle's coefficients leave that angle free."""
@@ -83,72 +80,27 @@ def angle_or_free(
     return angle
 
 
-class Linear(NamedTuple):
-    """What solves an equation a cos q + b sin q = c in code: a sin q - b cos q is one of `roots`.
-
-    `share` is 1 / (a² + b²).
-    """
-
-    a: Term
-    b: Term
-    c: Term
-    share: Term
-    roots: Term
-
-
 def each_linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) -> Turn:
-    """Begin a loop over the angles with a cos q + b sin q = c (SP3 and SP4); see `linear`."""
-    turn, _ = each_root(code, linear(code, a, b, c, free, size))
-    return turn
+    """Begin a loop over the angles with a cos q + b sin q = c; see `each_root`."""
+    return each_root(code, a, b, c, free, size)[0]
 
 
-def linear(code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float) -> Linear:
-    """Write what solves a cos q + b sin q = c.
+def each_root(
+    code: CodeLines, a: Term, b: Term, c: Term, free: Term, size: float
+) -> tuple[Turn, Term]:
+    """Begin a loop over the angles with a cos q + b sin q = c; also return a sin q - b cos q.
 
     `size` is the usual size of a and b. If both are zero, any angle is a solution: `free` is used.
     """
-    length = hypot(a.factor, b.factor)  # a and b that are numbers are made a unit vector
-    if not a.variable and not b.variable and length > 0.0:
-        a, b, size = Term(a.factor / length), Term(b.factor / length), 1.0
-        c = code.named(code.total((Term(1.0 / length), c)))
-    square = code.total((a, a), (b, b))
-    gap = code.total((square,), (-c, c))
-    roots = code.variable()
-    factors = [code.variable() if one is c or one.variable else None for one in (a, b, c, square)]
-    kept = [one for one in factors if one is not None]
-    code.open("if {} > {}:", gap, Term(EDGE * size * size))
-    positive = code.call("sqrt", gap)
-    code.set(roots, "({}, {})", positive, -positive)
-    for name, one in zip(factors, (a, b, c, code.reciprocal(square)), strict=True):
-        if name is not None:
-            code.set(name, "{}", one)
-    code.close()
-    code.open("else:")
-    left = ", ".join("_" if one is None else "{}" for one in factors)
-    call = "edge({}, {}, {}, {}, {})"
-    code.write(f"{left}, {{}} = {call}", *kept, roots, a, b, c, free, Term(size))
-    code.close()
-    a, b, c, share = (
-        one if name is None else name for name, one in zip(factors, (a, b, c, ONE), strict=True)
-    )
-    return Linear(a, b, c, share, roots)
-
-
-def each_root(code: CodeLines, solved: Linear) -> tuple[Turn, Term]:
-    """Begin a loop over the angles that solve an equation; return the turn and its root."""
-    a, b, c, share, roots = solved
+    a_name, b_name, c_name, share, roots = names = [code.variable() for _ in range(5)]
+    call = "{}, {}, {}, {}, {} = linear({}, {}, {}, {}, {})"
+    code.write(call, *names, a, b, c, free, Term(size))
     root = code.variable()
     code.loop(roots, root)
-    sine, cosine = code.total((b, c), (a, root)), code.total((a, c), (-b, root))
+    sine = code.total((b_name, c_name), (a_name, root))
+    cosine = code.total((a_name, c_name), (-b_name, root))
     angle = code.call("atan2", sine, cosine)
     return Turn(angle, code.total((share, cosine)), code.total((share, sine))), root
-
-
-def each_of(code: CodeLines, angles: Term) -> Turn:
-    """Begin a loop over angles that a name holds."""
-    angle = code.variable()
-    code.loop(angles, angle)
-    return turn_of(code, angle)
 
 
 def each_on_conic(code: CodeLines, left: Sequence[Vector3], right: Sequence[Vector3]) -> Turn:
@@ -167,7 +119,9 @@ def each_on_conic(code: CodeLines, left: Sequence[Vector3], right: Sequence[Vect
 
     pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
     parts = [summed(first, second) for first, second in pairs]
-    return each_of(code, code.call("on_conic", *parts))
+    angle = code.variable()
+    code.loop(code.call("on_conic", *parts), angle)
+    return turn_of(code, angle)
 
 
 def at(code: CodeLines, turn: Turn, linear: Vector3) -> Term:
@@ -177,21 +131,22 @@ def at(code: CodeLines, turn: Turn, linear: Vector3) -> Term:
 
 # What the code calls.
 
-Edge = tuple[float, float, float, float, tuple[float, ...]]
+Solved = tuple[float, float, float, float, tuple[float, ...]]
 """The factors of an equation, the share that makes them a unit vector, and the sines' roots."""
 
 
-def edge(a: float, b: float, c: float, free: float, size: float) -> Edge:
-    """Return what solves a cos q + b sin q = c where the sine that tells two angles apart is small.
+def linear(a: float, b: float, c: float, free: float, size: float) -> Solved:
+    """Return what solves a cos q + b sin q = c: the values of a sin q - b cos q.
 
-    That is a, b and c of an equation that rounding has not spoiled, 1 / (a² + b²), and the sines:
-    none where the goal is beyond the edge. The free angle solves an equation of zeros.
+    They are none where the goal is beyond the edge of what can be reached, and one, zero, at the
+    edge or where rounding has put it there. Before them come a, b and c of an equation that
+    rounding has not spoiled, and 1 / (a² + b²). The free angle solves an equation of zeros.
     """
     square = a * a + b * b
-    gap = square - c * c
     if square <= (NO_MATTER * size) ** 2:
         met = abs(c) <= 10.0 * NO_MATTER * size
         return cos(free), sin(free), 1.0, 1.0, (0.0,) if met else ()
+    gap = square - c * c
     if gap > 0.0:
         root = sqrt(gap)
         return a, b, c, 1.0 / square, (root, -root)

@@ -15,26 +15,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from kinematics.errors import KinematicsError, finite, require
+from kinematics.errors import KinematicsError, check_fields, finite, require
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import (
     Angles,
-    ArmBuild,
     Base,
-    Dimensions,
     Elbow,
     FrameSolution,
     Lengths,
     branch_name,
-    build,
     elbow_triangle,
     forward_frame,
+    nearest_branch,
     plane_tip,
     solve_frame,
-    solve_pose,
     wrist_distance,
 )
 from kinematics.five_axis.nearest import nearest, span_refusal
@@ -58,6 +55,7 @@ from kinematics.spaces import (
     POSE_EXAMPLE,
     Joints,
     Pose,
+    refuse_yaw,
 )
 
 
@@ -106,11 +104,8 @@ class FiveAxisArm:
     has_yaw = False
     """The hand stays in the plane of base axis and tip."""
 
-    _build: ArmBuild = field(init=False, repr=False, compare=False)
-
     def __post_init__(self) -> None:
-        for name in [entry.name for entry in fields(self)[:4]]:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        check_fields(self, finite, "base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
         if self.upper_arm_mm <= 0.0 or self.forearm_mm <= 0.0 or self.hand_mm < 0.0:
             raise KinematicsError(
                 "upper arm and forearm must be longer than 0 mm, the hand not less"
@@ -120,8 +115,6 @@ class FiveAxisArm:
                 f"a range is needed for each of {', '.join(JOINT_NAMES)}; "
                 f"{len(self.limits)} were given"
             )
-        bounds = tuple((one.low_rad, one.high_rad) for one in self.limits)
-        object.__setattr__(self, "_build", build(self.lengths, bounds))
 
     @property
     def lengths(self) -> Lengths:
@@ -163,20 +156,23 @@ class FiveAxisArm:
         """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
         refuse_worst(self.violations(joints))
 
-    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+    def branches(
+        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
+    ) -> tuple[Branch, ...]:
         """Return every posture for a pose: base front and back, elbow up and down.
 
         Normally four. If the tip is on the base axis there are two: the base is then free and taken
         from the seed, and the pitch counts with the base in front. There are none if upper arm and
         forearm cannot span the distance. Postures beyond the limits are included and marked. Each
         angle is of the turn nearest to the seed (the zero posture by default) that the limits
-        allow.
+        allow. With `facing_rad`, the direction in which a hand leans over the base axis, the base
+        is not free there.
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
-        found = closed_form.inverse(goal, self.lengths, near)
-        base_free = math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
+        found = closed_form.inverse(goal, self.lengths, near, facing_rad)
+        base_free = facing_rad is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
         turned = ((base, side, _turned(raw, self.limits, near)) for base, side, raw in found)
         return tuple(
             Branch(Joints(angles), base, side, _violations(angles, self.limits), base_free)
@@ -192,11 +188,11 @@ class FiveAxisArm:
         """
         x, y, z, pitch, roll = pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
         near = _seed(seed, self.limits)
-        found = solve_pose((x, y, z, pitch, roll), self._build, near)
+        found = nearest_branch((x, y, z, pitch, roll), self, near)
         if found is None and math.hypot(x, y) <= AXIS_MM:
             mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
-            found = solve_pose(mirrored, self._build, near)
-        return None if found is None else _joints(found)
+            found = nearest_branch(mirrored, self, near)
+        return None if found is None else Joints(found)
 
     def solve_angles(self, goal: Angles, near: Angles) -> Angles | None:
         """Return the posture for x, y, z, pitch and roll on bare floats, for loops.
@@ -204,7 +200,7 @@ class FiveAxisArm:
         The floats are not checked, and the seed's base must be within its limits. A goal on the
         base axis is not mirrored as `solve` does.
         """
-        return solve_pose(goal, self._build, near)
+        return nearest_branch(goal, self, near)
 
     def transform(self, joints: Joints) -> Transform:
         """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
@@ -217,11 +213,11 @@ class FiveAxisArm:
         much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for an invalid frame.
         """
         near = _seed(seed, self.limits)
-        return solve_frame(check_transform(goal), self._build, near)
+        return solve_frame(check_transform(goal), self, near)
 
     def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameSolution:
         """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
-        return solve_frame(goal, self._build, near)
+        return solve_frame(goal, self, near)
 
     def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return what `solve` does: the posture within the limits nearest to the seed.
@@ -232,10 +228,7 @@ class FiveAxisArm:
         a pose with a yaw, which `solve` and `branches` ignore.
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
-        if pose.yaw_rad is not None:
-            raise KinematicsError(
-                "this arm has five joints: it cannot take a yaw, which follows from the position"
-            )
+        refuse_yaw(pose)
         joints = self.solve(pose, seed)
         if joints is None:
             raise self._refusal(pose, seed)
@@ -258,8 +251,18 @@ class FiveAxisArm:
         return rotation_of(forward_frame(_directions(joints), self.lengths))
 
     def line(self, start: Joints, goal: Pose) -> Line:
-        """Return the straight line from a posture to a pose; see `line_from`."""
-        return line_from(self, start, self.fk(start), goal)
+        """Return the straight line from a posture to a pose, on the branch of the posture."""
+        origin = self.fk(start)
+        r, _, _ = plane_tip(start[1], start[2], start[3], self.lengths)
+        follower = FiveAxisFollower(
+            self.lengths,
+            (origin.pitch_rad, start[4]),
+            r < -AXIS_MM,
+            _elbow_sign(wrap(start[2]), self.limits[2]),
+            start[4] - origin.roll_rad,
+            widened_to(self.limits, start),
+        )
+        return straight_between(follower, origin.position_mm, follower.first, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a bound on the travel of any point while the joints turn by this together.
@@ -321,14 +324,6 @@ def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
     if limits[0].low_rad <= near[0] <= limits[0].high_rad:
         return near
     return (limits[0].clamp(near[0]), *near[1:])
-
-
-def _joints(angles: Angles) -> Joints:
-    """Return float angles as joints without checking them again."""
-    made = object.__new__(Joints)
-    object.__setattr__(made, "angles_rad", angles)
-    object.__setattr__(made, "names", JOINT_NAMES)
-    return made
 
 
 def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Angles:
@@ -487,24 +482,6 @@ class FiveAxisFollower:
 
     def _rolls_to(self, angle: float) -> bool:
         return abs(self.ranges[4].clamp(angle) - angle) <= LIMIT_TOLERANCE_RAD
-
-
-def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
-    """Return the line to a pose, with the turns of pitch and roll and its branch chosen.
-
-    It begins in the posture `start`, whose pose is `origin`.
-    """
-    r, _, _ = plane_tip(start[1], start[2], start[3], arm.lengths)
-    follower = FiveAxisFollower(
-        arm.lengths,
-        (origin.pitch_rad, start[4]),
-        r < -AXIS_MM,
-        _elbow_sign(wrap(start[2]), arm.limits[2]),
-        start[4] - origin.roll_rad,
-        widened_to(arm.limits, start),
-    )
-    tip = origin.position_mm
-    return straight_between(follower, tip, follower.first, goal)
 
 
 def _elbow_sign(elbow: float, bounds: JointRange) -> float:

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from enum import Enum
-from math import acos, asin, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import NamedTuple, Protocol
 
 from kinematics.frames.transforms import Transform
 from kinematics.geometry import AXIS_MM
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted
+from kinematics.limits import JointRange, all_fitted
 from kinematics.spaces import Joints, Pose
 
 REACH_MM = 1e-9
@@ -130,12 +129,13 @@ def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
 
 
 def inverse(
-    goal: tuple[float, float, float, float, float], lengths: Lengths, seed: Angles
+    goal: Angles, lengths: Lengths, near: Angles, facing: float | None = None
 ) -> list[tuple[Base, Elbow, Angles]]:
-    """Return every branch with its angles; none if out of reach.
+    """Return every branch with its angles for x, y, z, pitch and roll; none if out of reach.
 
-    The angles are of any turn. A tip on the base axis leaves the base free: it takes the seed's
-    base and has only front branches, whose pitch is the convention on the axis.
+    The angles are of any turn. A tip on the base axis leaves the base free: it takes that of
+    `near` and has only front branches, whose pitch is the convention on the axis. With `facing`,
+    the direction of a hand that leans over the axis, it is not free.
 
     The back branches mirror the front ones in the base axis: the links are in the same place,
     driven from the other side.
@@ -143,10 +143,11 @@ def inverse(
     x, y, z, pitch, roll = goal
     height, upper, fore, hand = lengths
     r = math.hypot(x, y)
-    on_axis = r <= AXIS_MM
-    base = seed[0] if on_axis else math.atan2(y, x)
+    if r > AXIS_MM:
+        facing = math.atan2(y, x)
+    base = near[0] if facing is None else facing
     pair = elbow_triangle(
-        r - hand * math.cos(pitch), z - height - hand * math.sin(pitch), upper, fore, seed[1]
+        r - hand * math.cos(pitch), z - height - hand * math.sin(pitch), upper, fore, near[1]
     )
     if pair is None:
         return []
@@ -154,150 +155,30 @@ def inverse(
     for side, (shoulder, elbow) in zip((Elbow.UP, Elbow.DOWN), pair, strict=True):
         wrist = pitch - shoulder - elbow
         found.append((Base.FRONT, side, (base, shoulder, elbow, wrist, roll)))
-        if not on_axis:
+        if facing is not None:
             mirrored = (base + math.pi, math.pi - shoulder, -elbow, -wrist, roll + math.pi)
             found.append((Base.BACK, side, mirrored))
     return found
 
 
-# The branch nearest to a seed within limits, written as one straight piece of code.
-#
-# Planners and jogging solve poses thousands of times, and in Python calls and containers are what
-# costs time. So the elbow triangle, its mirror image behind the base axis, the turns of every angle
-# and the comparison with the seed are written out here once. The functions above contain the same
-# formulas separately.
-
-Span = tuple[float, float]
-"""The lowest and the highest of a range."""
-
-_FOLDED_MM2 = REACH_MM * REACH_MM
-
-
-class ArmBuild(NamedTuple):
-    """What the choice of a branch needs of an arm, computed once.
-
-    `square_sum` is a2^2 + a3^2 and `double_product` 2 a2 a3, of the cosine rule. A base or elbow
-    angle within half a turn either way and outside its gate has no turn within its limits.
-    """
-
-    height: float
-    upper: float
-    fore: float
-    hand: float
-    square_sum: float
-    double_product: float
-    base_gate: Span
-    elbow_gate: Span
-    bounds: tuple[Span, Span, Span, Span, Span]
-
-
-def build(lengths: Lengths, bounds: tuple[Span, ...]) -> ArmBuild:
-    """Return the values that `nearest_posture` needs of an arm with these lengths and limits."""
-    height, upper, fore, hand = lengths
-    base, shoulder, elbow, wrist, roll = bounds
-    return ArmBuild(
-        height,
-        upper,
-        fore,
-        hand,
-        upper * upper + fore * fore,
-        2.0 * upper * fore,
-        _gate(*base),
-        _gate(*elbow),
-        (base, shoulder, elbow, wrist, roll),
-    )
-
-
-def solve_pose(
-    goal: tuple[float, float, float, float, float], arm: ArmBuild, near: Angles
+def nearest_branch(
+    goal: Angles, arm: Dimensions, near: Angles, facing: float | None = None
 ) -> Angles | None:
-    """Return the posture within limits nearest to `near` for x, y, z, pitch and roll, or None."""
-    x, y, z, pitch, roll = goal
-    r = hypot(x, y)
-    on_axis = r <= AXIS_MM
-    base = near[0] if on_axis else atan2(y, x)
-    return nearest_posture(
-        base,
-        r - arm.hand * cos(pitch),
-        z - arm.height - arm.hand * sin(pitch),
-        pitch,
-        roll,
-        not on_axis,
-        arm,
-        near,
-    )
+    """Return the branch within limits with the least sum of squared changes from `near`, or None.
 
-
-def nearest_posture(
-    base: float,
-    wrist_r: float,
-    wrist_z: float,
-    pitch: float,
-    roll: float,
-    mirrored_too: bool,
-    arm: ArmBuild,
-    near: Angles,
-) -> Angles | None:
-    """Return the posture within limits with the least sum of squared changes from `near`.
-
-    The wrist is given in the arm's plane from the shoulder axis, and the base within half a turn
-    either way. Returns None if the elbow triangle does not close or every branch violates a limit.
-    With `mirrored_too`, the base turned by half a circle is tried as well.
+    `goal` and `facing` are those of `inverse`.
     """
-    _, upper, fore, _, square_sum, double_product, base_gate, elbow_gate, bounds = arm
-    square = wrist_r * wrist_r + wrist_z * wrist_z
-    cosine = (square - square_sum) / double_product
-    if not -1.0 <= cosine <= 1.0:
-        touching = elbow_cosine(square, upper, fore)
-        if touching is None:
-            return None
-        cosine = touching
-    bend = acos(cosine)
-    if square <= _FOLDED_MM2:  # equal links, folded: the shoulder is free
-        direction, lift = near[1], 0.0
-    else:
-        direction = atan2(wrist_z, wrist_r)
-        lift = atan2(fore * sqrt((1.0 - cosine) * (1.0 + cosine)), upper + fore * cosine)
-    (b_low, b_high), (s_low, s_high), (e_low, e_high), (w_low, w_high), (r_low, r_high) = bounds
-    b_gate_low, b_gate_high = base_gate
-    e_gate_low, e_gate_high = elbow_gate
-    b_near, s_near, e_near, w_near, r_near = near
     best: Angles | None = None
-    least = inf
-    for back in (False, True) if mirrored_too else (False,):
-        b, r = base, roll
-        if back:
-            b = b - pi if b > 0.0 else b + pi
-            r += pi
-        if not b_gate_low <= b <= b_gate_high:
-            continue
-        if not (b_low <= b <= b_high and -pi < b - b_near < pi):
-            b = fitted(b, b_low, b_high, b_near)
-        if not (r_low <= r <= r_high and -pi < r - r_near < pi):
-            r = fitted(r, r_low, r_high, r_near)
-        for e, s in ((-bend, direction + lift), (bend, direction - lift)):
-            w = pitch - s - e
-            if back:
-                s, e, w = pi - s, -e, -w
-            if not e_gate_low <= e <= e_gate_high:
-                continue
-            if not (e_low <= e <= e_high and -pi < e - e_near < pi):
-                e = fitted(e, e_low, e_high, e_near)
-            if not (s_low <= s <= s_high and -pi < s - s_near < pi):
-                s = fitted(s, s_low, s_high, s_near)
-            if not (w_low <= w <= w_high and -pi < w - w_near < pi):
-                w = fitted(w, w_low, w_high, w_near)
-            db, ds, de, dw, dr = b - b_near, s - s_near, e - e_near, w - w_near, r - r_near
-            change = db * db + ds * ds + de * de + dw * dw + dr * dr
-            if change < least:  # infinite, so never true, if a joint has no valid turn
-                best, least = (b, s, e, w, r), change
+    least = math.inf
+    spans = [(bounds.low_rad, bounds.high_rad) for bounds in arm.limits]
+    for _, _, angles in inverse(goal, arm.lengths, near, facing):
+        turned = all_fitted(angles, spans, near)
+        if turned is not None:
+            change = math.dist(turned, near)
+            if change < least:
+                base, shoulder, elbow, wrist, roll = turned
+                best, least = (base, shoulder, elbow, wrist, roll), change
     return best
-
-
-def _gate(low: float, high: float) -> Span:
-    """Return the gate of a range; no gate if a second turn of an angle may lie within the range."""
-    low, high = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
-    return (low, high) if -pi < low and high < pi else (-inf, inf)
 
 
 # The hand as a full frame: forward to a 4x4, and the inverse of any 4x4 within the limits of five
@@ -383,47 +264,30 @@ def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
     )
 
 
-def solve_frame(goal: Transform, arm: ArmBuild, near: Angles) -> FrameSolution:
+def solve_frame(goal: Transform, arm: Dimensions, near: Angles) -> FrameSolution:
     """Return the posture within limits nearest to `near`, and how far the goal is off.
 
     Arguments are not checked: `goal` must be a transform of finite numbers. A goal off the manifold
     is replaced by the nearest frame on it with the same position.
     """
     (ux, vx, hx, x), (uy, vy, hy, y), (uz, vz, hz, z), _ = goal
-    r = hypot(x, y)
-    base_free = False
-    if r > AXIS_MM:
-        cos_base, sin_base = x / r, y / r
-        base = atan2(y, x)
-    else:
-        base, base_free = (near[0], True) if hypot(hx, hy) <= UPRIGHT else (atan2(hy, hx), False)
-        cos_base, sin_base = math.cos(base), math.sin(base)
-        r = x * cos_base + y * sin_base
+    facing: float | None = None
+    if math.hypot(x, y) > AXIS_MM:
+        facing = math.atan2(y, x)
+    elif math.hypot(hx, hy) > UPRIGHT:
+        facing = math.atan2(hy, hx)
+    base = near[0] if facing is None else facing
+    cos_base, sin_base = math.cos(base), math.sin(base)
     out = hx * cos_base + hy * sin_base
     off = hx * sin_base - hy * cos_base
-    if -1e-9 < off < 1e-9:
-        off_rad = abs(off)
-        cos_pitch, sin_pitch, pitch = out, hz, atan2(hz, out)
-        up_side = ux * sin_base - uy * cos_base
-        roll = atan2(up_side, uz * cos_pitch - sin_pitch * (ux * cos_base + uy * sin_base))
-    else:
-        off_rad = asin(min(abs(off), 1.0))
-        pitch = atan2(hz, out)
-        cos_pitch, sin_pitch = math.cos(pitch), math.sin(pitch)
-        up = ux * cos_base + uy * sin_base, ux * sin_base - uy * cos_base, uz
-        side = vx * cos_base + vy * sin_base, vx * sin_base - vy * cos_base, vz
-        roll = atan2(
-            up[1] - side[2] * cos_pitch + side[0] * sin_pitch,
-            up[2] * cos_pitch - up[0] * sin_pitch + side[1],
-        )
-    angles = nearest_posture(
-        base,
-        r - arm.hand * cos_pitch,
-        z - arm.height - arm.hand * sin_pitch,
-        pitch,
-        roll,
-        not base_free,
-        arm,
-        near,
+    pitch = math.atan2(hz, out)
+    cos_pitch, sin_pitch = math.cos(pitch), math.sin(pitch)
+    up = ux * cos_base + uy * sin_base, ux * sin_base - uy * cos_base, uz
+    side = vx * cos_base + vy * sin_base, vx * sin_base - vy * cos_base, vz
+    roll = math.atan2(
+        up[1] - side[2] * cos_pitch + side[0] * sin_pitch,
+        up[2] * cos_pitch - up[0] * sin_pitch + side[1],
     )
-    return FrameSolution(angles, off_rad, base_free, (x, y, z, pitch, roll))
+    held = x, y, z, pitch, roll
+    angles = nearest_branch(held, arm, near, facing)
+    return FrameSolution(angles, math.asin(min(abs(off), 1.0)), facing is None, held)

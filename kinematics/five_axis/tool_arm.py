@@ -16,10 +16,13 @@ from typing import Protocol, runtime_checkable
 from kinematics.errors import KinematicsError
 from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
-from kinematics.geometry import ArmGeometry, Constraint, Hand, NotFollowed, Point, Tool, Unreachable
+from kinematics.geometry import ArmGeometry, Constraint, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
-from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
+from kinematics.paths.curves import Line, NearFollower, straight_between
 from kinematics.spaces import Joints, Pose
+
+LARGEST_TURN_RAD = 0.5
+"""The furthest that a joint may turn between two waypoints: further is another posture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +125,11 @@ class ToolArm:
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line of the tool's point from a posture to a pose."""
-        return tool_line(self, start, goal)
+        origin = self.fk(start)
+        wide = replace(self, bare=replace(self.bare, limits=widened_to(self.limits, start)))
+        hand = origin.pitch_rad, origin.roll_rad
+        follower = NearFollower(wide, hand, LARGEST_TURN_RAD)
+        return straight_between(follower, origin.position_mm, hand, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this in proportion."""
@@ -213,49 +220,3 @@ def _in_plane_mm(centre: Point, point: Point, base: float) -> float:
     """Return the distance of a point from an axis through `centre`, normal to the arm's plane."""
     out = (point[0] - centre[0]) * math.cos(base) + (point[1] - centre[1]) * math.sin(base)
     return math.hypot(out, point[2] - centre[2])
-
-
-# One posture of an arm with a tool, kept along a line or any other curve of the tool's point. A
-# hand is its pitch and roll, each of any turn.
-
-LARGEST_TURN_RAD = 0.5
-"""The furthest that a joint may turn between two waypoints: further is another posture."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ToolFollower:
-    """The posture near the one before; `arm` has limits widened to a start beyond them."""
-
-    arm: ToolArm
-    first: Hand
-    posture = ""
-
-    def hand(self, pose: Pose, near: Hand) -> Hand:
-        """Return how a pose holds the hand, pitch and roll the shorter way round."""
-        return hand_near(pose, near)
-
-    def between(self, a: Hand, b: Hand, share: float) -> Hand:
-        """Return the hand at a share of the turn: pitch and roll in proportion."""
-        return in_proportion(a, b, share)
-
-    def pose(self, tip: Point, hand: Hand) -> Pose:
-        """Return the pose of a tip and a hand."""
-        return Pose(*tip, *hand)
-
-    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
-        """Return the posture near the one before; raises `NotFollowed`."""
-        try:
-            joints = self.arm.ik_near(self.pose(tip, hand), before)
-        except Unreachable as refusal:
-            raise NotFollowed(refusal.reason) from None
-        refuse_leap(before, joints, LARGEST_TURN_RAD)
-        return joints
-
-
-def tool_line(arm: ToolArm, start: Joints, goal: Pose) -> Line:
-    """Return the line from a posture to a pose, pitch and roll the shorter way round."""
-    origin = arm.fk(start)
-    wide = replace(arm, bare=replace(arm.bare, limits=widened_to(arm.limits, start)))
-    follower = ToolFollower(wide, (origin.pitch_rad, origin.roll_rad))
-    tip = origin.position_mm
-    return straight_between(follower, tip, follower.first, goal)

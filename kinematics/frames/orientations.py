@@ -23,7 +23,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, TypeVar
 
-from kinematics.errors import NoNearestRotation, NotAUnitQuaternion, ZeroVector, finite
+from kinematics.errors import (
+    NoNearestRotation,
+    NotAUnitQuaternion,
+    ZeroVector,
+    check_fields,
+    finite,
+)
 from kinematics.frames.matrices import symmetric_eigen
 from kinematics.frames.numbers import cos, number, numbers, sin
 from kinematics.frames.rotations import Matrix3, columns, multiply, rot_x, rot_y, rot_z
@@ -78,8 +84,7 @@ class Quaternion:
     z: float
 
     def __post_init__(self) -> None:
-        for name in ("w", "x", "y", "z"):
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        check_fields(self, finite, "w", "x", "y", "z")
         length = math.hypot(self.w, self.x, self.y, self.z)
         if abs(length - 1.0) > ROTATION_TOLERANCE:
             raise NotAUnitQuaternion(length)
@@ -288,8 +293,7 @@ class _ThreeAngles:
     psi_rad: float
 
     def __post_init__(self) -> None:
-        for name in ("phi_rad", "theta_rad", "psi_rad"):
-            object.__setattr__(self, name, number(name, getattr(self, name)))
+        check_fields(self, number, "phi_rad", "theta_rad", "psi_rad")
 
 
 class RPY(_ThreeAngles):

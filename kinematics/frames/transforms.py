@@ -40,7 +40,6 @@ from kinematics.frames.vectors import (
     add,
     angle_between,
     cross,
-    dot,
     norm,
     scale,
     triple,
@@ -218,12 +217,9 @@ def check_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> Ma
     as it is. Raises as `rotation_flaws` does.
     """
     matrix = finite_matrix(matrix)
-    if not _are_floats(matrix):
-        return matrix
-    if not _plainly_rotation(matrix, tolerance):
-        flaws = rotation_flaws(matrix, tolerance)
-        if flaws:
-            raise NotARotation(flaws)
+    flaws = tuple(_flaws(matrix, tolerance)) if _are_floats(matrix) else ()
+    if flaws:
+        raise NotARotation(flaws)
     return matrix
 
 
@@ -288,16 +284,6 @@ def _are_floats(rows: Sequence[Sequence[float]]) -> bool:
             if type(entry) is not float or entry - entry != 0.0:
                 return False
     return True
-
-
-def _plainly_rotation(matrix: Matrix3, tolerance: float) -> bool:
-    """Tell by products alone, which is quicker than the lengths and angles of the verdict."""
-    x, y, z = columns(matrix)
-    return (
-        max(abs(dot(x, x) - 1.0), abs(dot(y, y) - 1.0), abs(dot(z, z) - 1.0)) <= tolerance
-        and max(abs(dot(x, y)), abs(dot(y, z)), abs(dot(z, x))) <= tolerance / 2.0
-        and determinant(matrix) > 0.0
-    )
 
 
 def _flaws(matrix: Matrix3, tolerance: float) -> Iterator[RotationFlaw]:

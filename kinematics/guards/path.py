@@ -1,25 +1,21 @@
 """Guards over whole paths: proved between the sampled postures, not only at them.
 
 Lengths in mm, angles in rad. Conservative advancement (Mirtich, 1996): while no point of the arm
-travels further than its room (`links.Room`), no guard can be violated. Two postures whose rooms
-together cover the travel between them prove everything in between. If they do not, the motion is
-halved, until the travel is `step_mm` or less. So the arm is nowhere further beyond a guard than
+travels further than its room (`GuardedArm.room_mm`), no guard can be violated. Two postures whose
+rooms together cover the travel between them prove everything in between. If they do not, the motion
+is halved, until the travel is `step_mm` or less. So the arm is nowhere further beyond a guard than
 half of `step_mm`, and usually a few samples are enough.
 """
 
 from __future__ import annotations
 
-import math
-import random
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
 
 from kinematics.errors import positive
-from kinematics.geometry import ArmGeometry, Point
-from kinematics.guards.guards import GuardedArm, Guards, Violation, deepest
-from kinematics.guards.links import LOOKS, STILL_MM, Reading, Room
+from kinematics.geometry import ArmGeometry
+from kinematics.guards.guards import GuardedArm, Guards, Reading, Violation, deepest
 from kinematics.paths.curves import JointPath
 from kinematics.spaces import Joints
 
@@ -55,62 +51,17 @@ def first_violation(
     broken = watch.begin(waypoints[0])
     if broken is not None and not way_out:
         return 0.0, broken
-    done, total, travels = 0.0, 0.0, []
-    upright = turns_upright(arm)
-    for a, b in pairwise(waypoints):
-        travels.append(_travel(arm, JointPath(a, b), upright))
-        total += travels[-1].whole_mm
-    for travel in travels:
-        found = watch.along(travel)
+    motions = [JointPath(a, b) for a, b in pairwise(waypoints)]
+    travels_mm = [arm.travel_bound_mm(motion.changes_rad) for motion in motions]
+    done_mm, total_mm = 0.0, sum(travels_mm)
+    for motion, travel_mm in zip(motions, travels_mm, strict=True):
+        found = watch.along(motion, travel_mm)
         if found is not None:
             share, violation = found
-            return ((done + travel.whole_mm * share) / total if total > 0.0 else 1.0), violation
-        done += travel.whole_mm
+            whole = done_mm + travel_mm * share
+            return (whole / total_mm if total_mm > 0.0 else 1.0), violation
+        done_mm += travel_mm
     return None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Travel:
-    """One joint motion, and a bound on the travel of any point during it.
-
-    `own_mm` leaves out the turning of a base whose axis is the vertical through the origin.
-    """
-
-    path: JointPath
-    whole_mm: float
-    own_mm: float
-
-
-def _travel(arm: ArmGeometry, path: JointPath, upright: bool) -> _Travel:
-    changes = path.changes_rad
-    whole_mm = arm.travel_bound_mm(changes)
-    own_mm = arm.travel_bound_mm((0.0, *changes[1:])) if upright else whole_mm
-    return _Travel(path, whole_mm, own_mm)
-
-
-@lru_cache(maxsize=32)
-def turns_upright(arm: ArmGeometry) -> bool:
-    """Return whether the base turns the whole arm about the vertical through the origin.
-
-    Then no distance from that axis, from the table, or between links depends on it.
-    """
-    draw = random.Random(1)  # noqa: S311 - any postures will do
-    for _ in range(LOOKS):
-        turn, *others = (draw.uniform(-3.0, 3.0) for _ in arm.limits)
-        ahead, turned = (
-            arm.points(Joints((base, *others), arm.joint_names)) for base in (0.0, turn)
-        )
-        if not any(_turned_by(angle, ahead, turned) for angle in (turn, -turn)):
-            return False
-    return True
-
-
-def _turned_by(angle: float, ahead: tuple[Point, ...], turned: tuple[Point, ...]) -> bool:
-    c, s = math.cos(angle), math.sin(angle)
-    return all(
-        math.dist((c * x - s * y, s * x + c * y, z), there) <= STILL_MM
-        for (x, y, z), there in zip(ahead, turned, strict=True)
-    )
 
 
 class _Watch:
@@ -120,35 +71,38 @@ class _Watch:
         self._guarded = guarded
         self._step_mm = step_mm
         self._depths: dict[Key, float] = {}
-        self._room = Room(0.0, 0.0)
+        self._room_mm = 0.0
 
     def begin(self, joints: Joints) -> Violation | None:
         """Start at the first posture; return the worst guard that it violates."""
-        self._room = self._guarded.room(joints)
-        if self._room.free:
+        self._room_mm = self._guarded.room_mm(joints)
+        if self._room_mm >= 0.0:
             return None
         broken = self._guarded.violations(joints)
         self._depths = {(one.guard, one.quantity): one.excess_mm for one in broken}
         return deepest(broken)
 
-    def along(self, travel: _Travel) -> tuple[float, Violation] | None:
-        """Follow one joint motion; return the share at which a guard is first violated."""
+    def along(self, motion: JointPath, travel_mm: float) -> tuple[float, Violation] | None:
+        """Follow one joint motion; return the share at which a guard is first violated.
+
+        No point of the arm travels further during it than `travel_mm`.
+        """
         share = 0.0
         if self._depths:
-            count = int(travel.whole_mm / self._step_mm) + 1
+            count = int(travel_mm / self._step_mm) + 1
             for part in range(1, count + 1):
                 share = part / count
-                worse = self._deeper(travel.path.at(share))
+                worse = self._deeper(motion.at(share))
                 if worse is not None:
                     return share, worse
                 if not self._depths:
                     break
         if share >= 1.0:
             return None
-        found = self._prove(travel, share)
+        found = self._prove(motion, travel_mm, share)
         if found is None:
             return None
-        return found, deepest(self._guarded.violations(travel.path.at(found)))
+        return found, deepest(self._guarded.violations(motion.at(found)))
 
     def _deeper(self, joints: Joints) -> Violation | None:
         """Return a guard that is deeper than at the previous sample, or newly violated."""
@@ -162,33 +116,26 @@ class _Watch:
         self._depths = {
             key: min(depth, now[key]) for key, depth in self._depths.items() if key in now
         }
-        self._room = self._guarded.room(joints)
+        self._room_mm = self._guarded.room_mm(joints)
         return deepest(grown) if grown else None
 
-    def _prove(self, travel: _Travel, low: float) -> float | None:
+    def _prove(self, motion: JointPath, travel_mm: float, low: float) -> float | None:
         """Return the first sampled share that violates a guard; None if all is proved free."""
-        look, path = self._guarded.room, travel.path
-        ahead = [(1.0, look(path.goal))]
+        room_mm = self._guarded.room_mm
+        ahead = [(1.0, room_mm(motion.goal))]
         while ahead:
-            high, beyond = ahead[-1]
-            part = high - low
-            near = part * travel.whole_mm <= self._step_mm
-            if near and not beyond.free:
+            high, beyond_mm = ahead[-1]
+            part_mm = (high - low) * travel_mm
+            near = part_mm <= self._step_mm
+            if near and beyond_mm < 0.0:
                 return high
-            if beyond.free and (near or self._proves(beyond, part, travel)):
-                low, self._room = high, beyond
+            if beyond_mm >= 0.0 and (near or self._room_mm + beyond_mm >= part_mm):
+                low, self._room_mm = high, beyond_mm
                 ahead.pop()
             else:
                 middle = (low + high) / 2.0
-                ahead.append((middle, look(path.at(middle))))
+                ahead.append((middle, room_mm(motion.at(middle))))
         return None
-
-    def _proves(self, beyond: Room, part: float, travel: _Travel) -> bool:
-        here = self._room
-        return (
-            here.own_mm + beyond.own_mm >= part * travel.own_mm
-            and here.boxes_mm + beyond.boxes_mm >= part * travel.whole_mm
-        )
 
 
 # How near an arm comes to each of its guards along a path, and where. Only guards on distances are

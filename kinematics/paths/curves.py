@@ -12,9 +12,17 @@ from typing import Generic, TypeVar
 
 from kinematics.errors import NoArc, positive
 from kinematics.frames.vectors import Vector, add, cross, distance, dot, norm, scale, subtract, unit
-from kinematics.geometry import ArmGeometry, Follower, Hand, NotFollowed, PathBroken, Point
+from kinematics.geometry import (
+    ArmGeometry,
+    Follower,
+    Hand,
+    NotFollowed,
+    PathBroken,
+    Point,
+    Unreachable,
+)
 from kinematics.limits import turn_near
-from kinematics.spaces import Joints, Pose
+from kinematics.spaces import Joints, Pose, refuse_yaw
 
 # Traces: curves of the tip through space, without arm or hand. Points are given at shares (0 to 1).
 
@@ -193,9 +201,42 @@ def _check_apart(start: Point, via: Point, goal: Point) -> None:
 # hand is two angles, the first is its pitch and the second its roll, each of any turn.
 
 
-def hand_near(pose: Pose, near: Hand) -> Hand:
-    """Return a pose's pitch and roll, each the shorter way round from another hand."""
-    return turn_near(pose.pitch_rad, near[0]), turn_near(pose.roll_rad, near[1])
+@dataclass(frozen=True, slots=True, eq=False)
+class NearFollower:
+    """The posture near the one before, of an arm whose hand is a pitch and a roll.
+
+    `arm` has limits widened to the start. No joint may turn further than `largest_turn_rad` between
+    two waypoints.
+    """
+
+    arm: ArmGeometry
+    first: Hand
+    largest_turn_rad: float
+    posture = ""
+
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand, pitch and roll the shorter way round."""
+        refuse_yaw(pose)
+        return turn_near(pose.pitch_rad, near[0]), turn_near(pose.roll_rad, near[1])
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn: pitch and roll in proportion."""
+        return in_proportion(a, b, share)
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand."""
+        return Pose(*tip, *hand)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture near the one before; raises `NotFollowed`."""
+        try:
+            joints = self.arm.ik_near(self.pose(tip, hand), before)
+        except Unreachable as refusal:
+            raise NotFollowed(refusal.reason) from None
+        name, turn_rad = largest_turn(before, joints)
+        if turn_rad > self.largest_turn_rad:
+            raise NotFollowed(leap_sentence(name, turn_rad, "the posture is singular there"))
+        return joints
 
 
 def in_proportion(a: Hand, b: Hand, share: float) -> Hand:
@@ -203,13 +244,6 @@ def in_proportion(a: Hand, b: Hand, share: float) -> Hand:
     if share >= 1.0:
         return b
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
-
-
-def refuse_leap(before: Joints, reached: Joints, most_rad: float) -> None:
-    """Raise `NotFollowed` if a joint would turn by more than `most_rad` between waypoints."""
-    name, turn_rad = largest_turn(before, reached)
-    if turn_rad > most_rad:
-        raise NotFollowed(leap_sentence(name, turn_rad, "the posture is singular there"))
 
 
 def largest_turn(before: Joints, reached: Joints) -> tuple[str, float]:

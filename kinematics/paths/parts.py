@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kinematics.errors import KinematicsError, finite, require
-from kinematics.spaces import Joints, Pose
-
-A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
+from kinematics.errors import check_fields, finite, not_negative, require
+from kinematics.spaces import JOINTS_EXAMPLE, POSE_EXAMPLE, Joints, Pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +20,8 @@ class JointPart:
     blend_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        require("goal", self.goal, Joints, "Joints.of(0, 40, -60, -70, 0)")
-        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+        require("goal", self.goal, Joints, JOINTS_EXAMPLE)
+        check_fields(self, not_negative, "blend_mm")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +30,8 @@ class _PartToPose:
     blend_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        require("goal", self.goal, Pose, A_POSE)
-        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+        require("goal", self.goal, Pose, POSE_EXAMPLE)
+        check_fields(self, not_negative, "blend_mm")
 
 
 class PosePart(_PartToPose):
@@ -62,19 +60,12 @@ class ArcPart:
     sweep_rad: float | None = None
 
     def __post_init__(self) -> None:
-        require("via", self.via, Pose, A_POSE)
-        require("goal", self.goal, Pose, A_POSE)
+        require("via", self.via, Pose, POSE_EXAMPLE)
+        require("goal", self.goal, Pose, POSE_EXAMPLE)
         if self.sweep_rad is not None:
-            object.__setattr__(self, "sweep_rad", finite("sweep_rad", self.sweep_rad))
-        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+            check_fields(self, finite, "sweep_rad")
+        check_fields(self, not_negative, "blend_mm")
 
 
 PathPart = JointPart | PosePart | LinePart | ArcPart
 """One part of a route."""
-
-
-def _radius(value: float) -> float:
-    radius = finite("blend_mm", value)
-    if radius < 0.0:
-        raise KinematicsError(f"blend_mm must not be less than 0, but is {radius}")
-    return radius

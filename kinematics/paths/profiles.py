@@ -19,7 +19,7 @@ from itertools import accumulate
 from operator import itemgetter
 from typing import NamedTuple
 
-from kinematics.errors import KinematicsError, finite
+from kinematics.errors import KinematicsError, not_negative, positive
 
 NEWTON_ROUNDS = 60
 """More rounds than Newton's method, kept in its bracket by halving, ever needs for a double."""
@@ -114,13 +114,9 @@ def jerk_limited(distance: float, speed: float, acceleration: float, jerk: float
     Seven phases, fewer if the distance is too short to reach the speed or the acceleration. Limits
     are above 0 and may be infinite, but not all of them.
     """
-    length = finite("distance", distance)
-    if length < 0.0:
-        raise KinematicsError(f"a profile's distance must not be less than 0, not {distance!r}")
-    limits = {"speed": speed, "acceleration": acceleration, "jerk": jerk}
-    for name, limit in limits.items():
-        if not limit > 0.0:
-            raise KinematicsError(f"a profile's {name} must be more than 0, not {limit!r}")
+    length = not_negative("a profile's distance", distance)
+    for name, limit in (("speed", speed), ("acceleration", acceleration), ("jerk", jerk)):
+        positive(f"a profile's {name}", limit, endless=True)
     if math.inf == speed == acceleration == jerk:
         raise KinematicsError("speed, acceleration and jerk must not all be infinite")
     if length == 0.0:

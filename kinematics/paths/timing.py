@@ -32,7 +32,7 @@ from math import sqrt
 from operator import mul
 from typing import NamedTuple
 
-from kinematics.errors import KinematicsError, finite, positive
+from kinematics.errors import KinematicsError, finite, not_negative, positive
 from kinematics.paths.profiles import Phase, Profile, jerk_limited
 
 # The limits of a timed path: those of every coordinate, and of every motor after the couplings.
@@ -62,10 +62,9 @@ class MotionLimits:
         for speed in self.speeds:
             positive("a speed limit", speed)
         for acceleration in self.accelerations:
-            _more_than_nothing("an acceleration limit", acceleration)
-        _more_than_nothing("motor_hz", self.motor_hz)
-        if finite("jerk_s", self.jerk_s) < 0.0:
-            raise KinematicsError(f"jerk_s must not be less than 0, not {self.jerk_s!r}")
+            positive("an acceleration limit", acceleration, endless=True)
+        positive("motor_hz", self.motor_hz, endless=True)
+        not_negative("jerk_s", self.jerk_s)
         if any(len(row) != count for row in (self.accelerations, *self.motors)):
             raise KinematicsError(
                 f"{count} coordinates have a speed limit, so as many accelerations are needed, "
@@ -86,11 +85,6 @@ class MotionLimits:
 
 def _share(change: float, limit: float) -> float:
     return abs(change) / limit
-
-
-def _more_than_nothing(name: str, limit: float) -> None:
-    if not limit > 0.0:
-        raise KinematicsError(f"{name} must be more than 0, not {limit!r}")
 
 
 # The share of the acceleration limits that each part of a path uses: the limits of its parameter,
@@ -384,8 +378,7 @@ class TimedPath:
         A part ends at every corner and, while the speed changes, after `longest_s` at most; at its
         end it is where the path is at that time.
         """
-        if not longest_s > 0.0:
-            raise KinematicsError(f"longest_s must be more than 0, not {longest_s!r}")
+        positive("longest_s", longest_s, endless=True)
         made = []
         for corner, (begin_s, end_s) in zip(self.corners[1:], pairwise(self.times_s), strict=True):
             before_s = begin_s

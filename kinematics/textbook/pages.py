@@ -6,19 +6,19 @@ import math
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
+from kinematics.chains.chain import aligned
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.tables import aligned
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.textbook.study import ROW_NAMES, Study, named_factors
-from kinematics.textbook.systems.named import NamedBranch, NamedSingularity
+from kinematics.textbook.systems.named import NamedSingularity
 from kinematics.textbook.worked_example import (
     ExampleSection,
     joints_text,
     plain,
+    remarks,
     symbolic_example,
     symbolic_sections,
-    violation_text,
 )
 
 DIGITS = 3
@@ -195,16 +195,7 @@ def _branches(of: Study) -> Iterator[str]:
     for index, branch in enumerate(of.branches):
         yield f"{'>' if index == of.here else ' '} {branch.name}"
         yield f"    {joints_text(of.subject.chain, branch.joints)}"
-        yield from _remarks(branch)
-
-
-def _remarks(branch: NamedBranch) -> Iterator[str]:
-    if branch.free:
-        yield f"    free: {', '.join(branch.free)}"
-    if branch.degenerate:
-        yield f"    degenerate: {branch.degenerate}"
-    for violation in branch.violations:
-        yield f"    not within the limits: {violation_text(violation)}"
+        yield from (f"    {line}" for line in remarks(branch))
 
 
 # Sections laid in columns of a given height, as a newspaper's.

@@ -23,8 +23,8 @@ from kinematics.chains.assignment import (
     KnownFrames,
     Relation,
 )
+from kinematics.chains.chain import table_text
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.tables import table_text
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.frames.vectors import Vector, angle_between, distance

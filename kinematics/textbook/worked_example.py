@@ -12,12 +12,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.chain import Chain, JointViolation, aligned, table_text
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import solve_frame_ik
 from kinematics.chains.links import JointKind
-from kinematics.chains.tables import aligned, table_text
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
@@ -283,12 +282,17 @@ def _branch(example: Study, branch: NamedBranch) -> Iterator[str]:
         yield f"  {', '.join(map(_quantity, branch.workings))}"
     yield f"  {joints_text(example.subject.chain, branch.joints)}"
     yield f"  comes to {coordinates_text(example.coordinates, example.comes_to(branch))}"
+    yield from (f"  {line}" for line in remarks(branch))
+
+
+def remarks(branch: NamedBranch) -> Iterator[str]:
+    """Say what of a solution is free or lost, and which limits it breaks."""
     if branch.free:
-        yield f"  free: {', '.join(branch.free)}; any value serves, the one shown is the nearest"
+        yield f"free: {', '.join(branch.free)}; any value serves, the one shown is the nearest"
     if branch.degenerate:
-        yield f"  degenerate: {branch.degenerate}"
-    if branch.violations:
-        yield f"  not within the limits: {'; '.join(map(violation_text, branch.violations))}"
+        yield f"degenerate: {branch.degenerate}"
+    for violation in branch.violations:
+        yield f"not within the limits: {violation_text(violation)}"
 
 
 def _all_solutions(example: Study) -> Iterator[str]:
@@ -298,8 +302,7 @@ def _all_solutions(example: Study) -> Iterator[str]:
             yield ""
         yield branch.name
         yield f"  {joints_text(example.subject.chain, branch.joints)}"
-        if branch.violations:
-            yield f"  not within the limits: {'; '.join(map(violation_text, branch.violations))}"
+        yield from (f"  {line}" for line in remarks(branch))
 
 
 def _quantity(quantity: Quantity) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armdrive.connect.target import simulated_config
-from armdrive.sim.armdroid.device import ArmdroidBoard, ArmdroidQuirks
+from armdrive.sim.armdroid import ArmdroidBoard, ArmdroidQuirks
 from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import link_to
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -23,8 +25,9 @@ from armdrive.setup.prober import is_command
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.mks.kind import MksBoard
 from armdrive.sim.serving.loop import make_server
+from armdrive.transports.opening import open_link
 from firmware_protocol.errors import ProtocolError
-from firmware_protocol.frames import Frame, Unpacker
+from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import Code, Request, decode_request
 from kinematics import ArmModel, preset
 
@@ -175,6 +178,26 @@ def _request(frame: Frame) -> Request:
         return decode_request(frame)
     except ProtocolError as error:
         raise AssertionError(f"{frame} is no request: {error}") from None
+
+
+@contextmanager
+def another_program(port: str, *frames: Frame) -> Iterator[None]:
+    """Have another program say the same frames on a bus, over and over."""
+    link, ended = open_link(port, 0), threading.Event()
+
+    def speak() -> None:
+        while not ended.wait(0.01):
+            for frame in frames:
+                link.write(pack(frame), 0.0)
+
+    speaking = threading.Thread(target=speak, daemon=True)
+    speaking.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        speaking.join()
+        link.close()
 
 
 class ServedBus(ServedDevice):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,6 +65,18 @@ class Caller:
             return str(json.loads(called.err)["message"])
         assert called.err.startswith("armdrive: "), called
         return called.err.strip()
+
+
+class Terminal(io.StringIO):
+    """A terminal: what was typed at it, or what is shown on it."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def typed(*lines: str) -> str:
+    """Return lines as a person types them."""
+    return "".join(f"{line}\n" for line in lines)
 
 
 def write_arm_file(name: str, text: str) -> Path:

@@ -17,7 +17,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import LinkLost
 from armdrive.registry.simulate import simulate
-from armdrive.sim.device import DrivesOnBus
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import State, Trust
 from armdrive.transports.link import Link
@@ -219,7 +219,7 @@ def arm_config(
 
 def placed(twin: SimulatedArm, joints: Joints, opening_mm: float = 20.0) -> SimulatedArm:
     """Put a simulated arm into a posture. Drives on a bus count their shafts themselves."""
-    if isinstance(twin.board, DrivesOnBus):
+    if isinstance(twin.board, DrivesBoard):
         twin.device.bring_to(joints, opening_mm)
     else:
         twin.world.drive_to(twin.world.body.transmission.to_motors(joints, opening_mm))

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
 from armdrive.registry.simulate import simulate_device
-from armdrive.sim.grbl.hardware import LimitInput
+from armdrive.sim.mechanics.switches import LimitSwitch
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
@@ -130,10 +131,17 @@ def stream(bench, commands, host=None):
     return bench.now_s - began_s
 
 
+def stands_at(bench, motor):
+    return bench.device.world.motors[motor]
+
+
 def with_switches_ahead(bench, units=100.0):
     """Put every limit switch some units ahead of its motor."""
     motors = bench.device.world.motors
-    found = {n: LimitInput(n, count + round(units * 10), 1) for n, count in enumerate(motors)}
+    found = {
+        n: LimitSwitch(partial(stands_at, bench, n), count + round(units * 10))
+        for n, count in enumerate(motors)
+    }
     bench.board.switches.by_axis = found
     bench.board.limits.forget(bench.board)
     return bench

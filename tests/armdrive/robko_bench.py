@@ -10,7 +10,7 @@ from faults import DisturbedLink, arm_config, driven
 
 from armdrive.arm import Arm
 from armdrive.sim.device import SimDevice
-from armdrive.sim.robko01.device import SimRobkoBoard
+from armdrive.sim.robko01 import SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request
 

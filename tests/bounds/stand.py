@@ -15,7 +15,8 @@ from armdrive.connect.parts import assemble
 from armdrive.registry import simulated_kind
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
-from armdrive.sim.device import DrivesOnBus, Options, SimDevice, Value
+from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.device import Options, SimDevice, Value
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
@@ -130,7 +131,7 @@ class Stand:
         transmission = self.world.body.transmission
         there = transmission.to_motors(at, OPENING_MM)
         device = SimDevice(kind.make(config, self.world, Options(kind.options, options)))
-        if isinstance(device.board, DrivesOnBus):
+        if isinstance(device.board, DrivesBoard):
             device.bring_to(at, OPENING_MM)
         else:
             self.world.drive_to(there)

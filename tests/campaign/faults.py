@@ -10,7 +10,8 @@ import random
 
 from armdrive.errors import ArmError
 from armdrive.motion.reference import PROMPT_S
-from armdrive.sim.device import DrivesOnBus, HasPendant, HasSwitches, Resettable
+from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.device import HasPendant, HasSwitches, Resettable
 from kinematics import Motors
 
 from .excuses import NOISE_S, TurnedByHand
@@ -23,7 +24,7 @@ from .stage import STATE, Stage, suspend
 
 def _no_check_bytes(stage: Stage) -> bool:
     """Return whether the device obeys changed numbers: neither messages nor a bus have checks."""
-    return not stage.config_abilities.check_bytes and not isinstance(stage.twin.board, DrivesOnBus)
+    return not stage.config_abilities.check_bytes and not isinstance(stage.twin.board, DrivesBoard)
 
 
 def _amount(draw: random.Random) -> str:
@@ -75,7 +76,7 @@ def _noise(stage: Stage) -> str:
     kind, share = stage.draw.choice(("drop", "corrupt")), stage.draw.choice((0.005, 0.03, 0.1))
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
-    on_bus = side == HOST and isinstance(stage.twin.board, DrivesOnBus)
+    on_bus = side == HOST and isinstance(stage.twin.board, DrivesBoard)
     if on_bus:
         stage.orders_lost_until_s = stage.now_s + for_s
     if on_bus and share >= DAMAGES_FRAMES:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.sim.device import DrivesOnBus
+from armdrive.sim.bus.board import DrivesBoard
 
 from .injection import DEVICE, HOST, CampaignFault, inject, motor
 from .missed_orders import excuse_cut_off, orders_ignored
@@ -96,15 +96,15 @@ def _no_done(stage: Stage) -> str:
 
 
 ON_A_BUS: tuple[CampaignFault, ...] = (
-    CampaignFault("frames lost", _lose_frames, DrivesOnBus),
-    CampaignFault("frames doubled", _double_frames, DrivesOnBus),
-    CampaignFault("frames overtaken", _overtake, DrivesOnBus),
-    CampaignFault("the adapter bus-off", _bus_off, DrivesOnBus),
-    CampaignFault("no acknowledgement", _alone, DrivesOnBus),
-    CampaignFault("a mute drive", _mute_drive, DrivesOnBus),
-    CampaignFault("a drive without power", _dead_drive, DrivesOnBus),
-    CampaignFault("a drive reset", _reset_drive, DrivesOnBus),
-    CampaignFault("a drive in another mode", _other_mode, DrivesOnBus),
-    CampaignFault("a drive with another id", _other_id, DrivesOnBus),
-    CampaignFault("no done report", _no_done, DrivesOnBus),
+    CampaignFault("frames lost", _lose_frames, DrivesBoard),
+    CampaignFault("frames doubled", _double_frames, DrivesBoard),
+    CampaignFault("frames overtaken", _overtake, DrivesBoard),
+    CampaignFault("the adapter bus-off", _bus_off, DrivesBoard),
+    CampaignFault("no acknowledgement", _alone, DrivesBoard),
+    CampaignFault("a mute drive", _mute_drive, DrivesBoard),
+    CampaignFault("a drive without power", _dead_drive, DrivesBoard),
+    CampaignFault("a drive reset", _reset_drive, DrivesBoard),
+    CampaignFault("a drive in another mode", _other_mode, DrivesBoard),
+    CampaignFault("a drive with another id", _other_id, DrivesBoard),
+    CampaignFault("no done report", _no_done, DrivesBoard),
 )

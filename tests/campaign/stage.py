@@ -27,8 +27,9 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.motion.standing import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
-from armdrive.sim.device import DrivesOnBus, Options, SimDevice
+from armdrive.sim.device import Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
@@ -167,7 +168,7 @@ class Stage:
         self.watch.lost_targets = LostTargets.of(self.config)
         # a stop may take an axis of a Robko beyond its target
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
-        if isinstance(self.twin.board, DrivesOnBus):  # steppers make up for no lost steps
+        if isinstance(self.twin.board, DrivesBoard):  # steppers make up for no lost steps
             self.watch.spring_back.can_hold = self._can_hold
             self.watch.lost_targets.brakes = self._brakes
             self.world.closed_loop = True
@@ -329,7 +330,7 @@ class Stage:
         """Bring the arm to a posture by hand."""
         self.world.moved_by_hand = True
         try:
-            if isinstance(self.twin.board, DrivesOnBus):  # these would turn their shafts back
+            if isinstance(self.twin.board, DrivesBoard):  # these would turn their shafts back
                 self.twin.device.bring_to(joints, opening_mm)
             else:
                 self.world.drive_to(self.world.body.transmission.to_motors(joints, opening_mm))

@@ -5,31 +5,7 @@ import random
 from chunks import events
 from fuzzing import FuzzCase
 
-from firmware_protocol.grbl import (
-    GRBLHAL,
-    MEGA_5X,
-    Alarm,
-    AxesInfo,
-    Banner,
-    BuildInfo,
-    Device,
-    Empty,
-    Error,
-    Feedback,
-    Host,
-    Line,
-    LineReceived,
-    Ok,
-    Parameter,
-    QuerySettings,
-    Rejected,
-    SetSetting,
-    Setting,
-    State,
-    StatusReport,
-    Unreadable,
-    encode_answer,
-)
+from firmware_protocol import grbl
 
 AXES = "XYZABC"
 
@@ -47,25 +23,29 @@ def _target(rng: random.Random) -> str:
 
 
 COMMANDS = (
-    lambda rng: Line(f"G90G1{_target(rng)}F{rng.randint(1, 9999)}"),
-    lambda rng: Line(f"G91G0{_target(rng)}"),
-    lambda rng: Line(f"$J=G91{_target(rng)}F{rng.randint(1, 9999)}"),
-    lambda rng: Line(f"G4P{rng.random():.3f}"),
-    lambda rng: QuerySettings(),
-    lambda rng: SetSetting(rng.randint(0, 255), _number(rng)),
+    lambda rng: grbl.Line(f"G90G1{_target(rng)}F{rng.randint(1, 9999)}"),
+    lambda rng: grbl.Line(f"G91G0{_target(rng)}"),
+    lambda rng: grbl.Line(f"$J=G91{_target(rng)}F{rng.randint(1, 9999)}"),
+    lambda rng: grbl.Line(f"G4P{rng.random():.3f}"),
+    lambda rng: grbl.QuerySettings(),
+    lambda rng: grbl.SetSetting(rng.randint(0, 255), _number(rng)),
 )
 ANSWERS = (
-    lambda rng: Ok(),
-    lambda rng: Error(rng.randint(1, 60)),
-    lambda rng: Alarm(rng.randint(1, 18)),
-    lambda rng: StatusReport(rng.choice(list(State)), None, _place(rng), feed=1.0, speed=0.0),
-    lambda rng: StatusReport(State.HOLD, 1, None, _place(rng), 15, 128, work_offset=_place(rng)),
-    lambda rng: Banner(),
-    lambda rng: Setting(rng.randint(0, 132), f"{_number(rng):.3f}"),
-    lambda rng: Feedback("Reset to continue"),
-    lambda rng: BuildInfo("VNMZ", 35, 254),
-    lambda rng: AxesInfo(6, AXES),
-    lambda rng: Parameter("G54", _place(rng)),
+    lambda rng: grbl.Ok(),
+    lambda rng: grbl.Error(rng.randint(1, 60)),
+    lambda rng: grbl.Alarm(rng.randint(1, 18)),
+    lambda rng: grbl.StatusReport(
+        rng.choice(list(grbl.State)), None, _place(rng), feed=1.0, speed=0.0
+    ),
+    lambda rng: grbl.StatusReport(
+        grbl.State.HOLD, 1, None, _place(rng), 15, 128, work_offset=_place(rng)
+    ),
+    lambda rng: grbl.Banner(),
+    lambda rng: grbl.Setting(rng.randint(0, 132), f"{_number(rng):.3f}"),
+    lambda rng: grbl.Feedback("Reset to continue"),
+    lambda rng: grbl.BuildInfo("VNMZ", 35, 254),
+    lambda rng: grbl.AxesInfo(6, AXES),
+    lambda rng: grbl.Parameter("G54", _place(rng)),
 )
 
 
@@ -74,24 +54,24 @@ def _line(rng: random.Random) -> bytes:
     return realtime + rng.choice(COMMANDS)(rng).text.encode() + b"\n"
 
 
-def _host_saw_one(host: Host) -> bool:
+def _host_saw_one(host: grbl.Host) -> bool:
     found = events(host)
-    while len(host.outstanding_lines) < 3 and host.room_for(QuerySettings()):
-        host.send(QuerySettings())
-    return any(not isinstance(event, Unreadable) for event in found)
+    while len(host.outstanding_lines) < 3 and host.room_for(grbl.QuerySettings()):
+        host.send(grbl.QuerySettings())
+    return any(not isinstance(event, grbl.Unreadable) for event in found)
 
 
-def _device_saw_one(device: Device) -> bool:
-    lines = [event for event in events(device) if isinstance(event, LineReceived)]
+def _device_saw_one(device: grbl.Device) -> bool:
+    lines = [event for event in events(device) if isinstance(event, grbl.LineReceived)]
     for _ in lines:
-        device.send(Ok())
-    return any(not isinstance(line.content, Rejected | Empty) for line in lines)
+        device.send(grbl.Ok())
+    return any(not isinstance(line.content, grbl.Rejected | grbl.Empty) for line in lines)
 
 
 HOST = FuzzCase(
     "grbl host",
-    lambda: Host(MEGA_5X),
-    lambda rng: encode_answer(rng.choice(ANSWERS)(rng)),
+    lambda: grbl.Host(grbl.MEGA_5X),
+    lambda rng: grbl.encode_answer(rng.choice(ANSWERS)(rng)),
     _host_saw_one,
 )
-DEVICE = FuzzCase("grbl device", lambda: Device(GRBLHAL), _line, _device_saw_one)
+DEVICE = FuzzCase("grbl device", lambda: grbl.Device(grbl.GRBLHAL), _line, _device_saw_one)

@@ -4,42 +4,7 @@ import string
 
 from hypothesis import strategies as st
 
-from firmware_protocol.grbl import (
-    AxesInfo,
-    Banner,
-    Bracketed,
-    BuildInfo,
-    CheckMode,
-    Coolant,
-    DigitalOutput,
-    Error,
-    Feedback,
-    Help,
-    Home,
-    Line,
-    Modes,
-    Ok,
-    Parameter,
-    ParserState,
-    QueryBuildInfo,
-    QueryParameters,
-    QueryParserState,
-    QuerySettings,
-    QueryStartupLines,
-    Restore,
-    SetSetting,
-    Setting,
-    Sleep,
-    StartupEcho,
-    State,
-    StatusReport,
-    StoreBuildInfo,
-    StoreStartupLine,
-    Unlock,
-    Variant,
-    Version,
-    write_number,
-)
+from firmware_protocol import grbl
 from firmware_protocol.grbl.answers import Alarm
 
 AXES = "XYZABC"
@@ -50,7 +15,7 @@ NAMES = st.text(string.ascii_letters + string.digits + ".-", min_size=1, max_siz
 COORDINATES = st.tuples(*[NUMBERS] * 6)
 BYTE = st.integers(1, 255)
 
-_WORDS = TARGETS.map(lambda axes: "".join(f"{a}{write_number(n)}" for a, n in axes.items()))
+_WORDS = TARGETS.map(lambda axes: "".join(f"{a}{grbl.write_number(n)}" for a, n in axes.items()))
 _MOVES = st.one_of(
     st.builds("{}G0{}".format, st.sampled_from(["", "G90", "G91", "G90G53"]), _WORDS),
     st.builds("{}G1{}F{}".format, st.sampled_from(["", "G90", "G91", "G90G53"]), _WORDS, FEEDS),
@@ -60,38 +25,50 @@ _MOVES = st.one_of(
     st.builds("G4P{}".format, FEEDS),
 )
 GCODE = st.one_of(
-    _MOVES.map(Line),
-    st.builds(Modes, st.booleans(), st.integers(54, 59)),
-    st.builds(Coolant, st.booleans()),
-    st.builds(DigitalOutput, st.integers(0, 7), st.booleans(), st.booleans()),
+    _MOVES.map(grbl.Line),
+    st.builds(grbl.Modes, st.booleans(), st.integers(54, 59)),
+    st.builds(grbl.Coolant, st.booleans()),
+    st.builds(grbl.DigitalOutput, st.integers(0, 7), st.booleans(), st.booleans()),
 )
-JOGS = st.builds("$J=G21{}{}F{}".format, st.sampled_from(["G90", "G91"]), _WORDS, FEEDS).map(Line)
+JOGS = st.builds("$J=G21{}{}F{}".format, st.sampled_from(["G90", "G91"]), _WORDS, FEEDS).map(
+    grbl.Line
+)
 SYSTEM = st.one_of(
-    st.sampled_from([Help(), QuerySettings(), QueryBuildInfo(), QueryParameters(), CheckMode()]),
-    st.sampled_from([QueryParserState(), QueryStartupLines(), Unlock(), Sleep()]),
-    st.builds(Home, st.sampled_from(["", *AXES])),
-    st.builds(SetSetting, st.integers(0, 255), NUMBERS),
-    st.builds(StoreStartupLine, st.integers(0, 1), st.sampled_from(["", "G54", "G21G90"])),
-    st.builds(StoreBuildInfo, st.text(string.ascii_uppercase, max_size=12)),
-    st.builds(Restore, st.sampled_from("$#*")),
+    st.sampled_from(
+        [
+            grbl.Help(),
+            grbl.QuerySettings(),
+            grbl.QueryBuildInfo(),
+            grbl.QueryParameters(),
+            grbl.CheckMode(),
+        ]
+    ),
+    st.sampled_from(
+        [grbl.QueryParserState(), grbl.QueryStartupLines(), grbl.Unlock(), grbl.Sleep()]
+    ),
+    st.builds(grbl.Home, st.sampled_from(["", *AXES])),
+    st.builds(grbl.SetSetting, st.integers(0, 255), NUMBERS),
+    st.builds(grbl.StoreStartupLine, st.integers(0, 1), st.sampled_from(["", "G54", "G21G90"])),
+    st.builds(grbl.StoreBuildInfo, st.text(string.ascii_uppercase, max_size=12)),
+    st.builds(grbl.Restore, st.sampled_from("$#*")),
 )
 COMMANDS = st.one_of(GCODE, JOGS, SYSTEM)
 
 COUNTS = st.integers(0, 255)
 BANNERS = st.one_of(
-    st.builds(Banner, NAMES, st.sampled_from([Variant.GRBL, Variant.GRBLHAL])),
-    st.builds(Banner, NAMES, st.just(Variant.FLUIDNC), NAMES),
+    st.builds(grbl.Banner, NAMES, st.sampled_from([grbl.Variant.GRBL, grbl.Variant.GRBLHAL])),
+    st.builds(grbl.Banner, NAMES, st.just(grbl.Variant.FLUIDNC), NAMES),
 )
 
 
 @st.composite
-def reports(draw: st.DrawFn) -> StatusReport:
+def reports(draw: st.DrawFn) -> grbl.StatusReport:
     """Draw a status report with any fields."""
     where = draw(st.sampled_from(["machine_position", "work_position"]))
     free = draw(st.booleans())
     rates = draw(st.lists(FEEDS, max_size=3))
-    return StatusReport(
-        draw(st.sampled_from(State) | st.text(string.ascii_letters, min_size=1, max_size=8)),
+    return grbl.StatusReport(
+        draw(st.sampled_from(grbl.State) | st.text(string.ascii_letters, min_size=1, max_size=8)),
         draw(st.none() | st.integers(0, 999)),
         free_blocks=draw(COUNTS) if free else None,
         free_bytes=draw(COUNTS) if free else None,
@@ -107,19 +84,28 @@ def reports(draw: st.DrawFn) -> StatusReport:
 
 
 INFO = st.one_of(
-    st.builds(Setting, st.integers(0, 400), NAMES),
-    st.builds(Setting, st.sampled_from(["N0", "N1", "/axes/x/steps_per_mm"]), NAMES),
-    st.builds(Feedback, NAMES),
-    st.builds(Version, NAMES, NAMES),
-    st.builds(BuildInfo, st.text("VNMZHL*$#", max_size=6)),
-    st.builds(BuildInfo, st.just("VZ"), COUNTS, st.integers(0, 1024), st.just(("6", "0"))),
-    st.builds(AxesInfo, st.integers(1, 6), st.just(AXES)),
-    st.builds(ParserState, st.lists(NAMES, min_size=1, max_size=9).map(tuple)),
-    st.builds(Parameter, st.sampled_from(["G54", "G28", "G92", "G59.1", "TLO"]), COORDINATES),
-    st.builds(Parameter, st.just("PRB"), COORDINATES, st.booleans()),
-    st.builds(StartupEcho, NAMES, st.none() | BYTE),
-    st.builds(Bracketed, st.sampled_from(["HLP:$$ $#", "echo: G1X1", "FIRMWARE:grblHAL", "x"])),
+    st.builds(grbl.Setting, st.integers(0, 400), NAMES),
+    st.builds(grbl.Setting, st.sampled_from(["N0", "N1", "/axes/x/steps_per_mm"]), NAMES),
+    st.builds(grbl.Feedback, NAMES),
+    st.builds(grbl.Version, NAMES, NAMES),
+    st.builds(grbl.BuildInfo, st.text("VNMZHL*$#", max_size=6)),
+    st.builds(grbl.BuildInfo, st.just("VZ"), COUNTS, st.integers(0, 1024), st.just(("6", "0"))),
+    st.builds(grbl.AxesInfo, st.integers(1, 6), st.just(AXES)),
+    st.builds(grbl.ParserState, st.lists(NAMES, min_size=1, max_size=9).map(tuple)),
+    st.builds(grbl.Parameter, st.sampled_from(["G54", "G28", "G92", "G59.1", "TLO"]), COORDINATES),
+    st.builds(grbl.Parameter, st.just("PRB"), COORDINATES, st.booleans()),
+    st.builds(grbl.StartupEcho, NAMES, st.none() | BYTE),
+    st.builds(
+        grbl.Bracketed, st.sampled_from(["HLP:$$ $#", "echo: G1X1", "FIRMWARE:grblHAL", "x"])
+    ),
 )
 ANSWERS = st.one_of(
-    *(st.just(Ok()), st.builds(Error, BYTE), st.builds(Alarm, BYTE), BANNERS, reports(), INFO)
+    *(
+        st.just(grbl.Ok()),
+        st.builds(grbl.Error, BYTE),
+        st.builds(Alarm, BYTE),
+        BANNERS,
+        reports(),
+        INFO,
+    )
 )

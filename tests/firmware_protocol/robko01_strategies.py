@@ -2,67 +2,57 @@
 
 from hypothesis import strategies as st
 
-from firmware_protocol.robko01 import (
-    Acknowledged,
-    Axes,
-    Busy,
-    Clear,
-    Disable,
-    Enable,
-    GetRobotId,
-    Inputs,
-    InputsRead,
-    IsMoving,
-    LoadPosition,
-    MoveAbsolute,
-    MoveRelative,
-    MoveSpeed,
-    Moving,
-    Op,
-    Outputs,
-    OutputsSet,
-    Ping,
-    Pong,
-    Position,
-    Positions,
-    RobotId,
-    SavePosition,
-    SetRobotId,
-    Status,
-    Stop,
-)
+from firmware_protocol import robko01
 
 BYTE = st.integers(0, 255)
 PAYLOAD = st.binary(max_size=26)
 WORDS = st.tuples(*[st.integers(-32768, 32767)] * 6)
-AXES = st.builds(Axes, WORDS, WORDS)
-PLAIN = [Stop, Disable, Enable, Clear, Inputs, IsMoving, Position, SavePosition, LoadPosition]
+AXES = st.builds(robko01.Axes, WORDS, WORDS)
+PLAIN = [
+    robko01.Stop,
+    robko01.Disable,
+    robko01.Enable,
+    robko01.Clear,
+    robko01.Inputs,
+    robko01.IsMoving,
+    robko01.Position,
+    robko01.SavePosition,
+    robko01.LoadPosition,
+]
 REQUESTS = st.one_of(
     st.sampled_from([kind() for kind in PLAIN]),
-    st.builds(Ping, PAYLOAD),
-    *[st.builds(kind, AXES) for kind in (MoveRelative, MoveAbsolute, MoveSpeed)],
-    st.builds(Outputs, BYTE),
-    *[st.builds(kind, PAYLOAD) for kind in (SetRobotId, GetRobotId)],
+    st.builds(robko01.Ping, PAYLOAD),
+    *[
+        st.builds(kind, AXES)
+        for kind in (robko01.MoveRelative, robko01.MoveAbsolute, robko01.MoveSpeed)
+    ],
+    st.builds(robko01.Outputs, BYTE),
+    *[st.builds(kind, PAYLOAD) for kind in (robko01.SetRobotId, robko01.GetRobotId)],
 )
 VALUES = {
-    Op.INPUTS: st.builds(InputsRead, BYTE),
-    Op.IS_MOVING: st.builds(Moving, BYTE),
-    Op.POSITION: st.builds(Positions, AXES),
-    Op.OUTPUTS: st.builds(OutputsSet, BYTE) | st.just(Acknowledged(Op.OUTPUTS)),
-    Op.SET_ROBOT_ID: st.builds(RobotId, st.just(Op.SET_ROBOT_ID), PAYLOAD),
-    Op.GET_ROBOT_ID: st.builds(RobotId, st.just(Op.GET_ROBOT_ID), PAYLOAD),
+    robko01.Op.INPUTS: st.builds(robko01.InputsRead, BYTE),
+    robko01.Op.IS_MOVING: st.builds(robko01.Moving, BYTE),
+    robko01.Op.POSITION: st.builds(robko01.Positions, AXES),
+    robko01.Op.OUTPUTS: st.builds(robko01.OutputsSet, BYTE)
+    | st.just(robko01.Acknowledged(robko01.Op.OUTPUTS)),
+    robko01.Op.SET_ROBOT_ID: st.builds(robko01.RobotId, st.just(robko01.Op.SET_ROBOT_ID), PAYLOAD),
+    robko01.Op.GET_ROBOT_ID: st.builds(robko01.RobotId, st.just(robko01.Op.GET_ROBOT_ID), PAYLOAD),
 }
-NOT_OK = st.sampled_from([Status.ERROR, Status.BUSY, Status.TIMEOUT])
+NOT_OK = st.sampled_from([robko01.Status.ERROR, robko01.Status.BUSY, robko01.Status.TIMEOUT])
 
 
 def answers_to(request):
     """Draw an answer to a request, as a device may send it."""
-    refused = st.builds(Acknowledged, st.just(request.op), NOT_OK)
-    busy = st.builds(Busy, st.just(request.op), BYTE)
-    if isinstance(request, Ping):
-        done = st.just(Pong(request.payload))
+    refused = st.builds(robko01.Acknowledged, st.just(request.op), NOT_OK)
+    busy = st.builds(robko01.Busy, st.just(request.op), BYTE)
+    if isinstance(request, robko01.Ping):
+        done = st.just(robko01.Pong(request.payload))
     else:
-        done = VALUES[request.op] if request.op in VALUES else st.just(Acknowledged(request.op))
+        done = (
+            VALUES[request.op]
+            if request.op in VALUES
+            else st.just(robko01.Acknowledged(request.op))
+        )
     return done | refused | busy
 
 

@@ -4,6 +4,7 @@ import math
 
 from hypothesis import strategies as st
 
+from kinematics.chains.assignment import JointAxis, tip_frame
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.frames.rotations import multiply, rot_x, rot_z
@@ -22,6 +23,16 @@ ALPHA_II = Chain(
     name="Alpha II",
     joint_names=("base", "shoulder", "elbow", "pitch", "roll"),
 )
+
+ALPHA_II_AXES = (
+    JointAxis((0, 0, 0), (0, 0, 1), name="base"),
+    JointAxis((0, 0, 215), (0, 1, 0), name="shoulder"),
+    JointAxis((177.8, 0, 215), (0, 1, 0), name="elbow"),
+    JointAxis((355.6, 0, 215), (0, 1, 0), name="pitch"),
+    JointAxis((355.6, 0, 215), (1, 0, 0), name="roll"),
+)
+ALPHA_II_TOOL = tip_frame(ALPHA_II_AXES[-1], (485.1, 0.0, 215.0), normal=(0, 0, 1))
+"""The joints and the hand of the Alpha II, stretched out level."""
 
 MINI_MOVER = Chain(
     (
@@ -49,8 +60,26 @@ PUMA = Chain(
 
 ASKEW = transform(multiply(rot_x(0.3), rot_z(-0.7)), (12.0, -5.0, 40.0))
 
+
+def gap(a, b):
+    """The largest difference of two vectors or two matrices, entry by entry."""
+    if hasattr(a[0], "__len__"):
+        return max(gap(x, y) for x, y in zip(a, b, strict=True))
+    return max(abs(x - y) for x, y in zip(a, b, strict=True))
+
+
+def turn_gap(a, b):
+    """The largest turn between two lists of angles, angle by angle."""
+    return max(abs(math.remainder(x - y, math.tau)) for x, y in zip(a, b, strict=True))
+
+
 angles = st.one_of(
     st.sampled_from([0.0, QUARTER, -QUARTER, math.pi]), st.floats(-3.125, 3.125, width=32)
+)
+coordinates = st.sampled_from([0.0, 100.0, -40.0])
+directions = st.tuples(*[st.sampled_from([0.0, 1.0, -1.0, 0.3])] * 3).filter(any)
+joint_axes = st.builds(
+    JointAxis, st.tuples(*[coordinates] * 3), directions, st.sampled_from(JointKind)
 )
 lengths = st.one_of(st.just(0.0), st.floats(-200.0, 200.0, width=32))
 
@@ -83,11 +112,6 @@ def chains_and_values(draw, most=7, kinds=tuple(JointKind)):
         st.lists(st.floats(-3.0, 3.0), min_size=len(chain), max_size=len(chain)).map(tuple)
     )
     return chain, values
-
-
-def difference(a, b):
-    """The largest difference of two matrices' entries."""
-    return max(abs(x - y) for r, s in zip(a, b, strict=True) for x, y in zip(r, s, strict=True))
 
 
 def columns_by_differences(chain, values, step=1e-5):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from kinematics import FiveAxisArm, Guards, JointPath, JointRange, Joints, Pose, preset, system
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import translation
+from kinematics.guards.shapes import Box
 
 TEACHMOVER = preset("teachmover").arm
 
@@ -24,6 +25,12 @@ UNEVEN = FiveAxisArm(
 )
 """Unequal links, an elbow that bends both ways, and a roll range of less than a turn."""
 
+HALF_TURNS = FiveAxisArm(150.0, 120.0, 120.0, 80.0, (JointRange.of(-180, 180),) * 5)
+"""Every range ends where the two turns of one direction meet."""
+
+LOOSE = dataclasses.replace(TEACHMOVER, limits=(JointRange.of(-180, 180),) * 5)
+"""The same links with nothing in their way: guards are tried where limits would keep it out."""
+
 ARMS = (TEACHMOVER, UNEVEN)
 
 # Arms driven by their link tables, a posture of the Puma, and guards that leave it the table alone.
@@ -31,6 +38,8 @@ MINI = ChainArm(system("minimover5").chain())
 PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
 START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
 TABLE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
+VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
+LAMP = Box("lamp", (250.0, -250.0, 250.0), (330.0, -120.0, 700.0))
 
 
 def postures(arm):

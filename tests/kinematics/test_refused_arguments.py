@@ -38,7 +38,7 @@ from kinematics import (
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.inverse import solve_goal, solve_pose_ik
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.urdf_reading import read_urdf
+from kinematics.chains.urdf import read_urdf
 from kinematics.frames.orientations import RPY
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE

@@ -419,6 +419,28 @@ MUTANTS = (
         tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
     ),
     Mutant(
+        name="an MKS drive at a limit switch gets the order of its burst again",
+        promise="a limit switch ends a motion of all motors",
+        path="armdrive/dialects/mks/motion.py",
+        old="observer = self._run, self._wire.observer\n        if run.blame(run.reported()):\n",
+        new="observer = self._run, self._wire.observer\n        if False:\n",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
+            "test_a_limit_switch_that_stops_a_burst_is_not_run_against_again",
+        ),
+    ),
+    Mutant(
+        name="a slow CiA 402 drive that is blocked is found by its error alone",
+        promise="a blocked drive is noticed by its encoder, at any speed",
+        path="armdrive/dialects/cia402/motion.py",
+        old="return self._blocked() or (Signal.ALL_SENT",
+        new="return (Signal.ALL_SENT",
+        tests=tests_of(
+            "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
+            "test_a_blocked_shaft_is_found_in_the_same_time_at_any_speed",
+        ),
+    ),
+    Mutant(
         name="replies on a slow link count as missed",
         promise="a late bus calls no healthy drive restarted",
         path="armdrive/dialects/bus/ledger.py",
@@ -625,7 +647,7 @@ MUTANTS = (
         old="    FAULT = (0x4F, 0x08)",
         new="    FAULT = (0x4F, 0x48)",
         tests=tests_of(
-            "tests/firmware_protocol/canopen/test_canopen_drive_words.py",
+            "tests/firmware_protocol/canopen/test_canopen_drive.py",
             "test_a_statusword_tells_its_state",
         ),
     ),

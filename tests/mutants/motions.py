@@ -146,7 +146,7 @@ MUTANTS = (
         name="guards are checked at the goal alone",
         promise="no guard is broken on the way",
         path="kinematics/guards/path.py",
-        old="            near = part * travel.whole_mm <= self._step_mm\n",
+        old="            near = part_mm <= self._step_mm\n",
         new="            near = True\n",
         tests=tests_of(
             "tests/armdrive/motion/test_guards_driven.py",
@@ -433,8 +433,8 @@ MUTANTS = (
         name="a line takes another elbow than the one it starts with",
         promise="a line keeps one posture",
         path="kinematics/five_axis/arm.py",
-        old="        _elbow_sign(wrap(start[2]), arm.limits[2]),\n",
-        new="        -1.0,\n",
+        old="            _elbow_sign(wrap(start[2]), self.limits[2]),\n",
+        new="            -1.0,\n",
         tests=tests_of(
             "tests/kinematics/paths/test_paths.py",
             "test_a_line_keeps_the_elbow_that_it_starts_with",

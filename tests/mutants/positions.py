@@ -80,7 +80,7 @@ MUTANTS = (
         old=("            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)"),
         new="            self.fell |= False",
         tests=tests_of(
-            "tests/armdrive/motion/test_zeroed_in_motion.py",
+            "tests/armdrive/motion/test_faults_in_motion.py",
             ("test_counts_that_return_to_their_start_are_those_of_a_restarted_device"),
         ),
     ),

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="the simulated controller knows where its motors stand",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/teachmover/device.py",
+        path="armdrive/sim/teachmover.py",
         old="return Motors(signed(count) for count in self.drive.counts)",
         new="return Motors(signed(count) for count in self.drive.world.motors)",
         tests=tests_of(
@@ -75,7 +75,7 @@ MUTANTS = (
     Mutant(
         name="a simulated TeachMover receives commands while it moves",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/teachmover/device.py",
+        path="armdrive/sim/teachmover.py",
         old="            if self.busy and not self.settings.keeps_input_while_moving:",
         new="            if False:",
         tests=tests_of(
@@ -92,6 +92,17 @@ MUTANTS = (
         tests=tests_of(
             "tests/armdrive/sim/mechanics/test_sim_motors.py",
             "test_a_stopped_motion_stays_where_it_was",
+        ),
+    ),
+    Mutant(
+        name="a CAN adapter whose frames nobody acknowledges goes on sending",
+        promise="a simulated device behaves like the real one, so that tests mean something",
+        path="armdrive/sim/faults/table.py",
+        old="    adapter.alone = True\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/sim/bus/test_drives_served.py",
+            "test_its_adapter_leaves_the_bus_until_it_is_opened_anew",
         ),
     ),
 )

@@ -278,7 +278,7 @@ MUTANTS = (
         old=("return not self.stop_asked and self.round_s() > self.controller.abilities.order_s"),
         new="return False",
         tests=tests_of(
-            "tests/armdrive/runtime/test_stale_orders.py",
+            "tests/armdrive/runtime/test_suspended.py",
             "test_bytes_prepared_before_the_drives_stopped_are_not_sent",
         ),
     ),

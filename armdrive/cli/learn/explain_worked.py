@@ -33,9 +33,9 @@ from armdrive.render.canvas import can_braille
 from armdrive.render.frame_steps import StepDrawing
 from armdrive.text.numbers import number
 from kinematics.chains.assignment import Assignment, assign_frames
+from kinematics.chains.chain import rows_of
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention
-from kinematics.chains.tables import rows_of
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
 from kinematics.frames.rotations import columns

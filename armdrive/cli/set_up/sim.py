@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,18 +13,19 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate_device
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.bus.line import BITRATE
-from armdrive.sim.device import DrivesOnBus, Options
+from armdrive.sim.device import Options, Value
 from armdrive.sim.faults.request import parse_option
-from armdrive.sim.faults.table import check_faults
-from armdrive.sim.listing import listing
+from armdrive.sim.faults.table import check_faults, faults_of
+from armdrive.sim.simulated_arm import SimDeviceKind
 
 
 def sim(options: argparse.Namespace) -> int:
     """Serve until Ctrl-C or `quit`."""
     if options.list:
         names = [options.dialect] if options.dialect else list(DIALECTS)
-        say_lines(listing({name: simulated_kind(name) for name in names}))
+        say_lines(_listing({name: simulated_kind(name) for name in names}))
         return 0
     if options.dialect is None:
         raise BadRequest(f"a dialect is required, one of {', '.join(DIALECTS)}")
@@ -64,7 +66,7 @@ def _serve(options: argparse.Namespace) -> int:
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
         beside=Path(options.beside) if options.beside else None,
-        bits_s=board.drives.bits_s if isinstance(board, DrivesOnBus) else BITRATE,
+        bits_s=board.drives.bits_s if isinstance(board, DrivesBoard) else BITRATE,
     )
     where = server.can_address if isinstance(server, servers.SlcanServer) else server.address
     say(
@@ -77,3 +79,39 @@ def _serve(options: argparse.Namespace) -> int:
     commands = None if sys.stdin.closed else sys.stdin.fileno()
     loop.run_device(device, server, commands, sys.stdout, faults=faults)
     return 0
+
+
+# The tables of what people can choose: settings and faults of each dialect's device.
+
+_FAULT_NOTE = (
+    "P is a probability for each byte, #N the N-th byte from now, next the whole next message;\n"
+    "wire faults take from=host or from=device, and seed=N; for=SECONDS limits the duration;\n"
+    "--fault drop:0.01,from=host@5 begins after 5 s."
+)
+
+
+def _listing(kinds: Mapping[str, SimDeviceKind]) -> str:
+    """Return the tables of these dialects."""
+    return "\n\n".join([*(_one(name, kind) for name, kind in kinds.items()), _FAULT_NOTE])
+
+
+def _one(dialect: str, kind: SimDeviceKind) -> str:
+    settings = [
+        (f"{row.name}={_shown(row.default)}", _with_choices(row.summary, row.choices))
+        for row in kind.options
+    ]
+    faults = [(row.usage, row.summary) for row in faults_of(kind.board)]
+    width = max(len(usage) for usage, _ in [*settings, *faults])
+    lines = [f"{dialect}: a simulated {kind.title}"]
+    for title, rows in (("settings (--set NAME=VALUE)", settings), ("faults (--fault)", faults)):
+        lines += [f"  {title}:"] if rows else []
+        lines += [f"    {usage:<{width}}  {summary}" for usage, summary in rows]
+    return "\n".join(lines)
+
+
+def _shown(value: object) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+
+
+def _with_choices(summary: str, choices: tuple[Value, ...]) -> str:
+    return f"{summary} ({', '.join(map(str, choices))})" if choices else summary

@@ -238,10 +238,16 @@ class ObservedDrive:
             self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
 
     def stop(self, now_s: float) -> None:
-        """Record a stop: the drive comes to rest between its present place and its target."""
+        """Record a stop: the drive comes to rest between its present place and its target.
+
+        One that has been silent may have missed its orders, and be where it was read last.
+        """
         self.course.advance(now_s)
-        ends = sorted((self.course.place, self.course.goal))
-        self._rest = Interval(*ends).widened(self.bounds.corridor + self._late(now_s))
+        ends = [self.course.place, self.course.goal]
+        if now_s > self.read_s + self.bounds.late_s:
+            ends.append(float(self.count or 0))
+        margin = self.bounds.corridor + self._late(now_s)
+        self._rest = Interval(min(ends), max(ends)).widened(margin)
 
     def rest_at(self, count: int, now_s: float) -> None:
         """Record that the drive stands at a count."""

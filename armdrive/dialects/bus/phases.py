@@ -58,10 +58,10 @@ class Act(Enum):
     NOTHING = "nothing"
     STOP = "send the stop"
     STOP_HARD = "send the stop, without a ramp"
-    EXPLAIN = "send the stop, find out what is wrong, and report it"
+    EXPLAIN = "send the stop, and ask a drive that replies what is wrong"
     REPEAT = "send the order again"
     RESUME = "continue from where the drives are, leaving nothing out"
-    HOLD = "have each drive hold where it stands"
+    HOLD = "have each drive hold where it stands, and find out what is still unknown"
 
 
 TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(

@@ -216,6 +216,9 @@ class MotionLead:
             return Signal.TROUBLE
         if not self.cycle_is_over:
             return None
+        self.missing = self.io.mute(self.io.group.drives)
+        if self.missing:
+            return Signal.TROUBLE
         if mode is not None:
             if self._may_have_stopped:
                 return Signal.OUTAGE
@@ -227,8 +230,7 @@ class MotionLead:
                     return self.blame(alert)
             if self.released() and any(map(self.stands_short, self.io.group.drives)):
                 return Signal.STOP  # or it would jump to its target when it comes free
-        self.missing = self.io.mute(self.io.group.drives)
-        return Signal.TROUBLE if self.missing else None
+        return None
 
     def stands_short(self, drive: Cia402Drive) -> bool:
         """Return whether a drive stands short of its target: it is blocked, or receives no targets.

@@ -131,7 +131,7 @@ class CyclicMotion:
     """The present speed of the busiest motor."""
     shown_s: float = -math.inf
     short_s: dict[Cia402Drive, float] = field(default_factory=dict)
-    """Since when, in listened time, each drive stands short of its target in a pause."""
+    """Since when, in listened time, each drive stands short of its target."""
 
     def drive(self, request: MoveAlong) -> Script[Reply]:
         """Send targets along segments, until the end or until something stops the drives."""
@@ -178,7 +178,7 @@ class CyclicMotion:
         """Return whether a drive seems to receive no targets.
 
         The sooner the targets stop, the shorter its jump to the next one. A drive that stands for
-        longer than it may take to settle is blocked, which the observer finds.
+        longer than it may take to settle is blocked.
         """
         return self.lead.stands_short(drive) and self.lead.still_s(drive) < SETTLE_S
 
@@ -189,17 +189,16 @@ class CyclicMotion:
         if self.lead.io.now_s >= self.shown_s + PROGRESS_S:
             self.shown_s = self.lead.io.now_s
             self.lead.io.progress()
-        return self._blocked_in_pause(trip) or (Signal.ALL_SENT if trip.over else None)
+        return self._blocked() or (Signal.ALL_SENT if trip.over else None)
 
-    def _blocked_in_pause(self, trip: CyclicTrip) -> Signal | None:
-        """Return TROUBLE if a drive stands short of a target that a pause keeps.
+    def _blocked(self) -> Signal | None:
+        """Return TROUBLE if a drive stands short of its target for longer than it may settle.
 
-        Its shaft is blocked, and would spring to the target when it comes free. Elsewhere targets
-        go on, so that its error grows until the observer finds it.
+        Its shaft is blocked, and would spring to the target when it comes free.
         """
         listened_s = self.lead.io.listened.s
         for drive in self.lead.io.group.drives:
-            if not (trip.stays and self.lead.stands_short(drive)):
+            if not self.lead.stands_short(drive):
                 self.short_s.pop(drive, None)
             elif listened_s > self.short_s.setdefault(drive, listened_s) + SETTLE_S:
                 return self.lead.blame(off_target_alert(drive))

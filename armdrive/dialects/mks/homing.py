@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
+from armdrive.dialects.bus.drives import NONE_HEARD
+from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stages, run_phases
 from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
 from armdrive.dialects.mks.stops import MksStops
@@ -42,6 +43,7 @@ class MksHoming:
 
     def _home_group(self, drives: tuple[ObservedDrive, ...]) -> Script:
         wire, nodes = self._wire, tuple(drive.node for drive in drives)
+        wire.observer.watch()
         answers = yield from wire.ask(dict.fromkeys(nodes, Home()), tries=1, text="HOME")
         for drive in drives:
             drive.moving = True
@@ -88,11 +90,13 @@ class Searching:
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
         """Return whether all have found their switches, or one never will."""
         search, wire = self._search, self._wire
+        if (verdict := wire.observer.silence()) is not None:
+            mute = verdict.finding is DriveFinding.MUTE
+            search.wrong = search.wrong or (
+                wire.absent_words((verdict.node,)) if mute else NONE_HEARD
+            )
         for drive in tuple(search.left):
-            if drive.ledger.unanswered_polls > MUTE_POLLS:
-                search.wrong = search.wrong or wire.absent_words((drive.node,))
-            else:
-                search.note(drive, self._status(drive.node))
+            search.note(drive, self._status(drive.node))
         return search.signal()
 
     def _status(self, node: int) -> HomingStatus:
@@ -108,9 +112,11 @@ class Searching:
         if now_s < self._due_s:
             return self._due_s
         self._due_s = now_s + HOMING_POLL_S
-        wire = self._wire
-        for drive in self._search.left:
-            node = drive.node
+        wire, left = self._wire, [drive.node for drive in self._search.left]
+        witness = [node for node in wire.nodes if node not in left][: len(left) == 1]
+        for node in witness:
+            wire.put(node, ReadEncoder())
+        for node in left:
             wire.states.pop(node, None)
             wire.homing.pop(node, None)
             for question in (ReadEncoder(), ReadHoming(), ReadState()):

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from armdrive.dialects.bus.drives import BUS_REMEDY, Obstructed, not_heard_words
+from armdrive.dialects.bus.drives import BUS_REMEDY, NONE_HEARD, Obstructed, not_heard_words
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
@@ -114,6 +114,8 @@ class MotionRun:
         self.braking = stops.brake(())
         """The stage of its latest stop; of no drives before the first one."""
         self._reply: Reply = Done()
+        self._silent: list[ObservedDrive] = []
+        """The drives that were silent when the trouble was found."""
         self._judged = False
         """Whether it was stopped, so that nothing but where the drives rest tells of a fault."""
 
@@ -124,13 +126,13 @@ class MotionRun:
             Phase.ARRIVING: lambda: Arriving(self),
             Phase.STOPPING: lambda: self.braking,
         }
-        # While an action runs, no stop is noticed. So an action that waits for replies comes
-        # after a stop, and the others return at once.
+        # While an action runs, no stop is noticed or repeated. So one that may wait long for
+        # replies comes when all stand, and the others are short.
         acts: dict[Act, Callable[[], Action | None]] = {
             Act.STOP: self._stop,
             Act.EXPLAIN: self._explain,
             Act.REPEAT: self._repeat,
-            Act.HOLD: lambda: self.stops.hold(self.braking, judged=self._judged),
+            Act.HOLD: self._hold,
         }
         if self.trip is not None:
             trip = self.trip
@@ -143,10 +145,15 @@ class MotionRun:
             return unstopped
         return self._reply
 
-    def unfit(self) -> Verdict | None:
-        """Return that a drive has reported why it cannot move; None if none has."""
-        unfit = self.wire.unfit
-        return _blocked(self.wire.drive(min(unfit))) if unfit else None
+    def reported(self) -> Verdict | Alert | None:
+        """Return what a drive has reported that ends the motion; None if none has."""
+        unfit, at_limit = self.wire.unfit, self.wire.at_limit
+        if unfit:
+            return _blocked(self.wire.drive(min(unfit)))
+        if not at_limit:
+            return None
+        words = f"{self.wire.drive(min(at_limit))} has run into a limit switch, which stopped it"
+        return Alert(AlertKind.ALARM_LOST, words)
 
     def blame(self, trouble: Verdict | Alert | None) -> bool:
         """Record what is wrong; return whether anything is."""
@@ -163,12 +170,29 @@ class MotionRun:
         self.braking = self.stops.brake(self.wire.under_way, hard=hard, judged=True)
 
     def _explain(self) -> Action:
-        """Stop the drives, then find out what is wrong with one and report it."""
-        trouble = self.trouble
-        self.braking = self.stops.brake(self.wire.under_way, judged=self._judged)
+        """Stop the drives; if the one with the trouble replies, ask it why at once.
+
+        A silent one may reply again while all brake: then it is judged where it comes to rest.
+        """
+        wire, silence = self.wire, self._is_silence
+        self._silent = [each for each in wire.drives if each.frame_s < wire.now_s - MAX_DELAY_S]
+        self.braking = self.stops.brake(wire.under_way, judged=self._judged or silence)
+        if not silence:
+            yield from self._report(self.trouble)
+
+    def _hold(self) -> Action:
+        """Have each drive hold where it stands; then look for drives that fell silent."""
+        yield from self.stops.hold(self.braking, judged=self._judged)
+        if isinstance(self.trouble, Verdict) and self._is_silence:
+            yield from self._report((yield from self._find_silent(self.trouble)))
+
+    @property
+    def _is_silence(self) -> bool:
         silent = (DriveFinding.MUTE, DriveFinding.SILENT, DriveFinding.LATE)
-        if isinstance(trouble, Verdict) and trouble.finding in silent:
-            trouble = yield from self._find_silent(trouble)
+        return isinstance(self.trouble, Verdict) and self.trouble.finding in silent
+
+    def _report(self, trouble: Verdict | Alert | None) -> Action:
+        """Find out why a drive is off its path, and report what is wrong."""
         if isinstance(trouble, Verdict):
             trouble = yield from self.inquiry.explain(trouble)
         if trouble is not None:
@@ -181,7 +205,6 @@ class MotionRun:
         The others are stopped, and the reply names the missing drives.
         """
         wire = self.wire
-        silent = [each for each in wire.drives if each.frame_s < wire.now_s - MAX_DELAY_S]
         since_s = min(each.ledger.sent_s for each in wire.drives)
         missing = yield from wire.look()
         until_s = wire.now_s + REPLY_TIMEOUT_S
@@ -189,7 +212,7 @@ class MotionRun:
             yield from wire.pause(wire.now_s + DRAIN_S)
         if not missing:
             missing = yield from wire.look()  # a second reading of drives that are out of reach
-        elsewhere = [each for each in silent if each.is_elsewhere]
+        elsewhere = [each for each in self._silent if each.is_elsewhere]
         if elsewhere and not missing:
             return elsewhere[0].verdict
         left = self.braking.left
@@ -199,12 +222,12 @@ class MotionRun:
         elif missing:
             self._reply = RequestRejected(wire.absent_words(missing), silent=True)
         else:
-            words = not_heard_words(", ".join(map(str, silent)) or "a drive")
+            words = not_heard_words(", ".join(map(str, self._silent)) or "a drive")
             if verdict.finding is DriveFinding.LATE:
                 slow = f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s"
                 words = f"{slow}. {BUS_REMEDY}"
-            elif verdict.finding is DriveFinding.SILENT or len(silent) == len(wire.drives):
-                words = f"no drive answered for a while. {BUS_REMEDY}"
+            elif verdict.finding is DriveFinding.SILENT or len(self._silent) == len(wire.drives):
+                words = NONE_HEARD
             self._reply = RequestRejected(words, silent=True)
         return None
 
@@ -270,11 +293,11 @@ class Moving:
         run, observer = self._run, self._wire.observer
         if run.steering.refused is not None:
             return Signal.OUT_OF_RANGE
-        if run.blame(run.unfit()):
+        if run.blame(run.reported()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s) or observer.silent_s(now_s) > OUTAGE_S:
             return Signal.OUTAGE
-        if run.blame(self._limit() or observer.judge() or self._off_path(now_s)):
+        if run.blame(observer.judge() or self._off_path(now_s)):
             return Signal.TROUBLE
         if now_s >= observer.rejected_s:
             return Signal.REJECTED
@@ -300,13 +323,6 @@ class Moving:
         if drive.moving and drive.ledger.answers_orders:
             self._wire.repeat(drive)
         self._wire.put(drive.node, ReadState())
-
-    def _limit(self) -> Alert | None:
-        if not self._wire.at_limit:
-            return None
-        drive = self._wire.drive(min(self._wire.at_limit))
-        words = f"{drive} has run into a limit switch, which stopped it"
-        return Alert(AlertKind.ALARM_LOST, words)
 
     def _off_path(self, now_s: float) -> Verdict | None:
         """Compare all positions of the last look with the path, once every drive has answered."""
@@ -414,7 +430,7 @@ class Arriving:
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
         run, observer = self._run, self._wire.observer
-        if run.blame(run.unfit()):
+        if run.blame(run.reported()):
             return Signal.TROUBLE
         if math.isfinite(observer.returned_s) and observer.outage_s > MAX_DELAY_S:
             return Signal.OUTAGE

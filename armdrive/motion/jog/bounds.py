@@ -120,7 +120,7 @@ class Bounds:
             return True
         if not (known and self._looked):
             self._stands, self._looked = here, True
-            self._left_mm = min(self._guarded.room(here))
+            self._left_mm = self._guarded.room_mm(here)
         return way_mm <= self._left_mm
 
     def _most_rounding_mm(self) -> float:

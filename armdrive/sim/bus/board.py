@@ -10,8 +10,9 @@ from typing import Any, Generic, TypeVar
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.line import BusLine, Outbox
 from armdrive.sim.bus.node import BusNode
-from armdrive.sim.device import Board, DrivesOnBus, SharedState, SwitchState
+from armdrive.sim.device import Board
 from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker
@@ -21,56 +22,7 @@ COUNT_MOST = 1 << 40
 N = TypeVar("N", bound=BusNode)
 
 
-class NodeLoop(Generic[N]):
-    """Runs all drives: when each acts next, and the frames that they send."""
-
-    def __init__(self, shafts: ShaftDrive, nodes: Sequence[N], shared: SharedState) -> None:
-        self.nodes = tuple(nodes)
-        self.shared = shared
-        self._shafts = shafts
-        self._outbox = Outbox()
-        self._dues = [math.inf for _ in self.nodes]
-        self.nodes_due_s = self.due_s = math.inf
-        """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
-        self.collect()
-
-    @property
-    def busy(self) -> bool:
-        """Whether a drive is carrying out an order, or a frame is on its way."""
-        return self._outbox.next_s < math.inf or any(node.busy for node in self.nodes)
-
-    def live(self) -> None:
-        """Let every drive do what is due."""
-        if self.shared.powered:
-            self._shafts.look(self.shared.now_s)
-            for node in self.nodes:
-                node.live(self.shared.now_s)
-            self.collect()
-
-    def collect(self, nodes: Iterable[N] | None = None) -> None:
-        """Collect the frames of drives, and note when each acts next."""
-        for node in self.nodes if nodes is None else nodes:
-            port, index = node.port, node.motor.index
-            self._dues[index] = node.due_s()
-            if port.outgoing:
-                for data in port.outgoing:
-                    self._outbox.put(self.shared.now_s + port.answer_s, index, data)
-                port.outgoing.clear()
-        self.nodes_due_s = min(*self._dues, self._shafts.look_s)
-        self.due_s = min(self.nodes_due_s, self._outbox.next_s)
-
-    def send(self) -> None:
-        """Send the frames that are ready."""
-        self.shared.outgoing += self._outbox.take(self.shared.now_s)
-        self.due_s = min(self.nodes_due_s, self._outbox.next_s)
-
-    def clear(self) -> None:
-        """Drop the frames that are on their way."""
-        self._outbox.clear()
-        self.due_s = self.nodes_due_s
-
-
-class DrivesBoard(Board, DrivesOnBus, Generic[N]):
+class DrivesBoard(Board, Generic[N]):
     """All drives of an arm in the place of one board: packed frames go in and come out.
 
     Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
@@ -83,18 +35,22 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         super().__init__(world, shafts, None)
         self.nodes = tuple(nodes)
         self._shafts = shafts
-        self._loop = NodeLoop(shafts, self.nodes, self.shared)
+        self._outbox = Outbox()
+        self._dues = [math.inf for _ in self.nodes]
+        self._nodes_due_s = self._due_s = math.inf
+        """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
         self._unpacker = Unpacker()
-        self.drives = NodeControls(self._loop, bits_s)
+        self.drives = DriveControls(self, bits_s)
         """What can be done to single drives."""
         self.line = partial(BusLine, bitrate=bits_s)
+        self.collect()
 
     # What can be seen.
 
     @property
     def busy(self) -> bool:
         """Whether a drive is carrying out an order, or a frame is on its way."""
-        return self._loop.busy
+        return self._outbox.next_s < math.inf or any(node.busy for node in self.nodes)
 
     @property
     def registers(self) -> Motors:
@@ -141,18 +97,18 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         if not 0 <= bit < len(self.nodes):
             raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {bit}")
         self.nodes[bit].motor.switch.held = on
-        self._loop.live()
+        self._live()
         super().set_input(bit, on)
 
     def set_switch(self, axis: int, state: SwitchState) -> None:
         """Make the limit switch of a motor (counted from 0) stick, or free it."""
         self.nodes[axis].motor.switch.state = state
-        self._loop.live()
+        self._live()
 
     def moved_by_hand(self, *, counted: bool) -> None:
         """Let drives that hold turn their shafts back at once if they were turned by force."""
         if not counted:
-            self._loop.live()
+            self._live()
 
     # Time.
 
@@ -162,17 +118,38 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
             ears = [node for node in self.nodes if node.listens(frame.can_id)]
             for node in ears:
                 node.receive(frame, self.now_s)
-            self._loop.collect(ears)
+            self.collect(ears)
 
     def due_s(self) -> float:
         """Return when a drive or its shaft is due, or a frame is ready."""
-        return self._loop.due_s
+        return self._due_s
 
     def happen(self) -> None:
         """Let every drive do what is due, and send the frames that are ready."""
-        if self._loop.nodes_due_s <= self.now_s:
-            self._loop.live()
-        self._loop.send()
+        if self._nodes_due_s <= self.now_s:
+            self._live()
+        self.shared.outgoing += self._outbox.take(self.now_s)
+        self._due_s = min(self._nodes_due_s, self._outbox.next_s)
+
+    def collect(self, nodes: Iterable[N] | None = None) -> None:
+        """Collect the frames of drives, and note when each acts next."""
+        for node in self.nodes if nodes is None else nodes:
+            port, index = node.port, node.motor.index
+            self._dues[index] = node.due_s()
+            if port.outgoing:
+                for data in port.outgoing:
+                    self._outbox.put(self.now_s + port.answer_s, index, data)
+                port.outgoing.clear()
+        self._nodes_due_s = min(*self._dues, self._shafts.look_s)
+        self._due_s = min(self._nodes_due_s, self._outbox.next_s)
+
+    def _live(self) -> None:
+        """Let every drive do what is due."""
+        if self.shared.powered:
+            self._shafts.look(self.now_s)
+            for node in self.nodes:
+                node.live(self.now_s)
+            self.collect()
 
     # Power.
 
@@ -180,14 +157,15 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
         """Start every drive."""
         for node in self.nodes:
             switch_power(node, True, self.now_s)
-        self._loop.collect()
+        self.collect()
 
     def forget(self) -> None:
         """Release every shaft, forget every position, and drop the frames on their way."""
         self._shafts.release_all(self.now_s)
         for node in self.nodes:
             switch_power(node, False, self.now_s)
-        self._loop.clear()
+        self._outbox.clear()
+        self._due_s = self._nodes_due_s
         self._unpacker = Unpacker()
 
     def reset(self) -> None:
@@ -197,7 +175,7 @@ class DrivesBoard(Board, DrivesOnBus, Generic[N]):
             for node in self.nodes:
                 if node.port.powered:
                     node.restart(self.now_s)
-            self._loop.collect()
+            self.collect()
 
 
 def switch_power(node: BusNode, on: bool, now_s: float) -> None:
@@ -209,18 +187,18 @@ def switch_power(node: BusNode, on: bool, now_s: float) -> None:
         node.begin(now_s)
 
 
-class NodeControls:
+class DriveControls:
     """What a fault or a person does to one drive. Drives are counted from 0, like the motors.
 
     Every method raises `BadRequest` if there is no such drive.
     """
 
-    def __init__(self, loop: NodeLoop[Any], bits_s: int) -> None:
+    def __init__(self, board: DrivesBoard[Any], bits_s: int) -> None:
         self.bits_s = bits_s
         """The bit rate of the bus."""
-        self._nodes: tuple[BusNode, ...] = loop.nodes
-        self._shared = loop.shared
-        self._collect = loop.collect
+        self._nodes: tuple[BusNode, ...] = board.nodes
+        self._shared = board.shared
+        self._collect = board.collect
 
     def mute(self, drive: int, on: bool) -> None:
         """Silence a drive that still receives and obeys; or let it send again."""
@@ -250,9 +228,7 @@ class NodeControls:
     def set_id(self, drive: int, node: int) -> int:
         """Give a drive an id, perhaps that of another drive; return the old one."""
         before = self.node(drive).set_id(node, self._shared.now_s)
-        if self.node(
-            drive
-        ).port.booting:  # a drive that restarts its communication has something to do
+        if self.node(drive).port.booting:  # it restarts its communication: it has something to do
             self._collect()
         return before
 

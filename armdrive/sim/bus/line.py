@@ -12,7 +12,6 @@ import math
 from collections import defaultdict, deque
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
 
 from armdrive.sim.wire import PacedDevice, WireDevice
 from armdrive.transports.can_health import frame_bits
@@ -127,18 +126,18 @@ def _priority(frame: Frame) -> tuple[int, int, int, int]:
 BITRATE = 500_000
 
 
-class CanController(Protocol):
-    """The CAN controller of the host's adapter."""
-
-    bus_off: bool
-    """Whether it has left the bus: it neither sends nor receives."""
-
-
 @dataclass(slots=True)
-class HostController:
-    """The controller of a host without a simulated adapter."""
+class AdapterFaults:
+    """Faults of the host's CAN adapter or its bus; all off by default."""
 
     bus_off: bool = False
+    """Its controller has left the bus, until the channel is closed and opened again."""
+    alone: bool = False
+    """No other node acknowledges frames."""
+    mute: bool = False
+    """The adapter answers no command except `V`, like the CANable's first firmware."""
+    dead: bool = False
+    """The adapter hangs and sends nothing at all."""
 
 
 class BusLine(PacedDevice):
@@ -152,12 +151,12 @@ class BusLine(PacedDevice):
         self,
         device: WireDevice,
         bitrate: int = BITRATE,
-        controller: CanController | None = None,
+        adapter: AdapterFaults | None = None,
     ) -> None:
         super().__init__(device, None)
         self._bitrate = bitrate
         self.bus = FrameWire(bitrate)
-        self.controller = controller or HostController()
+        self.adapter = adapter or AdapterFaults()
         self._of_host = Unpacker()
         self._unread: list[tuple[float, bytes]] = []
 
@@ -169,7 +168,7 @@ class BusLine(PacedDevice):
     @property
     def trouble(self) -> str:
         """Why the host is cut off, if its controller has left the bus."""
-        if not self.controller.bus_off:
+        if not self.adapter.bus_off:
             return ""
         return (
             "is bus-off: it saw too many errors and left the bus. Check the cable, its two "
@@ -222,14 +221,14 @@ class BusLine(PacedDevice):
 
     def leave_bus(self, off: bool = True) -> None:
         """Make the host's controller go bus-off, or come back; its waiting frames are lost."""
-        self.controller.bus_off = off
+        self.adapter.bus_off = off
         if off:
             self.bus.clear(BusSide.HOST)
             self._unread.clear()
 
     @property
     def _on_bus(self) -> bool:
-        return self._plugged and not self.controller.bus_off
+        return self._plugged and not self.adapter.bus_off
 
     def _pass(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Put a frame on the bus, unless a fault of its lane prevents that."""

@@ -13,8 +13,9 @@ from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options, SwitchState, Value
+from armdrive.sim.device import Option, Value
 from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.mechanics.switches import LimitSwitch, switch_places
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.frames import Frame
 
@@ -41,19 +42,11 @@ class Quirk:
     most: float = _LONGEST_MS
     above_zero: bool = False
 
-    def check(self, options: Options) -> None:
-        """Raise `BadRequest` for a number that is out of range."""
-        if isinstance(self.default, float):
-            value = options.number(self.name)
-            if not 0.0 <= value <= self.most or (self.above_zero and not value):
-                low = "above 0 and at most" if self.above_zero else "from 0 to"
-                raise BadRequest(f"{self.name} is {low} {self.most:g}, not {value:g}")
-
 
 def options_of(quirks: Iterable[Quirk]) -> tuple[Option, ...]:
     """Return the settings with which a person or a test chooses quirks."""
     return tuple(
-        Option(row.name, row.default, row.does, row.choices)
+        Option(row.name, row.default, row.does, row.choices, (0.0, row.most), row.above_zero)
         for row in quirks
         if row.default is not None
     )
@@ -70,24 +63,6 @@ def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
 # --- The motor, and the limit switch on its shaft ------------------------------------------------
 
 
-class LimitSwitch:
-    """A switch on the shaft of one motor, at a count and beyond in a direction."""
-
-    def __init__(self, motor: NodeMotor, at: int, way: int) -> None:
-        self.at, self.way = at, way
-        self.state = SwitchState.FREE
-        self.held = False
-        """Whether a person presses it."""
-        self._motor = motor
-
-    @property
-    def pressed(self) -> bool:
-        """Whether the drive sees it pressed."""
-        if self.state is not SwitchState.FREE:
-            return self.state is SwitchState.CLOSED
-        return self.held or (self._motor.shaft - self.at) * self.way >= 0
-
-
 class NodeMotor:
     """One motor of the arm as its drive sees it. Counts are those of its encoder."""
 
@@ -98,7 +73,7 @@ class NodeMotor:
         self._shafts = shafts
         self.zero = self.shaft
         """The shaft position at which the drive counts zero."""
-        self.switch = LimitSwitch(self, switch_at, 1)
+        self.switch = LimitSwitch(lambda: self.shaft, switch_at)
 
     @property
     def shaft(self) -> int:
@@ -143,26 +118,10 @@ class NodeMotor:
 
 
 def motors_of(config: ArmConfig, shafts: ShaftDrive, *, behind: int = 0) -> list[NodeMotor]:
-    """Return the motors, with switches `behind` counts beyond where homing ends by the arm file.
-
-    Without such a posture, they are at the upper end of each motor's travel.
-    """
-    turning, homed = shafts.world.body.transmission, config.homing
-    if homed is not None:
-        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
-    else:
-        places = [
-            _highest(config, row) + math.ceil(motor.offset_steps)
-            for row, motor in zip(turning.matrix, turning.motors, strict=True)
-        ]
-    return [NodeMotor(shafts, index, at + behind) for index, at in enumerate(places)]
-
-
-def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
-    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-    bounds.append(config.model.gripper_range_mm)
-    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
-    return math.ceil(sum(ends))
+    """Return the motors, with switches `behind` counts beyond where homing ends by the arm file."""
+    turning = shafts.world.body.transmission
+    places = switch_places(config, turning, (behind,) * len(turning.motors))
+    return [NodeMotor(shafts, index, at) for index, at in enumerate(places)]
 
 
 # --- The drive -----------------------------------------------------------------------------------

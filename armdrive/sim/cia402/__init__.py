@@ -1,6 +1,6 @@
 """Simulated CiA 402 drives: objects and frames (`node`), states, and motion.
 
-`objects` holds what the EDS file describes; `kind` makes the arm; `quirks` lists what the standard
+`objects` holds what the EDS file describes; `kind` makes the arm, and lists what the standard
 leaves open.
 """
 

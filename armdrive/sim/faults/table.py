@@ -11,20 +11,18 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
+from armdrive.sim.bus.board import DriveControls, DrivesBoard
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import (
     Board,
-    DriveControls,
-    DriveErrors,
-    DrivesOnBus,
     HasSwitches,
     Resettable,
     SaysEmergencies,
     SimDevice,
-    SwitchState,
     lacks,
 )
 from armdrive.sim.faults.request import (
@@ -35,6 +33,7 @@ from armdrive.sim.faults.request import (
     FaultRequest,
     check_count,
 )
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.wire import (
     Amount,
     Effect,
@@ -233,7 +232,7 @@ def replug(bench: FaultBench, request: FaultRequest) -> Fault:
 
 
 # --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
-# These faults need a board that is `DrivesOnBus`; some need one that `SaysEmergencies`.
+# These faults need a board that is `DrivesBoard`; some need one that `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
 FIRST_ERROR = 0x100
@@ -247,28 +246,21 @@ def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
 
 def bus_off(bench: FaultBench, _: FaultRequest) -> Fault:
     """Make the host's adapter go bus-off."""
-    _drives(bench)
-    line: Any = bench.line
+    line = _bus(bench)
     yield None
-    if not hasattr(line, "leave_bus"):
-        raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
     line.leave_bus()
-    yield lambda: bool(line.controller.bus_off)
+    yield lambda: line.adapter.bus_off
     line.leave_bus(off=False)
 
 
 def alone(bench: FaultBench, _: FaultRequest) -> Fault:
     """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
-    _drives(bench)
-    adapter = getattr(bench.line, "adapter", None)
-    silence = _silence(bench, "both")
+    adapter, silence = _bus(bench).adapter, _silence(bench, "both")
     yield next(silence)
-    if adapter is not None:
-        adapter.faults.alone = True
+    adapter.alone = True
     next(silence)
     yield None
-    if adapter is not None:
-        adapter.faults.alone = False
+    adapter.alone = False
     next(silence, None)
 
 
@@ -324,11 +316,11 @@ def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     drives.warn(at, code)
 
 
-def _emergencies(bench: FaultBench) -> DriveErrors:
+def _emergencies(bench: FaultBench) -> SaysEmergencies:
     board = bench.device.board
     if not isinstance(board, SaysEmergencies):
         raise lacks(board, "error codes of its own")
-    return board.errors()
+    return board
 
 
 def _code(word: str) -> int:
@@ -337,9 +329,16 @@ def _code(word: str) -> int:
     return int(word, 16)
 
 
+def _bus(bench: FaultBench) -> BusLine:
+    _drives(bench)
+    if not isinstance(bench.line, BusLine):
+        raise lacks(bench.device.board, "CAN bus on this wire")
+    return bench.line
+
+
 def _drives(bench: FaultBench) -> DriveControls:
     board = bench.device.board
-    if not isinstance(board, DrivesOnBus):
+    if not isinstance(board, DrivesBoard):
         raise lacks(board, "drives on a bus")
     return board.drives
 
@@ -355,7 +354,7 @@ AMOUNT = "P|#N|next"
 For frames: each with a probability, the one with the n-th byte from now, or the next.
 """
 _ON_BUS = tuple(
-    replace(kind, needs=DrivesOnBus)
+    replace(kind, needs=DrivesBoard)
     for kind in (
         FaultKind("lose-frame", AMOUNT, "frames are lost", on_wire(lambda _: frame_lost)),
         FaultKind("double-frame", AMOUNT, "frames arrive twice", on_wire(lambda _: frame_doubled)),
@@ -576,7 +575,7 @@ def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
 
     Nothing happens to the device.
     """
-    link = MemoryLink(PacedDevice(device, None), "simulated arm")
+    link = MemoryLink(device.line(), "simulated arm")
     try:
         faults = Faults(device, link.line, link_cable(link))
         for request in requests:

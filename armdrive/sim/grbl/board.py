@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import Board, SwitchState
+from armdrive.sim.device import Board
 from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSettings
 from armdrive.sim.grbl.hardware import (
     BoardBuild,
@@ -34,6 +34,7 @@ from armdrive.sim.grbl.hardware import (
     Switches,
 )
 from armdrive.sim.grbl.parser import STORED, GcodeParser
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from armdrive.status import BITS_A_BYTE
@@ -568,7 +569,7 @@ class GrblBoard(Board):
         """Make the limit switch of a motor (counted from 0) stick, or free it."""
         if not 0 <= axis < len(self.build.order):
             raise BadRequest(f"motors are numbered 0 to {len(self.build.order) - 1}, not {axis}")
-        self.switches.stuck[axis] = state
+        self.switches.by_axis[self.build.order[axis]].state = state
         self.moved_by_hand(counted=False)
 
     def moved_by_hand(self, *, counted: bool) -> None:

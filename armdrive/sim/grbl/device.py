@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.settings import GrblSettings
@@ -36,8 +37,9 @@ from armdrive.sim.grbl.firmware import (
     TRAVEL,
     BoardSettings,
 )
-from armdrive.sim.grbl.hardware import BoardBuild, LimitInput, OutputWiring, Switches
+from armdrive.sim.grbl.hardware import BoardBuild, OutputWiring, Switches
 from armdrive.sim.grbl.orders import ROUTINES
+from armdrive.sim.mechanics.switches import LimitSwitch, switch_places
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from firmware_protocol.grbl import AXIS_LETTERS
@@ -167,22 +169,21 @@ def switches(
 
     If the arm file states no such posture, they are at the upper end of each motor's travel.
     """
-    found: dict[int, LimitInput] = {}
-    for motor, letter in enumerate(letters):
-        axis = axes.index(letter)
-        back = round(values[PULL_OFF] * values[STEPS + axis])
-        if config.homing is None:
-            home = _highest(config, motor)
-        else:
-            turning = _transmission(config)
-            home = turning.to_motors(config.homing.joints, config.homing.opening_mm)[motor] + back
+    turned = [axes.index(letter) for letter in letters]
+    backs = [round(values[PULL_OFF] * values[STEPS + axis]) for axis in turned]
+    found: dict[int, LimitSwitch] = {}
+    for motor, home in enumerate(switch_places(config, _transmission(config), backs)):
         if not abs(home) < FARTHEST_STEPS:
             raise ArmFileError(
                 f"motor {motor + 1} would stand at {home:g} steps at its limit switch, farther "
                 "than a board counts: correct homing or limits_deg"
             )
-        found[axis] = LimitInput(motor, home, 1)
-    return Switches(world, found)
+        found[turned[motor]] = LimitSwitch(partial(_stands_at, world, motor), home)
+    return Switches(found)
+
+
+def _stands_at(world: World, motor: int) -> int:
+    return world.motors[motor]
 
 
 def gripper_wiring(config: ArmConfig) -> OutputWiring:
@@ -247,30 +248,14 @@ def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
     return tuple(min(sum(row), quickest) for row in parts)
 
 
-def _ranges(config: ArmConfig) -> list[tuple[float, float]]:
-    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-    return [*bounds, config.model.gripper_range_mm]
-
-
 def _spans(config: ArmConfig, turning: Transmission) -> list[float]:
     """Return how many steps each motor can turn within the joints' ranges."""
+    ranges = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    ranges.append(config.model.gripper_range_mm)
     return [
-        sum(
-            abs(share) * (high - low)
-            for share, (low, high) in zip(row, _ranges(config), strict=False)
-        )
+        sum(abs(share) * (high - low) for share, (low, high) in zip(row, ranges, strict=False))
         for row in turning.matrix
     ]
-
-
-def _highest(config: ArmConfig, motor: int) -> int:
-    turning = _transmission(config)
-    row, offset = turning.matrix[motor], turning.motors[motor].offset_steps
-    ends = (
-        max(share * low, share * high)
-        for share, (low, high) in zip(row, _ranges(config), strict=False)
-    )
-    return math.ceil(sum(ends) + offset)
 
 
 def _up(value: float) -> float:
@@ -280,8 +265,6 @@ def _up(value: float) -> float:
 
 # --- The device and its options -------------------------------------------------------------------
 
-MOST_COAST = 10.0
-
 
 def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
     firmware = FIRMWARES[options.text("firmware")]
@@ -289,9 +272,6 @@ def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
         firmware = replace(firmware, plan_s=options.number("plan_ms") / 1000)
     if options.flag("limit_interrupts"):
         firmware = replace(firmware, hard_limits=True)
-    coast = options.number("coast")
-    if not 0.0 <= coast <= MOST_COAST:
-        raise BadRequest(f"coast must be from 0 to {MOST_COAST:g}, not {coast:g}")
     letters = motor_letters(config, len(world.motors))
     axes = board_axes(letters, options.text("axes"))
     values = well_set_up(config, letters, axes)
@@ -305,7 +285,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> GrblBoard:
         gripper_wiring(config),
         config.model.gripper_range_mm,
         config.model.gripper_speed_mm_s,
-        coast,
+        options.number("coast"),
         options.flag("resets_on_open"),
     )
     settings = BoardSettings(len(axes), {} if options.flag("factory") else values, firmware.factory)
@@ -325,7 +305,12 @@ KIND = SimDeviceKind(
             "limit_interrupts", False, "a build that acts on $21=1 where the usual one does not"
         ),
         Option("resets_on_open", False, "a saved arm starts with its board freshly reset"),
-        Option("coast", 1.0, "share of the ramp by which the arm overruns a dead stop"),
+        Option(
+            "coast",
+            1.0,
+            "share of the ramp by which the arm overruns a dead stop",
+            bounds=(0.0, 10.0),
+        ),
         Option("plan_ms", -1.0, "milliseconds to plan a motion; below 0: the firmware's own"),
     ),
 )

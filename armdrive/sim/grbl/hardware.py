@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from armdrive.sim.device import SwitchState
 from armdrive.sim.grbl.firmware import BoardSettings, Firmware
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
+from armdrive.sim.mechanics.switches import LimitSwitch
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import FLAG, NUMBER, TEXT, Form, Json, Saved, read, write
 from firmware_protocol.grbl import Modal
@@ -241,50 +241,28 @@ class OutputFingers:
         self._world.move_fingers(self._opening_mm, now_s)
 
 
-# --- Limit switches: one for each motor, at one end of its travel --------------------------------
+# --- Limit switches ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class LimitInput:
-    """A switch: its motor, the physical step count from which it is pressed, and the direction."""
-
-    motor: int
-    trip_steps: int
-    way: int
-
-
-@dataclass(slots=True)
 class Switches:
-    """Switches by the number of their axis. They depend on physical positions, not on registers."""
+    """The limit switches, by the number of their axis; an axis without a motor has none."""
 
-    world: World
-    by_axis: Mapping[int, LimitInput]
-    stuck: dict[int, SwitchState] = field(default_factory=dict)
-    """The stuck switches, by motor."""
+    def __init__(self, by_axis: Mapping[int, LimitSwitch]) -> None:
+        self.by_axis = by_axis
 
     def pressed(self, axis: int) -> bool:
-        """Return whether the board sees a switch pressed; an axis without a motor has none."""
+        """Return whether the board sees a switch pressed."""
         one = self.by_axis.get(axis)
-        if one is None:
-            return False
-        state = self.stuck.get(one.motor, SwitchState.FREE)
-        if state is not SwitchState.FREE:
-            return state is SwitchState.CLOSED
-        return (self.world.motors[one.motor] - one.trip_steps) * one.way >= 0
+        return one is not None and one.pressed
 
     def mask(self) -> int:
         """Return a bit for each switch seen pressed, the first axis in the lowest bit."""
-        return sum(self.pressed(axis) << axis for axis in self.by_axis)
+        return sum(one.pressed << axis for axis, one in self.by_axis.items())
 
     def steps_to(self, axis: int, way: int) -> int | None:
         """Return how many steps in a direction press the switch; None if none ever do."""
         one = self.by_axis.get(axis)
-        if self.pressed(axis):
-            return 0
-        if one is None or self.stuck.get(one.motor, SwitchState.FREE) is SwitchState.OPEN:
-            return None
-        missing = (one.trip_steps - self.world.motors[one.motor]) * way
-        return missing if missing > 0 else None
+        return None if one is None else one.steps_to(way)
 
 
 # --- Motors --------------------------------------------------------------------------------------

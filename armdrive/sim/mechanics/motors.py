@@ -212,7 +212,7 @@ class MotorDrive(Generic[R]):
         if self.rack.moving:
             for bend_s in self.rack.bends(self._looked_s, now_s):
                 self._follow(bend_s)
-        self._follow(now_s)
+            self._follow(now_s)
         self._looked_s = now_s
 
     def settle(self, now_s: float) -> None:
@@ -275,7 +275,8 @@ class CoordinatedDrive(MotorDrive[MotorRack]):
 RateTable = tuple[tuple[int, float], ...]
 DEFAULT_RATES: RateTable = ((0, 30.0), (140, 150.0), (190, 250.0), (240, 470.0))
 """Unverified: the real table was never published. Straight lines between the points."""
-FASTEST_ERROR = -0.95
+SPEED_ERRORS = (-0.95, 100.0)
+"""The bounds of a speed error: much faster, and much slower."""
 
 
 def rate_hz(table: RateTable, speed: int, error: float) -> float:
@@ -284,16 +285,6 @@ def rate_hz(table: RateTable, speed: int, error: float) -> float:
     A speed beyond either end of the table has the rate of that end.
     """
     return _between(table, speed) / (1.0 + error)
-
-
-def checked_error(error: float) -> float:
-    """Return a valid speed error. Raises `BadRequest`."""
-    if not FASTEST_ERROR <= error <= 100.0:
-        raise BadRequest(
-            f"a speed error must be from {FASTEST_ERROR} (much faster) to 100 (much slower), "
-            f"not {error}"
-        )
-    return error
 
 
 class MotorSpeed:
@@ -309,7 +300,13 @@ class MotorSpeed:
 
     def set(self, error: float) -> None:
         """Set the error for later motions. Raises `BadRequest`."""
-        self.error = checked_error(error)
+        low, high = SPEED_ERRORS
+        if not low <= error <= high:
+            raise BadRequest(
+                f"a speed error must be from {low} (much faster) to {high:g} (much slower), "
+                f"not {error}"
+            )
+        self.error = error
 
 
 def _between(table: RateTable, speed: int) -> float:

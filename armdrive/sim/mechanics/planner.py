@@ -10,7 +10,7 @@ import math
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from armdrive.sim.mechanics.profiles import Part, ProfilePiece, nearest, trapezoid
 from kinematics.spaces import Motors
@@ -445,7 +445,7 @@ class PathRack:
         for each in self._stretches:
             piece = each.piece
             if piece.end_s > from_s:
-                before = replace(piece, duration_s=max(from_s - piece.start_s, 0.0))
+                before = piece._replace(duration_s=max(from_s - piece.start_s, 0.0))
                 kept.append(PlannerStretch(each.line, before, last=False))
                 along, speed = piece.at(from_s), piece.speed_at(from_s)
                 break

@@ -9,15 +9,16 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class ProfilePiece:
-    """A stretch of constant acceleration, possibly endless."""
+class ProfilePiece(NamedTuple):
+    """A stretch of constant acceleration, possibly endless.
+
+    A tuple, because every target of a streamed motion makes some.
+    """
 
     start_s: float
     position: float

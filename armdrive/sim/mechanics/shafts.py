@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import (
@@ -96,7 +95,7 @@ class ShaftPoint:
         self.go_at(rate, slope, now_s)
         over_s = now_s + time_s
         pieces = [
-            replace(piece, duration_s=min(piece.duration_s, over_s - piece.start_s))
+            piece._replace(duration_s=min(piece.duration_s, over_s - piece.start_s))
             for piece in self._profile.pieces
             if piece.start_s < over_s
         ]

@@ -1,6 +1,3 @@
-"""Simulated MKS drives: `node` is one drive, `motion` how it moves, `kind` the whole arm.
-
-`quirks` lists peculiarities of real drives, and what is not known about them.
-"""
+"""Simulated MKS drives: `node` is one drive, `motion` how it moves, `kind` the arm and quirks."""
 
 from armdrive.sim.mks.kind import KIND as KIND

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.device import (
-    DrivesOnBus,
     HasPendant,
     HasSpeedError,
     SimDevice,
@@ -147,7 +147,7 @@ def _faults(console: Console, _: list[str]) -> ConsoleAnswer:
 def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     """Connect only some drives to the bus, because commissioning handles one at a time."""
     board = console.device.board
-    if not isinstance(board, DrivesOnBus):
+    if not isinstance(board, DrivesBoard):
         raise lacks(board, "drives on a bus")
     names = [motor.name for motor in board.world.body.transmission.motors]
     numbers = {"all": [*range(1, len(names) + 1)], "none": []}.get(words[0].lower())

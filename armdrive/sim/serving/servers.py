@@ -12,13 +12,13 @@ import socket
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
 from armdrive.errors.printable import reason_of
+from armdrive.sim.bus.line import AdapterFaults
 from armdrive.transports.ports import is_left_link
 from firmware_protocol.frames import (
     BELL,
@@ -368,20 +368,6 @@ BITRATES: Mapping[bytes, int] = MappingProxyType(
 VERSION = b"V1013"
 SERIAL_NUMBER = b"NA123"
 _PASSIVE, _BUS_ERRORS = 0x20, 0x80
-
-
-@dataclass(slots=True)
-class AdapterFaults:
-    """Faults of the adapter or its bus; all off by default."""
-
-    bus_off: bool = False
-    """The controller has gone bus-off, until the channel is closed and opened again."""
-    alone: bool = False
-    """No other node acknowledges frames."""
-    mute: bool = False
-    """The adapter answers no command except `V`, like the CANable's first firmware."""
-    dead: bool = False
-    """The adapter hangs and sends nothing at all."""
 
 
 class Adapter:

@@ -68,17 +68,11 @@ class Saved:
 
     def flag(self, key: str) -> bool:
         """Return true or false."""
-        value = self._take(key)
-        if not isinstance(value, bool):
-            raise self._wrong(key, value, "true or false")
-        return value
+        return self._typed(key, bool, "true or false")
 
     def text(self, key: str) -> str:
         """Return a text."""
-        value = self._take(key)
-        if not isinstance(value, str):
-            raise self._wrong(key, value, "a text")
-        return value
+        return self._typed(key, str, "a text")
 
     def text_or_none(self, key: str) -> str | None:
         """Return a text, or None if the entry is null."""
@@ -89,10 +83,7 @@ class Saved:
 
     def items(self, key: str) -> list[object]:
         """Return a list of anything."""
-        value = self._take(key)
-        if not isinstance(value, list):
-            raise self._wrong(key, value, "a list")
-        return value
+        return self._typed(key, list, "a list")
 
     def table(self, key: str) -> Saved:
         """Return a nested table."""
@@ -113,6 +104,12 @@ class Saved:
         if key not in self._data:
             raise StateFileError(f"the saved {self._where} lacks {key!r}; {MEND}")
         return self._data.pop(key)
+
+    def _typed(self, key: str, kind: type[V], wanted: str) -> V:
+        value = self._take(key)
+        if not isinstance(value, kind):
+            raise self._wrong(key, value, wanted)
+        return value
 
     def _each(
         self, key: str, count: int, what: str, take: Callable[[Saved, str], V]

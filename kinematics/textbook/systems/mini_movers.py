@@ -18,13 +18,12 @@ from kinematics.chains.links import DHLink
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis.arm import Branch, FiveAxisArm
-from kinematics.five_axis.closed_form import UPRIGHT, Lengths
+from kinematics.five_axis.closed_form import Lengths
 from kinematics.five_axis.nearest import nearest
 from kinematics.five_axis.rates import from_joints_to_tip, task_jacobian
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform
 from kinematics.geometry import AXIS_MM
-from kinematics.limits import wrap
 from kinematics.presets import preset
 from kinematics.spaces import JOINT_NAMES, Jacobian, Joints, Pose
 from kinematics.textbook.systems.named import (
@@ -125,18 +124,21 @@ def _formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
     return joints, (Quantity("r0", r0, "mm"), Quantity("z0", z0, "mm"), *elbow.workings())
 
 
-def _postures(one: System, goal: Values, seed: Values) -> Sequence[NamedBranch]:
+def _postures(
+    one: System, goal: Values, seed: Values, facing: float | None = None
+) -> Sequence[NamedBranch]:
+    """Return every branch for a goal; `facing` is where a hand leans over the base axis."""
     pose, near = Pose(*goal), Joints(relative_angles(one, seed))
-    found = [_named(one, branch, goal) for branch in arm_of(one).branches(pose, near)]
-    if not found:
+    branches = arm_of(one).branches(pose, near, facing_rad=facing)
+    if not branches:
         raise _refusal(one, pose, near)
-    return found
+    return [_named(one, branch, goal, leans=facing is not None) for branch in branches]
 
 
-def _named(one: System, branch: Branch, goal: Values) -> NamedBranch:
+def _named(one: System, branch: Branch, goal: Values, *, leans: bool) -> NamedBranch:
     name = f"base {branch.base.value}, elbow {branch.elbow.value}"
     (_, upper, fore, _), angles = one.sizes, branch.joints.angles_rad
-    singularities, free = [], []
+    singularities, free = [HAND_SETS_BASE] if leans else [], []
     if branch.base_free:
         singularities.append(ON_AXIS)
         free.append(one.joint_names[0])
@@ -175,47 +177,14 @@ def _of_frame(one: System, frame: Transform, near: Values) -> Sequence[NamedBran
     """Return every branch for a frame, as far as five axes can give it.
 
     With the tip on the base axis the hand's direction sets the base, unless it is vertical:
-    then the base is free, and the roll is turned to the seed's base. No branch comes back
-    where the base cannot turn that way.
+    then the base is free, and the roll is turned to the seed's base.
     """
     found = arm_of(one).solve_transform(frame, Joints(relative_angles(one, near)))
-    x, y, z, pitch, roll = found.goal
-    ahead, aside = frame[0][2], frame[1][2]
-    if math.hypot(x, y) > AXIS_MM:
+    x, y, *_ = found.goal
+    if found.base_free or math.hypot(x, y) > AXIS_MM:
         return one.ik(found.goal, near)
-    seen = 0.0, 0.0, z, pitch, roll  # the direction of so short a distance means nothing
-    if math.hypot(ahead, aside) <= UPRIGHT:
-        return one.ik(seen, near)
-    seen_from_behind = 0.0, 0.0, z, wrap(HALF_TURN - pitch), wrap(roll + HALF_TURN)
-    front = math.atan2(aside, ahead)
-    return [
-        replace(branch, name=branch.name.replace("base front", words))
-        for words, base, goal in (
-            ("base front", front, seen),
-            ("base back", front + HALF_TURN, seen_from_behind),
-        )
-        for branch in _with_base(one, base, goal, near)
-    ]
-
-
-def _with_base(one: System, base: float, goal: Values, near: Values) -> list[NamedBranch]:
-    """Return the branches of a tip on the base axis whose hand wants this base angle.
-
-    None where the base cannot take it.
-    """
-    limits, (seed, *others) = arm_of(one).limits[0], relative_angles(one, near)
-    turned = limits.turned(base, seed)
-    if limits.clamp(turned) != turned:
-        return []
-    name = one.joint_names[0]
-    return [
-        replace(
-            branch,
-            free=tuple(joint for joint in branch.free if joint != name),
-            degenerate=branch.degenerate.replace(ON_AXIS, HAND_SETS_BASE),
-        )
-        for branch in one.ik(goal, own_angles(one, (turned, *others)))
-    ]
+    facing = math.atan2(frame[1][2], frame[0][2])
+    return one.finished(_postures(one, found.goal, near, facing), near)
 
 
 ELBOW_FOLDED = (

@@ -66,7 +66,7 @@ def triangle(x: float, y: float, first: float, second: float, side: float) -> Tr
     cos(second angle) = (x^2 + y^2 - l1^2 - l2^2) / (2 l1 l2); first angle = direction - lift.
     """
     squared = x * x + y * y
-    cosine = _held((squared - first * first - second * second) / (2.0 * first * second))
+    cosine = _bend_cosine(squared, first, second)
     sine = side * sqrt(1.0 - cosine * cosine)
     direction = atan2(y, x)
     lift = atan2(second * sine, first + second * cosine)
@@ -79,8 +79,12 @@ def root(squared: float) -> float:
     return sqrt(max(squared, 0.0) if isinstance(squared, float) else squared)  # type: ignore[no-any-return]
 
 
-def _held(cosine: float) -> float:
-    """Return a cosine with the rounding beyond -1 and 1 taken off; other numbers as they are."""
+def _bend_cosine(squared: float, first: float, second: float) -> float:
+    """Return the cosine of the second angle for a squared span, with rounding beyond 1 taken off.
+
+    Numbers that are no floats are left as they are.
+    """
+    cosine = (squared - first * first - second * second) / (2.0 * first * second)
     return min(max(cosine, -1.0), 1.0) if isinstance(cosine, float) else cosine
 
 
@@ -114,7 +118,7 @@ def elbow_branches(
     folded) that joint's angle is free.
     """
     first, second = links.first_mm, links.second_mm
-    cosine = _held((distance * distance - first * first - second * second) / (2.0 * first * second))
+    cosine = _bend_cosine(distance * distance, first, second)
     if 1.0 - cosine * cosine > STRAIGHT_SINE * STRAIGHT_SINE:
         return [
             NamedBranch(name, *one.formulas(one, goal, *signs, sign))

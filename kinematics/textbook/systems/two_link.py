@@ -36,6 +36,7 @@ from kinematics.textbook.systems.triangle import (
     brought_within,
     elbow_branches,
     elbow_singularities,
+    root,
     to_half_turn,
     triangle,
 )
@@ -223,15 +224,9 @@ def _type_4_forward(one: System, joints: Values) -> Transform:
     return (c2, -s2, 0.0, l2 * c2), (0.0, 0.0, -1.0, 0.0), (s2, c2, 0.0, z), LAST_ROW
 
 
-def _rise_squared(one: System, x: float) -> float:
-    """Return (l2 S2)^2, held at 0 where rounding takes a float below."""
-    left = one.sizes[0] * one.sizes[0] - x * x
-    return max(left, 0.0) if isinstance(left, float) else left
-
-
 def _type_4_formulas(one: System, goal: Values, side: float) -> Solved:
-    x, z = goal
-    rise = side * sqrt(_rise_squared(one, x))
+    (l2,), (x, z) = one.sizes, goal
+    rise = side * root(l2 * l2 - x * x)
     workings = (Quantity("l2 C2", x, "mm"), Quantity("l2 S2", rise, "mm"))
     return (z - rise, atan2(rise, x)), workings
 
@@ -241,7 +236,7 @@ def _type_4_postures(one: System, goal: Values, _seed: Values) -> Sequence[Named
     if abs(x) > l2 + REACH_MM:
         nearest = (math.copysign(l2, x), z)
         raise one.out_of_reach("the tip's distance from the lift", abs(x), l2, nearest)
-    if _rise_squared(one, x) > (STRAIGHT_SINE * l2) ** 2:
+    if l2 * l2 - x * x > (STRAIGHT_SINE * l2) ** 2:
         return [one.solution(goal, branch) for branch in one.signs]
     words = "the arm is level: both postures are one, and the tip cannot move outwards"
     return [NamedBranch("arm level", *one.formulas(one, goal, 1.0), degenerate=words)]

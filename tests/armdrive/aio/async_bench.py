@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import asynccontextmanager
 
-from armdrive import Pose, State
+import pytest
+
+from armdrive import AsyncArm, Pose, State
 
 PLACE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 LONG_S = 1e6
@@ -24,3 +27,18 @@ async def moving(arm, base_deg=60):
     while arm.status.state is not State.MOVING or arm.status.acknowledged == arm.status.commanded:
         await asyncio.sleep(0)
     return task
+
+
+async def cancelled(task):
+    """Cancel a task, and wait until it has ended by that."""
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+
+
+@asynccontextmanager
+async def homed(pace=None):
+    """Connect to a simulated arm, and home it."""
+    async with AsyncArm.connect("sim:teachmover", pace=pace) as arm:
+        await arm.home()
+        yield arm

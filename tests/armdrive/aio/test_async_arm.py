@@ -6,7 +6,7 @@ import asyncio
 import threading
 
 import pytest
-from async_bench import PLACE, moving, still
+from async_bench import PLACE, cancelled, homed, moving, still
 
 from armdrive import AsyncArm, LinkLost, OutOfBounds, Pose, SimulatedClock, State, Stopped
 from armdrive.errors import ArmFileError, OperatorNeeded, WrongState
@@ -119,8 +119,7 @@ async def test_simulated_time_stands_while_nobody_awaits_an_arm():
 
 
 async def test_a_refusal_is_raised_where_the_call_is_awaited():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
         with pytest.raises(OutOfBounds):
             await arm.move_j(shoulder_deg=400)
         task = await moving(arm)
@@ -130,8 +129,7 @@ async def test_a_refusal_is_raised_where_the_call_is_awaited():
 
 
 async def test_a_stop_from_another_task_ends_a_motion_with_stopped():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
         task = await moving(arm)
         await arm.stop()
         with pytest.raises(Stopped):
@@ -177,12 +175,9 @@ async def test_no_thread_is_started_in_simulated_time(monkeypatch):
         raise AssertionError(f"{self.name} was started")
 
     monkeypatch.setattr(threading.Thread, "start", refused)
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
         task = await moving(arm)
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
+        await cancelled(task)
         await arm.gripper.grasp()
 
 

@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 from amounts import amount
-from async_bench import LONG_S, PLACE, moving, still
+from async_bench import LONG_S, PLACE, cancelled, homed, moving, still
 
 from armdrive import AsyncArm, State, Stopped
 from armdrive.connect.parts import TaskRunner
@@ -18,9 +18,7 @@ async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialec
     async with AsyncArm.connect(f"sim:{dialect}") as arm:
         await arm.home()
         task = await moving(arm)
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
+        await cancelled(task)
         assert arm.status.state is State.STANDBY
         assert still(arm)
         assert arm.joints.deg["base"] < 59
@@ -28,8 +26,7 @@ async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialec
 
 
 async def test_a_timeout_stops_the_arm_and_is_a_timeout():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
 
         async def to_and_fro():
             while True:
@@ -57,16 +54,13 @@ async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
         task = asyncio.create_task(work())
         for _ in range(rounds * rounds):
             await asyncio.sleep(0)
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
+        await cancelled(task)
         assert arm.status.state is State.STANDBY
         assert still(arm)
 
 
 async def test_whoever_cancels_again_meanwhile_does_not_hurry_it():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
         task = await moving(arm)
         for _ in range(5):
             task.cancel()
@@ -77,8 +71,7 @@ async def test_whoever_cancels_again_meanwhile_does_not_hurry_it():
 
 
 async def test_an_outer_timeout_that_comes_while_an_inner_one_stops_the_arm_is_kept():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
 
         async def inner():
             async with asyncio.timeout(None) as deadline:
@@ -100,27 +93,21 @@ async def test_an_outer_timeout_that_comes_while_an_inner_one_stops_the_arm_is_k
     ids=["sleep", "wait_inputs", "jog"],
 )
 async def test_any_wait_can_be_cancelled(call):
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
         task = asyncio.create_task(call(arm))
         while arm.sync.pace.now_s() < 20.0:
             await asyncio.sleep(0)
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
+        await cancelled(task)
         assert still(arm)
         assert arm.sync.core.readings.awaiting == 0
 
 
 async def test_a_cancelled_wait_of_a_handle_stops_the_motion():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        await arm.home()
+    async with homed() as arm:
         handle = await arm.move_j(base_deg=60, wait=False)
         task = asyncio.create_task(handle.wait())
         await asyncio.sleep(0)
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
+        await cancelled(task)
         with pytest.raises(Stopped):
             await handle.wait()
         handle = await arm.start(PoseMove(PLACE))
@@ -135,9 +122,7 @@ async def test_a_cancelled_homing_leaves_nothing_referenced_and_nothing_at_work(
         task = asyncio.create_task(arm.home())
         while arm.status.state is not State.HOMING:
             await asyncio.sleep(0)
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
+        await cancelled(task)
         assert arm.status.state is State.STANDBY
         assert still(arm)
         await arm.home()
@@ -154,9 +139,7 @@ async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
     monkeypatch.setattr(TaskRunner, "__init__", noted)
     task = asyncio.create_task(AsyncArm.connect("sim:teachmover")._connected())
     await asyncio.sleep(0)
-    task.cancel()
-    with pytest.raises(asyncio.CancelledError):
-        await task
+    await cancelled(task)
     (runner,) = made
     assert runner.pace.clock.engines == ()
 
@@ -167,9 +150,7 @@ async def test_a_close_is_carried_out_whoever_cancels_it():
     mover = await moving(arm)
     task = asyncio.create_task(arm.close())
     await asyncio.sleep(0)
-    task.cancel()
-    with pytest.raises(asyncio.CancelledError):
-        await task
+    await cancelled(task)
     assert arm.status.state is State.DISCONNECTED
     assert not arm.twin.device.moving
     with pytest.raises(Stopped):

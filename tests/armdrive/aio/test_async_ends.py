@@ -7,7 +7,7 @@ import signal
 import threading
 
 import pytest
-from async_bench import LONG_S, moving, still
+from async_bench import LONG_S, cancelled, homed, moving, still
 
 from armdrive import AsyncArm, State, Stopped
 
@@ -82,8 +82,7 @@ class TestRealTime:
     """The same with an engine's thread that sleeps; here thirty times faster than the clock."""
 
     async def test_the_loop_goes_on_while_an_arm_moves(self):
-        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
-            await arm.home()
+        async with homed(pace=30.0) as arm:
             rounds = 0
             task = asyncio.create_task(arm.move_j(base_deg=60))
             while not task.done():
@@ -93,12 +92,9 @@ class TestRealTime:
             assert (await task).bursts
 
     async def test_a_cancelled_motion_has_stopped(self):
-        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
-            await arm.home()
+        async with homed(pace=30.0) as arm:
             task = await moving(arm)
-            task.cancel()
-            with pytest.raises(asyncio.CancelledError):
-                await task
+            await cancelled(task)
             assert arm.status.state is State.STANDBY
             assert arm.joints.deg["base"] < 59
 
@@ -109,8 +105,7 @@ class TestRealTime:
                     await arm.sleep(LONG_S)
 
     async def test_a_stop_waits_for_nobody_however_many_calls_are_under_way(self):
-        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
-            await arm.home()
+        async with homed(pace=30.0) as arm:
             sleepers = [asyncio.create_task(arm.sleep(LONG_S)) for _ in range(40)]
             task = await moving(arm)
             await arm.stop()

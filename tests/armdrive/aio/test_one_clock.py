@@ -117,13 +117,6 @@ def test_the_same_program_gives_the_same_result_each_time():
     assert run() == first
 
 
-def test_a_pace_is_one_of_those_that_are_named():
-    with pytest.raises(ArmError, match="SimulatedClock"):
-        Arm.connect("sim:teachmover", pace="fast")
-    with pytest.raises(ArmError, match="real time"):
-        Arm.connect("socket://127.0.0.1:9", dialect="teachmover", pace=SimulatedClock())
-
-
 @pytest.mark.parametrize("creep_s", [0.0, 1e-15])
 def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s, monkeypatch):
     monkeypatch.setattr("armdrive.runtime.clock.STUCK_TURNS", 1000)

@@ -77,7 +77,7 @@ RIGHT = MappingProxyType(
 )
 """A value for each parameter that has to be given, by its annotation."""
 
-WRONG = (object(), 1j, [object()], b"x", {"a": object()}, math.nan, "\0", None, True, 7)
+WRONG = (object(), 1j, [object()], b"x", {"a": object()}, math.nan, math.inf, "\0", None, True, 7)
 """Values of many kinds. A parameter is given those that its rule does not take."""
 
 BELOW = frozenset({"known", "carry", "sync"})
@@ -341,6 +341,23 @@ def test_the_sentence_says_what_was_expected(call, said):
     assert raised.value.code == entry(raised.value).code
 
 
+AT_A_SPEED = {
+    "move_j": lambda arm, speed: arm.move_j(base_deg=1, speed=speed),
+    "move_gripper": lambda arm, speed: arm.move_gripper(20.0, speed),
+    "gripper.move": lambda arm, speed: arm.gripper.move(20.0, speed=speed),
+    "speed_override": lambda arm, speed: setattr(arm, "speed_override", speed),
+}
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.5, 1.01, 5])
+@pytest.mark.parametrize("name", AT_A_SPEED)
+def test_a_speed_that_is_no_fraction_is_refused(name, speed):
+    before = seen()
+    with pytest.raises(BadRequest, match=r"speed.*(fraction|above 0 and up to 1|from )"):
+        AT_A_SPEED[name](bench(), speed)
+    assert seen() == before
+
+
 def test_a_wrong_argument_is_a_type_error_as_well():
     with pytest.raises(TypeError):
         bench().move_to((1, 2, 3))
@@ -372,7 +389,16 @@ def test_numbers_of_numpy_are_numbers():
         (lambda arm: arm.move_path([LinePart(FAR)]), kinematic.Unreachable, "E604"),
         (lambda arm: arm.move_c(FAR, FAR), kinematic.NoArc, "E618"),
         (lambda arm: arm.move_path([ArcPart(FAR, FAR)]), kinematic.NoArc, "E618"),
-        (lambda arm: arm.move_j(base_deg=math.nan), kinematic.BadNumber, "E602"),
+        *(
+            (call, kinematic.BadNumber, "E602")
+            for call in (
+                lambda arm: arm.move_j(base_deg=math.nan),
+                lambda arm: arm.move_j(base_deg=True),
+                lambda arm: arm.jog_j(base_deg=True),
+                lambda arm: arm.gripper.open(True),
+                lambda arm: arm.move_motors(True, 0, 0, 0, 0, 0),
+            )
+        ),
         (lambda arm: arm.declare_posture(FAR), kinematic.Unreachable, "E604"),
         (
             lambda arm: arm.declare_posture(Joints.of(500, 0, 0, 0, 0)),

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import json
 import sys
 
 import pytest
-from cli_calls import state_files, write_arm_file
+from cli_calls import Terminal, state_files, write_arm_file
 from served import ServedDevice
 
 from armdrive.cli.chosen_arm import world_file
@@ -115,7 +114,6 @@ def test_fresh_forgets_the_world_and_the_reference(referenced):
         (("--x", "900"), "out of reach"),
         (("--z", "-40"), "table"),
         (("--base", "120"), "base"),
-        (("--elbow", "20"), "elbow"),
         (("--gripper", "200"), "gripper"),
     ],
 )
@@ -176,20 +174,13 @@ def test_a_damaged_world_ends_in_a_sentence_with_the_way_out(referenced, text):
     referenced("status", code=0)
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"format": 99}', "\x00"])
-def test_a_damaged_record_costs_the_reference_and_home_mends_it(referenced, text):
-    state_file(ARM).write_text(text)
+def test_a_damaged_record_costs_the_reference_and_home_mends_it(referenced):
+    state_file(ARM).write_text("{")
     seen = referenced("status", "--json", code=0).json
     assert seen["trust"] == "unknown"
     assert str(state_file(ARM)) in seen["trust_reason"]
     referenced("home", code=0)
     referenced("move", "--z", "60", code=0)
-
-
-def test_a_state_folder_that_cannot_be_written_ends_in_a_sentence(call, tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "file"))
-    assert str(tmp_path / "file") in call.refused("status", code=1)
 
 
 def test_nothing_but_the_arm_s_own_files_stays_behind(referenced):
@@ -201,20 +192,7 @@ def test_nothing_but_the_arm_s_own_files_stays_behind(referenced):
     assert left == {f"{name}.json", f"{name}.lock", f"{name}.world.json"}
 
 
-def test_arms_of_different_names_never_share_a_file():
-    names = ("bench", "my arm", "my_arm", "/dev/ttyUSB0", "_dev_ttyUSB0", "Ärm", "Örm", "...")
-    assert len({places.file_name(name) for name in names}) == len(names)
-    assert places.file_name("bench") == "bench"
-
-
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-
-
-class Terminal(io.StringIO):
-    """A terminal at which a person types these lines."""
-
-    def isatty(self) -> bool:
-        return True
 
 
 @pytest.fixture(params=DIALECTS)

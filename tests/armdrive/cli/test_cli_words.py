@@ -19,9 +19,11 @@ from armdrive.cli.program import arguments as program_arguments
 from armdrive.cli.set_up import arguments as set_up_arguments
 from armdrive.errors import ArmError
 
-HEAVY = {"numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio"}
+HEAVY = {
+    "numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio", "lark",
+}  # fmt: skip
 LOADED_TO_RUN = {
-    "armdrive.arm", "armdrive.connect", "armdrive.programs.program", "numpy", "textual",
+    "armdrive.arm", "armdrive.connect", "armdrive.programs", "lark", "numpy", "textual",
 }  # fmt: skip
 WITH_ACTIONS = {
     "can": set_up_arguments.CAN_ACTIONS,
@@ -226,7 +228,7 @@ DRIVING = (
 @pytest.mark.parametrize(
     ("words", "spared"),
     [
-        ("status", (*OF_OTHERS, "armdrive.programs", "armdrive.render")),
+        ("status", (*OF_OTHERS, "armdrive.programs", "armdrive.render", "can", "lark")),
         ("home", (*OF_OTHERS, "armdrive.programs")),
         ("move --shoulder 10", (*OF_OTHERS, "armdrive.programs")),
         ("status --sim mks", ("firmware_protocol.teachmover", "armdrive.sim.teachmover")),
@@ -235,6 +237,7 @@ DRIVING = (
             *OF_OTHERS, "armdrive.programs.rehearsal", "lark",
             "armdrive.sim.device", "firmware_protocol.teachmover",
         )),
+        ("ports", ("can",)),
         ("points list", (*DRIVING, "armdrive.sim", "multiprocessing")),
         ("config check", DRIVING),
         ("doctor", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim")),

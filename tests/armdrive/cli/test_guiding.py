@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import sys
-
 import pytest
 from cli_calls import write_arm_file
 
@@ -20,14 +17,6 @@ from kinematics import preset
 
 AXES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper")
 ARM = "sim:teachmover"
-
-
-@pytest.fixture
-def typing(monkeypatch):
-    """Return what puts lines into the standard input."""
-    return lambda *lines: monkeypatch.setattr(
-        sys, "stdin", io.StringIO("".join(f"{line}\n" for line in lines))
-    )
 
 
 def at_the_mark() -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import io
 import os
 import sys
 from argparse import Namespace
 
 import pytest
+from cli_calls import Terminal
 
 from armdrive.cli import presenter
 from armdrive.cli.presenter import (
@@ -82,13 +82,6 @@ def test_progress_is_shown_to_people_only(capsys):
     assert capsys.readouterr().out == ""
     tell(argparse.Namespace(json=False), "moving")
     assert capsys.readouterr().out == "moving\n"
-
-
-class Terminal(io.StringIO):
-    """A stream that says that it is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from pages import blocks, page
 from armdrive.config.link_model import parse_model, read_model
 from armdrive.errors import ArmFileError
 from armdrive.text.reading import parse_toml
+from kinematics.chains.chain import rows_of
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.tables import rows_of
 from kinematics.frames.transforms import position_of
 
 UP = {"point_mm": [0, 0, 0], "direction": [0, 0, 1]}

@@ -141,12 +141,3 @@ def test_the_problems_of_a_model_file_hide_none_of_the_arm_file(tmp_path):
         "[fingers] is missing range_mm", "[park] is missing",
     ):  # fmt: skip
         assert any(place in each for each in in_file), place
-
-
-@pytest.mark.parametrize("name", [name for name in SECTIONS if name])
-def test_each_section_alone_has_its_own_problems(name, tmp_path):
-    text, places = SECTIONS[name]
-    dialect = '[connection]\ndialect = "grbl"\n' if name == "grbl" else ""
-    found = problems_of(f'model = "minimover5"\n{dialect}[{name}]\n{text}', tmp_path)
-    for place in places:
-        assert any(place in sentence for sentence in found), (place, found)

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from chain_files import NAMES, five_joints, shown_files, six_arm, six_joints, six_links, written
+from chain_files import five_joints, shown_files, six_arm, six_joints, six_links, written
 
 from armdrive.arm import Arm
 from armdrive.config.sections import Connection
@@ -149,10 +149,6 @@ def test_every_motor_of_the_controller_must_be_listed(tmp_path):
     assert not config.model.transmission.has_gripper
     with pytest.raises(Refused, match="5 motors, but its controller drives 6"):
         connect_simulated(config)
-
-
-def test_the_names_are_the_models(tmp_path):
-    assert six_joints(tmp_path).model.arm.joint_names == NAMES
 
 
 def test_a_servo_gripper_has_fingers_without_a_motor(tmp_path):

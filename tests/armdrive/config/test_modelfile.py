@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from armdrive.config.link_model import parse_model, read_model
 from armdrive.config.sections import is_model_file
 from armdrive.errors import ArmFileError
+from kinematics.chains.chain import rows_of
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.tables import rows_of
 from kinematics.frames.transforms import position_of, translation
 from kinematics.textbook.systems import system
 

@@ -20,18 +20,9 @@ from armdrive import Arm
 from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, PortInUse, SettingsDiffer
 from armdrive.sim.cia402.objects import without
 from armdrive.status import State, Trust
+from firmware_protocol import mks
 from firmware_protocol.canopen import DEVICE_TYPE, Nmt, NmtCommand
 from firmware_protocol.frames import pack
-from firmware_protocol.mks import (
-    Bitrate,
-    Mode,
-    ReplyMode,
-    SetBitrate,
-    SetMicrosteps,
-    SetMode,
-    SetReplies,
-    SilenceWatchdog,
-)
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
 from sim_process import SimProcess
@@ -127,23 +118,23 @@ ROWS: dict[str, Row] = {
     **both("two drives have one id, so that one is missing", given("drive-id 3 2"), NO,
            f"{PLUG}.*{TWO_IDS}"),
     "mks: all drives have another bit rate": Row(
-        "mks", flashed(SetBitrate(Bitrate.K250), drives=range(6)), SILENT, NOTHING),
+        "mks", flashed(mks.SetBitrate(mks.Bitrate.K250), drives=range(6)), SILENT, NOTHING),
     "mks: a drive has another bit rate": Row(
-        "mks", flashed(SetBitrate(Bitrate.K250)), NO, PLUG),
+        "mks", flashed(mks.SetBitrate(mks.Bitrate.K250)), NO, PLUG),
     "mks: a drive waits for pulses": Row(
-        "mks", flashed(SetMode(Mode.PULSE_FOC)), NO,
+        "mks", flashed(mks.SetMode(mks.Mode.PULSE_FOC)), NO,
         r"drive 3 \(elbow\) is in mode 2.*set mode 5.*SR_vFOC.*doctor --mend", late=True,
         notice=r"mode of drive 3 \(elbow\) is 2.*expected 5.*`3: 82 05`"),
     "mks: a drive of old firmware waits for pulses": Row(
-        "mks", flashed(SetMode(Mode.PULSE_FOC)), NO,
+        "mks", flashed(mks.SetMode(mks.Mode.PULSE_FOC)), NO,
         r"drive 3 \(elbow\) refused ENABLE.*mode.*set SR_vFOC", late=True,
         options={"firmware": OLD}),
     "mks: a drive does not reply": Row(
-        "mks", flashed(SetReplies(ReplyMode.NONE)), NO,
+        "mks", flashed(mks.SetReplies(mks.ReplyMode.NONE)), NO,
         r"drive 3 \(elbow\) answers questions, but no orders.*replies are off.*--mend", late=True,
         notice=r"replies of drive 3 \(elbow\) is none, expected full.*`3: 8c 01 01`"),
     "mks: a drive of old firmware does not reply": Row(
-        "mks", flashed(SetReplies(ReplyMode.NONE)), NO,
+        "mks", flashed(mks.SetReplies(mks.ReplyMode.NONE)), NO,
         r"drive 3 \(elbow\) answers questions, but no orders.*replies are off.*8C", late=True,
         options={"firmware": OLD}),
     "cia402: a node is no drive": Row(
@@ -274,21 +265,23 @@ def test_a_wrong_setting_is_reported_at_reconnecting_and_the_arm_moves_once_it_i
 
 
 @pytest.mark.parametrize(
-    "setting", [SilenceWatchdog(60), SilenceWatchdog(0), SetReplies(ReplyMode.IMMEDIATE)], ids=str
+    "setting",
+    [mks.SilenceWatchdog(60), mks.SilenceWatchdog(0), mks.SetReplies(mks.ReplyMode.IMMEDIATE)],
+    ids=str,
 )
 def test_a_drive_that_is_set_up_otherwise_and_can_be_driven_all_the_same_is(setting):
     bus = Bus("mks")
     flashed(setting)(bus)
     arm = bus.connect()
-    assert ("3: 8c 01 01" in arm.status.notice) == isinstance(setting, SetReplies)
+    assert ("3: 8c 01 01" in arm.status.notice) == isinstance(setting, mks.SetReplies)
     check_works_again(arm, bus.motors)
-    kept = bus.twin.board.nodes[ELBOW].flash.of(SilenceWatchdog)
-    assert kept == SilenceWatchdog(round(bus.config.device.watchdog_s * 1000))
+    kept = bus.twin.board.nodes[ELBOW].flash.of(mks.SilenceWatchdog)
+    assert kept == mks.SilenceWatchdog(round(bus.config.device.watchdog_s * 1000))
 
 
 def test_drives_with_other_microsteps_are_switched_on_and_nothing_moves():
     bus = Bus("mks")
-    mend = flashed(SetMicrosteps(64))(bus)
+    mend = flashed(mks.SetMicrosteps(64))(bus)
     arm = bus.ready()
     stood = bus.motors
     with pytest.raises(SettingsDiffer, match=r"microsteps of drive 3 .* 64, expected 16.*--mend"):

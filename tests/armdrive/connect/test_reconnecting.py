@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from faults import as_it_stands
+from pages import page
 
 from armdrive import Arm, LinkLost, WrongState
 from armdrive.connect.parts import connect_simulated
@@ -48,6 +49,19 @@ def unplug(arm: Arm) -> None:
 def replug(arm: Arm) -> None:
     arm.twin.faults.end()
     arm.twin.link.replug("elsewhere")
+
+
+def replug_mute(arm: Arm) -> None:
+    """Put the cable back into a device that says nothing."""
+    arm.twin.faults.add("mute")
+    arm.twin.link.replug()
+    arm.twin.link.line.plug()
+
+
+def lose_and_find(arm: Arm) -> None:
+    unplug(arm)
+    replug(arm)
+    arm.sleep(LONG_S)
 
 
 two_kinds = pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
@@ -145,9 +159,7 @@ def test_a_position_that_was_referenced_is_restored_and_wants_to_be_confirmed(co
     arm = connected(reconnect=True)
     arm.move_j(shoulder_deg=45)
     joints = arm.joints
-    unplug(arm)
-    replug(arm)
-    arm.sleep(LONG_S)
+    lose_and_find(arm)
     arm.reset()
     assert arm.status.trust is Trust.RESTORED
     assert arm.status.trust_code == "E720"
@@ -174,9 +186,7 @@ def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
 def test_reconnecting_goes_on_while_no_arm_answers(connected):
     arm = connected(reconnect=True)
     unplug(arm)
-    arm.twin.faults.add("mute")
-    arm.twin.link.replug()
-    arm.twin.link.line.plug()
+    replug_mute(arm)
     arm.sleep(20.0)
     assert arm.status.state is State.DISCONNECTED
     assert arm.status.notice_code == "E502"
@@ -200,9 +210,7 @@ def test_the_pauses_between_tries_grow(connected):
 def test_an_arm_that_was_disabled_stays_disabled(connected):
     arm = connected(reconnect=True)
     arm.disable()
-    unplug(arm)
-    replug(arm)
-    arm.sleep(LONG_S)
+    lose_and_find(arm)
     assert arm.status.state is State.DISABLED
     assert arm.status.error == ""
     arm.enable()
@@ -212,9 +220,7 @@ def test_an_emergency_stop_outlives_the_loss(connected):
     arm = connected(reconnect=True)
     arm.estop()
     for _ in range(2):
-        unplug(arm)
-        replug(arm)
-        arm.sleep(LONG_S)
+        lose_and_find(arm)
     assert arm.status.state is State.ERROR_STOP
     assert arm.status.error_code == "E303"
     assert arm.status.error.count("Meanwhile the connection was lost") == 1
@@ -288,9 +294,7 @@ def test_by_hand_a_wire_is_looked_for_once(connected):
 def test_by_hand_an_arm_that_does_not_answer_says_so(connected):
     arm = connected()
     unplug(arm)
-    arm.twin.faults.add("mute")
-    arm.twin.link.replug()
-    arm.twin.link.line.plug()
+    replug_mute(arm)
     with pytest.raises(Exception, match="no answer"):
         arm.reconnect()
     assert arm.status.state is State.DISCONNECTED
@@ -324,9 +328,7 @@ def test_a_wire_can_be_lost_again_and_again(connected):
     arm = connected(reconnect=True)
     said = set()
     for _ in range(3):
-        unplug(arm)
-        replug(arm)
-        arm.sleep(LONG_S)
+        lose_and_find(arm)
         assert arm.status.state is State.ERROR_STOP
         said.add((arm.status.error_code, arm.status.error.count("is back")))
     assert said == {("E409", 1)}
@@ -356,3 +358,33 @@ def test_a_pulled_cable_is_seen_within_a_second(connected, dialect, moving):
     arm.sleep(1.0)
     assert arm.status.state is State.DISCONNECTED
     assert handle is None or handle.done
+
+
+# -- how soon a silent arm is given up ------------------------------------------------------------
+
+
+GIVEN_UP_AFTER_S = {
+    "teachmover": 2.3,
+    "armdroid": 2.4,
+    "robko01": 3.4,
+    "grbl": 1.7,
+    "mks": 1.7,
+    "cia402": 1.7,
+}
+"""From the first look that a standing arm does not answer."""
+
+
+@pytest.mark.parametrize("after_s", [2.0, 2.3, 2.6])
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_standing_arm_that_falls_silent_is_given_up_as_soon_as_the_page_says(dialect, after_s):
+    with Arm.connect(f"sim:{dialect}") as arm:
+        arm.sleep(after_s)
+        arm.twin.faults.add("mute")
+        arm.sleep(GIVEN_UP_AFTER_S[dialect] + arm.config.motion.idle_poll_s)
+        assert arm.status.state is State.ERROR_STOP
+        assert arm.status.error_code == "E502"
+
+
+def test_the_page_tells_those_times():
+    times = " | ".join(f"{time_s} s" for time_s in GIVEN_UP_AFTER_S.values())
+    assert f"| at rest | {times} |" in page("sharing")

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import sys
+import threading
 from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 from served import Served
-from waiting import until
+from waiting import LONG_S, until
 
 from armdrive import Arm, LinkLost
 from armdrive.config.sections import Connection
+from armdrive.connect import reconnect as mending
 from armdrive.connect.port import PortOpening
+from armdrive.connect.reconnect import NewLink, Reconnector
 from armdrive.connect.target import find
-from armdrive.errors import NoSuchPort, PortUnavailable
+from armdrive.errors import NoSuchPort, PortInUse, PortUnavailable
 from armdrive.status import State, Trust
 from armdrive.transports import ports
 
@@ -178,3 +181,66 @@ def test_a_network_host_that_closed_its_port_is_seen_at_the_next_look():
         there.tell("unplug")
         until(lambda: arm.status.state is State.DISCONNECTED)
         arm.close()
+
+
+# -- the old wire lets its port go first ----------------------------------------------------------
+
+
+class OneHolder:
+    """A port that one wire at a time can have; a wire is slow to let it go."""
+
+    description = "can:slcan:/dev/ttyACM0"
+
+    def __init__(self) -> None:
+        self.asked_for, self.may_close, self.tried = (threading.Event() for _ in range(3))
+        self.held = True
+
+    def close(self) -> None:
+        self.may_close.wait(LONG_S)
+        self.held = False
+
+    def open_again(self):
+        if self.held:
+            raise PortInUse("in use by another program or by this one")
+        raise LinkLost("free, but nobody is there")
+
+    def woken(self) -> None:
+        self.tried.set()
+
+
+@pytest.fixture
+def port():
+    held = OneHolder()
+    yield held
+    held.may_close.set()
+
+
+def looking(port):
+    """Return who looks for a wire that was lost a moment ago, and has begun to."""
+    engine = SimpleNamespace(link=port)
+    core = SimpleNamespace(diagnostics=SimpleNamespace(notify=lambda *_words: None))
+    wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
+    reconnector = Reconnector(wire, NewLink(port.open_again, in_thread=True))
+    reconnector.lost(0.0)
+    engine.link = SimpleNamespace(wake=port.woken)
+    reconnector.ask(0.0)
+    reconnector(0.0)
+    return reconnector
+
+
+def test_the_old_wire_is_waited_for(port):
+    reconnector = looking(port)
+    assert not port.tried.wait(0.05)
+    port.may_close.set()
+    assert port.tried.wait(LONG_S)
+    reconnector(0.0)
+    assert reconnector.tries == 1
+    assert "nobody is there" in str(reconnector.trouble)
+
+
+def test_an_old_wire_that_never_lets_go_is_waited_for_no_longer_than_that(port, monkeypatch):
+    monkeypatch.setattr(mending, "LET_GO_S", 0.01)
+    reconnector = looking(port)
+    assert port.tried.wait(LONG_S)
+    reconnector(0.0)
+    assert isinstance(reconnector.trouble, PortInUse)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import io
 import json
 import pkgutil
 import signal
 import sys
 
 import pytest
-from cli_calls import Caller
+from cli_calls import Terminal
 
 import armdrive
 import firmware_protocol
@@ -109,22 +108,18 @@ def test_a_code_is_looked_up_in_any_writing_and_a_wrong_one_refused():
         by_code("E4077")
 
 
-def test_the_command_prints_the_page(capsys):
-    assert Caller(capsys)("errors", "--markdown", code=0).out == page()
+def test_the_command_prints_the_page(call):
+    assert call("errors", "--markdown", code=0).out == page()
 
 
-def test_one_row_is_printed_by_its_code(capsys):
-    text = Caller(capsys)("errors", "e407", code=0).out
+def test_one_row_is_printed_by_its_code(call):
+    text = call("errors", "e407", code=0).out
     assert text.startswith("E407: the connection was lost (LinkLost)")
     assert "`armdrive reset`" in text
-    assert "E999" in Caller(capsys).refused("errors", "E999", code=2)
+    assert "E999" in call.refused("errors", "E999", code=2)
 
 
 def test_a_terminal_gets_a_row_folded_to_its_width(monkeypatch):
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
     monkeypatch.setattr(sys, "stdout", terminal := Terminal())
     monkeypatch.setenv("COLUMNS", "60")
     assert main(["errors", "E502"]) == 0
@@ -134,16 +129,14 @@ def test_a_terminal_gets_a_row_folded_to_its_width(monkeypatch):
     assert {line[:10].strip() for line in lines} == {"cause", "effect", "remedy", ""}
 
 
-def test_the_list_names_every_code_and_json_gives_every_word(capsys):
-    call = Caller(capsys)
+def test_the_list_names_every_code_and_json_gives_every_word(call):
     listed = call("errors", code=0).out
     assert all(row.code in listed for row in ENTRIES)
     lines = call("errors", "--json", code=0).json_lines
     assert [each["code"] for each in lines] == [row.code for row in ENTRIES]
 
 
-def test_the_command_line_says_the_code_and_with_json_the_whole(capsys):
-    call = Caller(capsys)
+def test_the_command_line_says_the_code_and_with_json_the_whole(call):
     sentence = call.refused("move", "--x", "250", code=3)
     assert sentence.startswith("armdrive: [E203] ")
     called = call("move", "--x", "250", "--json", code=3)
@@ -154,8 +147,8 @@ def test_the_command_line_says_the_code_and_with_json_the_whole(capsys):
     assert told["message"] in sentence
 
 
-def test_errors_of_the_mathematics_have_their_codes_there_too(capsys):
-    assert "[E604] " in Caller(capsys).refused(
+def test_errors_of_the_mathematics_have_their_codes_there_too(call):
+    assert "[E604] " in call.refused(
         "ik", "--x", "900", "--y", "0", "--z", "1", "--pitch", "0", code=3
     )
 

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
+from cli_calls import write_arm_file
 from hostile import HOSTILE_TEXT, toml_text, unprintable
 from hypothesis import given
 from hypothesis import strategies as st
@@ -129,28 +130,16 @@ OWN_WORDS = {
 # -- every outlet -----------------------------------------------------------------------------
 
 
-def arm_with_title(text):
-    (places.arm_files() / "bench.toml").write_text(
-        f'model = "teachmover"\ntitle = {toml_text(text)}\n', encoding="utf-8"
-    )
+def arm_with(lines, ending=""):
+    """Return what writes an arm file with a hostile text in some lines."""
+    return lambda text: write_arm_file("bench", lines.format(toml_text(text + ending)))
 
 
-def arm_with_key(text):
-    (places.arm_files() / "bench.toml").write_text(
-        f'model = "teachmover"\n{toml_text(text)} = 1\n', encoding="utf-8"
-    )
-
-
-def arm_with_value(text):
-    (places.arm_files() / "bench.toml").write_text(
-        f"model = {toml_text(text + '.toml')}\n", encoding="utf-8"
-    )
-
-
-def arm_with_frame(text):
-    (places.arm_files() / "bench.toml").write_text(
-        f'model = "teachmover"\n[frames.{toml_text(text)}]\nx_mm = 1\n', encoding="utf-8"
-    )
+PLAIN = 'model = "teachmover"\n'
+arm_with_title = arm_with(PLAIN + "title = {}\n")
+arm_with_key = arm_with(PLAIN + "{} = 1\n")
+arm_with_value = arm_with("model = {}\n", ".toml")
+arm_with_frame = arm_with(PLAIN + "[frames.{}]\nx_mm = 1\n")
 
 
 def named_points(text):

@@ -1,7 +1,6 @@
 """The dead-man on synthetic keyboards, links that jitter and links that stall."""
 
 import math
-import random
 
 import pytest
 from hypothesis import given
@@ -357,10 +356,3 @@ def test_a_late_tick_changes_when_but_never_gives_stale_motion(gaps, late_s):
     given_late = deadman.tick(event_s + late_s)
     if late_s >= HOLD_LONGEST_S:
         assert not any(isinstance(action, Increment | HeldKey) for action in given_late)
-
-
-def test_a_seeded_minute_of_a_real_looking_keyboard_holds_throughout():
-    noise = random.Random(5)
-    desk = Desk().run(jittered(keyboard(33.0, 60.0), noise.random))
-    assert len(desk.of(Release)) == 1
-    assert desk.of(Disarm) == []

@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 from faults import ready_arm
 
-from armdrive.config.write import complete
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.motion.frames import axes_of, frame_names
@@ -78,14 +77,6 @@ def test_a_tool_is_driven_to_where_its_point_is_wanted():
         goal = Pose.of(x_mm=260, y_mm=60, z_mm=120, pitch_deg=-60, roll_deg=20)
         arm.move_l(goal)
         assert math.dist(place(arm.twin.world.pose), place(goal)) < STEP_MM
-
-
-def test_a_complete_arm_file_has_tool_and_frames_in_it():
-    config = parse_arm(TABLE, name="held")
-    import tomllib
-
-    again = parse_arm(tomllib.loads(complete(config, TABLE)), name="held")
-    assert (again.model, again.tool, again.frames) == (config.model, config.tool, config.frames)
 
 
 @pytest.mark.parametrize("name", ["tool", "base", "two words"])

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
+from faults import OVER_THE_TABLE, sim_arm, sim_config
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Stopped
 from armdrive.runtime.position import DeviceReadings, FingerState
@@ -144,13 +144,3 @@ def test_opening_and_closing_end_where_asked_while_the_elbow_turns():
     for opening_mm in (90.0, widest_mm + 0.02):  # which is not rounded to the bound
         with pytest.raises(OutOfBounds, match=f"not to {opening_mm:g} mm"):
             arm.gripper.open(opening_mm)
-
-
-@pytest.mark.parametrize("speed", [0.0, -0.5, 1.1, 5])
-def test_every_gripper_call_refuses_a_speed_that_is_not_a_fraction(speed):
-    arm = ready_arm()
-    before = arm.twin.world.motors
-    for call in (arm.move_gripper, lambda mm, speed: arm.gripper.move(mm, speed=speed)):
-        with pytest.raises(BadRequest, match="above 0 and up to 1"):
-            call(20.0, speed)
-    assert arm.twin.world.motors == before

@@ -16,6 +16,7 @@ from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
 from armdrive.motion.reference import drift_between, judge
 from armdrive.motion.resolve import park_pose
 from armdrive.registry import DIALECTS
+from armdrive.registry.simulate import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import FileRecorder, last_entry, logbook_file
 from kinematics import Motors, preset
@@ -208,8 +209,6 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
     first.home()
     first.park()
     first.close()
-    from armdrive.registry.simulate import simulate
-
     arm = Arm(
         connect_simulated(
             config,

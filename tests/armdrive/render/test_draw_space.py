@@ -129,11 +129,6 @@ def test_the_pictures_are_those_that_somebody_looked_at(view, braille):
     assert [row.rstrip() for row in picture(view, braille=braille)] == kept
 
 
-@pytest.mark.parametrize("view", VIEWS)
-def test_plain_pictures_are_plain(view):
-    assert all(row.isascii() for row in picture(view, braille=False))
-
-
 def test_no_two_inks_that_run_in_lines_look_alike():
     """Solid ones differ by place and thickness, and axes by their letters."""
     dashed = [PATTERNS[ink] for ink in PATTERNS if PATTERNS[ink].period > 1]

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.errors import StateFileError
 from armdrive.motion.deviation import lags
 from armdrive.runtime.backlash import Slack, doubt_words, to_turn, turned
 from armdrive.sim.world.body import Play
@@ -208,11 +207,6 @@ def test_a_record_without_backlash_is_written_as_ever_and_with_it_comes_back():
     for taken, unsure in (((4, 0), ()), ((4, 0), (1,)), ((0, 0), (0, 1))):
         record = replace(RECORD, taken=taken, unsure=unsure)
         assert from_text(to_text(record)) == record
-
-
-def test_a_record_with_doubts_about_missing_motors_is_refused():
-    with pytest.raises(StateFileError, match="names motors that"):
-        from_text(to_text(replace(RECORD, taken=(1, 2), unsure=(2,))))
 
 
 @pytest.mark.parametrize("taken", [(), (1,), (1, 11), (-1, 0)])

@@ -1,4 +1,4 @@
-"""How late deadlines are met: counted without a doubt, and shown where a person looks."""
+"""What is counted of a connection: how late deadlines are met, and what a wire has carried."""
 
 from faults import sim_arm
 from hypothesis import given
@@ -56,3 +56,15 @@ def test_the_doctor_measures_this_computer_and_judges_it():
     late = of_jitter(SchedulingJitter(100, 1e-3, 2e-2, 5e-2))
     assert late.grade is Grade.NOTE
     assert "50 ms late" in late.what
+
+
+def test_a_motion_is_counted_and_the_rate_is_the_wires_own():
+    with Arm.connect("sim:teachmover") as arm:
+        before = arm.status.link_stats
+        assert before.baud == 9600
+        arm.jog_j(shoulder_deg=2, speed=0.5)
+        after = arm.status.link_stats
+        assert after.sent > before.sent
+        assert after.heard > before.heard
+        share = after.load(before, 1.0)
+        assert share == 10 * max(after.sent - before.sent, after.heard - before.heard) / 9600

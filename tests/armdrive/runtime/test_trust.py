@@ -4,13 +4,19 @@ import pytest
 from faults import OVER_THE_TABLE, Rule, as_it_stands, late_by, lost, ready_arm, sim_arm
 from hypothesis import given
 from hypothesis import strategies as st
+from pages import page_path
 
 from armdrive.blocking import run_blocking
+from armdrive.connect.parts import CLOSING_S
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
+from armdrive.motion import standing
+from armdrive.motion.context import LONGEST_S
 from armdrive.motion.reference import confirmed_posture, take_reference
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import FIRST_BELIEF, RESULTS, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust, code_of_reason
+from armdrive.storage import record
+from armdrive.storage.record import FORMAT, from_text
 from kinematics import Pose
 
 RAISING = {Evidence.HOMED, Evidence.DECLARED, Evidence.CONFIRMED, Evidence.HOMED_BY_SWITCHES}
@@ -289,3 +295,25 @@ def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall
     with pytest.raises(DeviceFault, match="confirm its posture again"):
         run_blocking(arm.runner.perform(take_reference(arm.wire, word)))
     assert arm.status.trust is Trust.SUSPECT
+
+
+# -- the page on trust ----------------------------------------------------------------------------
+
+
+PAGE = page_path("trust")
+
+
+def test_the_page_shows_a_record_that_can_be_read():
+    text = PAGE.read_text(encoding="utf-8")
+    shown = text.partition("```json\n")[2].partition("```")[0]
+    assert from_text(shown.encode()).trust == "referenced"
+
+
+def test_the_page_gives_the_times_and_names_of_the_code():
+    text = PAGE.read_text(encoding="utf-8")
+    assert standing.STILL_S == 2.0
+    assert "two seconds" in text
+    assert f"{LONGEST_S:g} s" in text
+    assert f"{CLOSING_S:g} s" in text
+    assert f"NAME.json{record.BAD}" in text
+    assert f'"format": {FORMAT}' in text

@@ -6,9 +6,10 @@ import contextlib
 import math
 
 import pytest
-from faults import as_it_stands
+from faults import as_it_stands, ready_arm
 
 from armdrive.arm import Arm
+from armdrive.blocking import run_blocking
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, WrongState
@@ -20,6 +21,7 @@ from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S, NAPS
 from armdrive.status import State
+from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
 
 LONGEST_WAIT_S = 3700.0
 """A pendant's program may be read for as long; nothing else comes near it."""
@@ -191,3 +193,32 @@ def test_a_program_that_paused_its_own_arm_does_not_hang(monkeypatch):
     with pytest.raises(WrongState, match="still paused"):
         running.Performer(arm, None).perform(Say("on"))
     assert sum(slept) == pytest.approx(5.0, abs=0.05)
+
+
+# -- tasks that never wait ------------------------------------------------------------------------
+
+
+def restless(now_s):
+    while True:
+        yield SleepUntil(now_s)
+
+
+def test_a_flow_that_goes_round_without_waiting_is_ended():
+    arm = ready_arm()
+    with pytest.raises(ArmError, match="without waiting"):
+        run_blocking(arm.runner.perform(restless(arm.pace.now_s() - 1.0)))
+    assert arm.move_j(base_deg=2).joints.deg["base"] == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_script_that_goes_round_without_waiting_is_ended():
+    controller = ready_arm().core.controller
+    controller.script = lambda _request: restless_script()
+    controller.begin(ReadPosition(), 0.0)
+    controller.advance(0.0)
+    assert isinstance(controller.next_event(), RequestRejected)
+    assert not controller.busy
+
+
+def restless_script():
+    while True:
+        yield -1.0

@@ -20,23 +20,8 @@ from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.directions import NOTHING, OTHER
 from armdrive.setup.filing import commissioned, new_text, signs_of
 from armdrive.setup.plan import Notes, plan_of
+from firmware_protocol import mks
 from firmware_protocol.frames import pack
-from firmware_protocol.mks import (
-    COUNTS_PER_TURN,
-    Calibrate,
-    Code,
-    EmergencyStop,
-    Mode,
-    MoveAbsoluteAxis,
-    ReadEncoder,
-    ReplyMode,
-    SetCurrent,
-    SetId,
-    SetMode,
-    SetReplies,
-    SilenceWatchdog,
-    encode,
-)
 
 IDS = (1, 2, 3, 4, 5, 6)
 
@@ -60,9 +45,9 @@ def test_new_drives_come_out_with_ids_settings_and_a_watchdog_that_was_seen_to_w
     assert outcome.finished
     assert bench.ids() == IDS
     for node in bench.board.nodes:
-        assert node.flash.mode is Mode.BUS_FOC
-        assert node.flash.of(SetReplies).mode is ReplyMode.FULL
-        assert node.flash.of(SilenceWatchdog).timeout_ms == 500
+        assert node.flash.mode is mks.Mode.BUS_FOC
+        assert node.flash.of(mks.SetReplies).mode is mks.ReplyMode.FULL
+        assert node.flash.of(mks.SilenceWatchdog).timeout_ms == 500
         assert node.motion.watchdog_stops == 1
     assert set(outcome.notes) == set(NAMES)
     assert all(each.done and each.watchdog for each in outcome.notes.values())
@@ -139,17 +124,17 @@ def test_who_says_no_to_everything_has_nothing_written_and_nothing_turned():
     assert bench.twin.world.motors == motors
 
 
-SETTINGS = {Code.MODE, Code.WATCHDOG}
-CURRENT = {Code.ENABLE, Code.ARM}
+SETTINGS = {mks.Code.MODE, mks.Code.WATCHDOG}
+CURRENT = {mks.Code.ENABLE, mks.Code.ARM}
 """Whoever switches a motor on sees to it that its orders are not kept for a common start."""
 AFTER = (
     set(),
-    {Code.NODE},
-    {Code.NODE, *SETTINGS},
-    {Code.NODE, *SETTINGS},
-    {Code.NODE, *SETTINGS, *CURRENT},
-    {Code.NODE, *SETTINGS, *CURRENT, Code.ABSOLUTE_AXIS},
-    {Code.NODE, *SETTINGS, *CURRENT, Code.ABSOLUTE_AXIS},
+    {mks.Code.NODE},
+    {mks.Code.NODE, *SETTINGS},
+    {mks.Code.NODE, *SETTINGS},
+    {mks.Code.NODE, *SETTINGS, *CURRENT},
+    {mks.Code.NODE, *SETTINGS, *CURRENT, mks.Code.ABSOLUTE_AXIS},
+    {mks.Code.NODE, *SETTINGS, *CURRENT, mks.Code.ABSOLUTE_AXIS},
 )
 """What may have been said, beside readings, after so many yeses: id, settings, built in, current,
 the smallest motion, the trial."""
@@ -194,7 +179,7 @@ def test_left_in_the_middle_and_taken_up_again_it_goes_on_there():
     assert not any("plugged in" in each or "Write" in each or "Which way" in each for each in words)
     assert any("Try the watchdog?" in each for each in words)
     assert bench.kept["shoulder"].way
-    assert SetId(2) not in [request for _, request in bench.said]
+    assert mks.SetId(2) not in [request for _, request in bench.said]
     bench.said.clear()
     assert bench.one()
     assert "its settings: nothing to do" in bench.person.text
@@ -220,10 +205,10 @@ def test_what_was_done_before_is_said_at_the_beginning():
 def test_a_drive_that_was_done_and_has_lost_its_mode_is_set_up_once_more():
     bench = Bench(factory=False)
     bench.board.drives.plug(2, True)
-    bench.board.drives.set_mode(2, Mode.PULSE_FOC)
+    bench.board.drives.set_mode(2, mks.Mode.PULSE_FOC)
     bench.kept["elbow"] = Notes(done=True, watchdog=True)
     assert bench.one("elbow")
-    assert (3, SetMode(Mode.BUS_FOC)) in bench.said
+    assert (3, mks.SetMode(mks.Mode.BUS_FOC)) in bench.said
     assert not bench.codes() & TURNING
 
 
@@ -261,7 +246,7 @@ def test_a_second_new_drive_that_speaks_up_once_the_id_was_given_is_told_of():
     taken, put = bench.board.nodes[1].flash, []
 
     def plug_another(data: bytes, now_s: float) -> None:
-        if taken.of(SetId).node == 2 and not put:
+        if taken.of(mks.SetId).node == 2 and not put:
             bench.board.drives.plug(0, True)
             put.append(1)
         send(data, now_s)
@@ -300,8 +285,8 @@ def test_every_firmware_is_set_up_as_far_as_it_goes(firmware):
     bench.person.says["Current of the"] = "900"  # the oldest does not tell what it has
     assert bench.one()
     node = bench.board.nodes[1]
-    assert (node.device.node, node.flash.mode) == (2, Mode.BUS_FOC)
-    assert node.flash.of(SetCurrent).current_ma == 900
+    assert (node.device.node, node.flash.mode) == (2, mks.Mode.BUS_FOC)
+    assert node.flash.of(mks.SetCurrent).current_ma == 900
     guarded = bench.kept["shoulder"].watchdog is True
     assert guarded is (firmware == "1.0.9")
     assert ("no watchdog (98" in bench.person.text) is not guarded
@@ -317,7 +302,7 @@ def test_a_drive_far_from_its_zero_is_offered_a_new_one():
     bench = Bench()
     bench.board.nodes[1].motor.zero -= 3_000_000
     bench.one()
-    assert any(request.code is Code.ZERO and node == 2 for node, request in bench.said)
+    assert any(request.code is mks.Code.ZERO and node == 2 for node, request in bench.said)
     assert abs(bench.board.nodes[1].motor.counts) < 1000
 
 
@@ -327,7 +312,7 @@ def test_beside_another_program_that_commands_drives_nothing_is_asked():
 
     def spoken_meanwhile(link, until_s):
         bench.clock.sleep = sleep
-        bench.twin.link.line.say(pack(encode(2, ReadEncoder())), 0.0)
+        bench.twin.link.line.say(pack(mks.encode(2, mks.ReadEncoder())), 0.0)
 
     bench.clock.sleep = spoken_meanwhile
     outcome = bench.walk()
@@ -344,7 +329,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
     sleep, end = bench.clock.sleep, []
 
     def interrupted(link, until_s):
-        if not end and any(isinstance(each, MoveAbsoluteAxis) for _, each in bench.said):
+        if not end and any(isinstance(each, mks.MoveAbsoluteAxis) for _, each in bench.said):
             end.append(bench.clock.now_s())
             raise KeyboardInterrupt
         sleep(link, until_s)
@@ -352,7 +337,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
     bench.clock.sleep = interrupted
     with pytest.raises(KeyboardInterrupt):
         bench.one()
-    assert (2, EmergencyStop()) in bench.said[-9:]
+    assert (2, mks.EmergencyStop()) in bench.said[-9:]
     moved = abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps)
     bench.listen(1.0)
     assert not any(node.motor.point.moving(bench.clock.now_s()) for node in bench.board.nodes)
@@ -434,7 +419,7 @@ def test_calibration_turns_a_motor_only_after_its_own_yes(word):
     bench.board.nodes[1].calibrated = False
     bench.person.says["Is the shaft of the shoulder motor free"] = word
     bench.one()
-    calibrated = [node for node, request in bench.said if isinstance(request, Calibrate)]
+    calibrated = [node for node, request in bench.said if isinstance(request, mks.Calibrate)]
     assert calibrated == ([2] if word == "yes" else [])
     assert ("Drive 2 is calibrated." in bench.person.text) is (word == "yes")
 
@@ -454,7 +439,7 @@ def test_ctrl_c_stops_a_motor_that_is_calibrated():
     bench.clock.sleep = interrupted
     with pytest.raises(KeyboardInterrupt):
         bench.one()
-    assert bench.said[-3:] == [(2, EmergencyStop())] * 3
+    assert bench.said[-3:] == [(2, mks.EmergencyStop())] * 3
     bench.listen(0.1)
     assert not node.motion.searching
 
@@ -476,7 +461,7 @@ def test_a_motor_is_turned_by_the_controller_which_finds_a_drive_that_restarts()
 def test_a_motor_is_not_sent_back_by_more_than_it_was_sent():
     bench = Bench()
     controller = bench.plan.controller(at_hand(bench).by_itself)
-    motor = TriedMotor(bench.dialog, controller, COUNTS_PER_TURN)
+    motor = TriedMotor(bench.dialog, controller, mks.COUNTS_PER_TURN)
     assert motor.switch_on()
     bench.said.clear()
     told = motor.turn_to(3000, 1000)
@@ -555,10 +540,10 @@ def test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user(untri
         bench.person.says["Try the watchdog?"] = partial(clock.begin, waits)
         with contextlib.suppress(KeyboardInterrupt):
             bench.one()
-        if (2, SilenceWatchdog(100)) in bench.said:
+        if (2, mks.SilenceWatchdog(100)) in bench.said:
             shortened += not bench.kept["shoulder"].watchdog
             is_told = "The watchdog of drive 2 may still be at 100 ms" in bench.person.text
-            is_set = bench.board.nodes[1].flash.of(SilenceWatchdog) == SilenceWatchdog(500)
+            is_set = bench.board.nodes[1].flash.of(mks.SilenceWatchdog) == mks.SilenceWatchdog(500)
             assert is_set or is_told
             told += is_told
     assert shortened > 5

@@ -13,9 +13,8 @@ from armdrive import Arm
 from armdrive.cli.set_up import config_new
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.dialog.conversation import Dialog
-from armdrive.errors import ArmFileError, Refused, SettingsDiffer
+from armdrive.errors import Refused, SettingsDiffer
 from armdrive.registry.arm_files import load_arm
 from armdrive.registry.simulate import simulate
 from armdrive.setup.arm_checks import (
@@ -28,7 +27,7 @@ from armdrive.setup.arm_checks import (
     switches_of,
 )
 from armdrive.setup.simulated_person import SimulatedPerson
-from armdrive.sim.device import SwitchState
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.status import State
 from armdrive.storage import files as places
 
@@ -130,11 +129,6 @@ def test_the_day_is_written_into_the_arm_file_and_nothing_else_changes(tmp_path)
     again = load_arm(path)
     assert again.device.hard_limits_checked == "2026-11-23"
     assert limit_remarks(again) == ()
-
-
-def test_what_is_no_day_is_refused():
-    with pytest.raises(ArmFileError, match="hard_limits_checked must be a date"):
-        GrblSettings(hard_limits_checked="yesterday")
 
 
 def arm_file(text=FILE):

@@ -18,7 +18,7 @@ from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.registry.simulate import simulate, simulate_device
 from armdrive.sim.device import Option, Options, SimDevice
-from armdrive.sim.robko01.device import ESP32, RobkoQuirks
+from armdrive.sim.robko01 import ESP32, RobkoQuirks
 from armdrive.sim.wire import PacedDevice, WireDevice
 from firmware_protocol.robko01 import MoveRelative
 from firmware_protocol.teachmover import Step
@@ -144,9 +144,9 @@ def test_a_dialect_without_a_device_is_refused_with_the_nearest():
 
 SETTINGS = [
     ("teachmover", {"sped_error": 0.25}, "did you mean 'speed_error'"),
-    ("robko01", {"watchdog_s": -1.0}, "watchdog_s"),
-    ("armdroid", {"character_s": -1.0}, "character_s|less than nothing"),
-    ("armdroid", {"speed_error": -2.0}, "speed error"),
+    ("robko01", {"watchdog_s": -1.0}, "watchdog_s is at least 0"),
+    ("armdroid", {"character_s": -1.0}, "character_s is from 0 to 1"),
+    ("armdroid", {"speed_error": -2.0}, "speed_error"),
     ("armdroid", {"greet": 1}, "greets"),
     ("grbl", {"firmware": "marlin"}, "grblhal"),
     ("grbl", {"coast": -1.0}, "coast"),

@@ -12,10 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from armdrive import Arm
-from armdrive.connect.control_socket import serve
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
+from armdrive.connect.control_socket import REQUESTS, serve
 from armdrive.errors import ArmError
 from armdrive.storage import arm_lock
 from armdrive.storage import lock_client as holder_notice
@@ -34,23 +31,15 @@ LONG_S = 3600.0
 
 
 @pytest.fixture
-def arm():
-    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
-        yield arm
-
-
-@pytest.fixture
 def patient(monkeypatch):
     """No caller ever times out."""
     monkeypatch.setattr(arm_lock, "PATIENCE_S", LONG_S)
 
 
 @pytest.fixture
-def holding(arm):
-    holding = hold("bench")
-    serve(holding, arm)
-    yield holding
-    holding.release()
+def impatient(monkeypatch):
+    """Callers time out at once; to be asked for before the arm is held."""
+    monkeypatch.setattr(arm_lock, "PATIENCE_S", 0.05)
 
 
 @pytest.fixture
@@ -137,16 +126,10 @@ def test_a_crowded_out_caller_retries_by_itself(arm, monkeypatch):
     assert len(calls) == 3
 
 
-def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(arm, monkeypatch):
-    monkeypatch.setattr(arm_lock, "PATIENCE_S", 0.05)
-    holding = hold("bench")
-    serve(holding, arm)
-    try:
-        with called(notice_of("bench")["address"]) as connection:
-            assert "no complete request arrived within" in answered(connection)["error"]
-            assert ended(connection)
-    finally:
-        holding.release()
+def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(impatient, call):
+    connection = call()
+    assert "no complete request arrived within" in answered(connection)["error"]
+    assert ended(connection)
 
 
 @posix
@@ -320,6 +303,7 @@ def test_nonsense_is_answered_with_one_sentence(arm, holding, call, what):
     assert answered(connection)["error"].startswith("a request is a JSON object in UTF-8")
     assert ended(connection)
     assert not arm.engine.stop_asked
+    assert ask_holder("bench", "status")["state"] == "standby"
 
 
 @pytest.mark.parametrize("request_", ['"dance"', "7", "null", '["stop"]', '"' + "x" * 4000 + '"'])
@@ -328,6 +312,7 @@ def test_an_unknown_request_is_answered_shortly(holding, call, request_):
     connection.send_bytes(f'{{"request": {request_}}}'.encode())
     answer = answered(connection)["error"]
     assert answer.startswith("unknown request")
+    assert f"known are {', '.join(REQUESTS)}" in answer
     assert len(answer) < 250
 
 

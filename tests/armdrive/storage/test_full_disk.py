@@ -91,17 +91,6 @@ def test_a_full_disk_keeps_no_motor_on_and_leaves_nothing_to_believe():
     assert life.disk.after_kill(PATH) is None
 
 
-def test_a_record_in_a_read_only_folder_is_not_trusted_and_nothing_moves():
-    life = recorded_life()
-    life.disk.read_only = True
-    arm = life.connect(allow_restored=True)
-    assert arm.status.trust is Trust.UNKNOWN
-    assert "make the folder writable" in arm.status.trust_reason
-    with pytest.raises(StateFileError, match="Read-only file system"):
-        arm.jog_j(base_deg=1.0)
-    arm.close()
-
-
 @pytest.mark.parametrize("to_s", [-1e6, 0.0, 4e9])
 def test_a_clock_that_is_set_changes_nothing(monkeypatch, to_s):
     life = recorded_life()

@@ -13,32 +13,15 @@ import threading
 from multiprocessing.connection import Connection
 
 import pytest
-from waiting import LONG_S, looks, returns, soon
+from waiting import LONG_S, looks, soon
 
 from armdrive import Arm
-from armdrive.connect.control_socket import REQUESTS, serve, serve_stop
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
-from armdrive.errors import ArmError, ArmInUse, StateFileError
+from armdrive.connect.control_socket import serve, serve_stop
+from armdrive.errors import ArmError, ArmInUse
 from armdrive.storage import files as places
 from armdrive.storage import lock_client as holder
 from armdrive.storage.arm_lock import MOST_WATCHERS, hold
-from armdrive.storage.files import file_name
 from armdrive.storage.lock_client import ask_holder, follow_holder, held_arms, watch_holder
-
-
-@pytest.fixture
-def arm():
-    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
-        yield arm
-
-
-@pytest.fixture
-def holding(arm):
-    holding = hold("bench", "/dev/ttyUSB0")
-    serve(holding, arm)
-    yield holding
-    holding.release()
 
 
 def socket_threads() -> list[threading.Thread]:
@@ -146,28 +129,6 @@ def test_a_stop_comes_in(arm, holding):
         assert arm.engine.stop_asked
 
 
-def test_other_requests_are_answered_with_the_known_ones(holding):
-    assert f"known are {', '.join(REQUESTS)}" in ask_holder("bench", "dance")["error"]
-
-
-def test_a_silent_caller_does_not_keep_others_waiting(holding):
-    from multiprocessing.connection import Client
-
-    (notice,) = {path.read_text() for path in places.states().glob("bench.holder")}
-    with Client(json.loads(notice)["address"]):
-        assert returns(lambda: ask_holder("bench", "stop")) == {"done": "stop"}
-
-
-def test_a_caller_that_talks_nonsense_ends_nothing(holding):
-    from multiprocessing.connection import Client
-
-    address = json.loads((places.states() / "bench.holder").read_text())["address"]
-    for nonsense in (b"", b"{", b"[]", b"\xff\xfe", bytes(5000)):
-        with Client(address) as connection:
-            connection.send_bytes(nonsense)
-    assert ask_holder("bench", "status")["state"] == "standby"
-
-
 def test_a_pause_a_resume_and_a_slower_speed_come_in(arm, holding):
     assert ask_holder("bench", "pause") == {"done": "pause"}
     assert ask_holder("bench", "status")["paused"] is True
@@ -176,12 +137,6 @@ def test_a_pause_a_resume_and_a_slower_speed_come_in(arm, holding):
     view = ask_holder("bench", "status")
     assert view["paused"] is False
     assert view["speed_override"] == 0.25
-
-
-@pytest.mark.parametrize("percent", [None, 0, -1, 101, "half", True, [1], float("nan")])
-def test_a_speed_that_is_no_percentage_changes_nothing(arm, holding, percent):
-    assert "error" in ask_holder("bench", "slow", percent=percent)
-    assert arm.speed_override == 1.0
 
 
 def test_a_watcher_sees_each_change_and_the_end(arm, holding):
@@ -227,11 +182,6 @@ def test_watchers_that_went_away_make_room_for_others(arm, holding):
             views.close()
             if there:
                 break
-
-
-def test_requests_to_an_arm_without_a_holder_are_refused():
-    with pytest.raises(ArmError, match="no program holds bench"):
-        ask_holder("bench", "stop")
 
 
 def test_a_damaged_notice_is_ignored():
@@ -293,20 +243,6 @@ def test_closing_an_arm_gives_it_back():
     arm.connection.on_close(holding.release)
     arm.close()
     hold("bench").release()
-
-
-def test_an_unwritable_state_folder_is_reported_in_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "home"))
-    (tmp_path / "home").write_text("a file stands where the folder should be", encoding="utf-8")
-    with pytest.raises(StateFileError, match="make it writable"):
-        hold("bench", "/dev/ttyNOWHERE")
-
-
-def test_names_that_a_disk_may_take_for_the_same_have_files_of_their_own():
-    names = ["lab", "Lab", "lab.world", "lab_world", "LAB", "l\u00e4b"]
-    files = {file_name(name).lower() for name in names}
-    assert len(files) == len(names)
-    assert all("." not in name for name in files)
 
 
 class HungUp(Connection):

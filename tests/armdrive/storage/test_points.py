@@ -1,6 +1,8 @@
 """Named points: people and programs share the file, and no change is lost."""
 
+import dataclasses
 import math
+import re
 import tomllib
 from dataclasses import replace
 from datetime import datetime
@@ -10,6 +12,7 @@ from chain_files import connected, five_joints
 from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
 from hypothesis import given
 from hypothesis import strategies as st
+from pages import page_path
 
 from armdrive.errors import (
     BadRequest,
@@ -24,7 +27,7 @@ from armdrive.moves import LineMove, PoseMove
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
 from armdrive.storage.point_file import Points, PointWriter, points_of, rounded
-from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
+from armdrive.storage.points import POINT_KEYS, Point, Step, StepList, Taught, parse_points
 from kinematics import JOINT_NAMES, Joints, preset
 
 ARM = preset("teachmover").arm
@@ -426,3 +429,29 @@ def test_the_points_of_an_arm_that_is_not_connected_can_be_read_and_not_taught(a
     assert list(book) == ["pick"]
     with pytest.raises(Refused, match="not connected"):
         book.teach("place")
+
+
+# -- the page about points ------------------------------------------------------------------------
+
+
+PAGE = page_path("points")
+
+
+def test_the_shown_file_reads_and_its_points_can_be_gone_to():
+    text = PAGE.read_text(encoding="utf-8")
+    taught = parse_points(re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1], JOINT_NAMES)
+    model = preset("teachmover")
+    assert list(taught.points) == ["pick", "above"]
+    for point in taught.points.values():
+        assert model.arm.violations(point.joints) == ()
+        assert model.guards.violation(model.arm, point.joints) is None
+    pose = model.arm.fk(taught.points["pick"].joints)
+    shown = f"x {pose.x_mm:.1f}, y {pose.y_mm:.1f}, z {pose.z_mm:.1f} mm"
+    assert shown in text
+    assert len(taught.sequences["fetch"].steps) == 6
+
+
+def test_every_key_has_a_row():
+    text = PAGE.read_text(encoding="utf-8")
+    for key in (*POINT_KEYS, *(field.name for field in dataclasses.fields(Step))):
+        assert f"| `{key}` |" in text

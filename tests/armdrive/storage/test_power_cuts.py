@@ -6,6 +6,8 @@ physically stood, and an arm that was in motion is never restored.
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from power_disk import End, Moments
 from power_life import PATH, believed, move, recorded_life, wrong
@@ -136,3 +138,30 @@ def test_doubts_of_the_last_connection_outlive_it_even_if_the_registers_agree_ag
     life.end()  # killed, without a word
     life.twin.device.jog((-30, 0, 0, 0, 0, 0))
     assert believed(life, life.disk.after_kill(PATH))[0] is Trust.SUSPECT
+
+
+# -- a program that is really killed --------------------------------------------------------------
+
+
+STILL_S = 0.2
+
+ORDERS = (
+    ({"disk": 0}, Trust.RESTORED),  # before anything of the mark is written
+    ({"disk": 5}, Trust.RESTORED),  # before the mark is renamed into its place
+    ({"disk": 6}, Trust.SUSPECT),  # the mark is in its place, nothing has moved
+    ({"wire": 1, "bytes": 9}, Trust.SUSPECT),  # half of a motion's message is out
+    ({"moving": True}, Trust.SUSPECT),  # in mid-motion
+    ({"disk": 13}, Trust.RESTORED),  # the mark was cleared
+    ({}, Trust.RESTORED),  # not killed at all
+)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a pseudo-terminal and SIGKILL are POSIX")
+def test_nothing_wrong_is_believed_of_an_arm_whose_program_was_killed(tmp_path):
+    from killing_ground import KillingGround
+
+    with KillingGround(tmp_path) as ground:
+        found = [ground.kill(**order, still_s=STILL_S) for order, _ in ORDERS]
+    assert [str(each) for each in found if each.wrong] == []
+    assert [each.killed for each in found] == [bool(order) for order, _ in ORDERS]
+    assert [each.trust for each in found] == [trust for _, trust in ORDERS]

@@ -13,6 +13,7 @@ from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.registry.simulate import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
+from armdrive.storage.files import file_name
 from armdrive.storage.record import FileRecorder, Record, RecordWriter, WriteOutcome
 
 
@@ -175,14 +176,6 @@ def test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture(bench):
         ({"trust": "certain"}, "damaged"),
         ({"format": 99}, "a newer armdrive wrote it"),
         ({"format": 1}, "an older armdrive wrote it"),
-        ({"format": "2"}, "damaged"),
-        ({"registers": [0, 0, 0, 0, 0, 10**11]}, "damaged"),
-        ({"coordinates": [1e300, 0, 0, 0, 0, 0]}, "damaged"),
-        ({"in_motion": 0}, "damaged"),
-        ({"reason": None}, "damaged"),
-        ({"more": 1}, "damaged"),
-        ({"registers": [0, 0, 0, 0, 0, 0.5]}, "damaged"),
-        ({"coordinates": ["a", 0, 0, 0, 0, 0]}, "damaged"),
     ],
 )
 def test_a_record_that_does_not_fit_is_refused_with_the_reason(bench, changes, words):
@@ -274,10 +267,19 @@ def test_what_was_refused_is_kept_aside_when_the_arm_moves_and_not_before(bench)
 
 
 SIMILAR = ("lab3", "lab 3", "lab_3", "lab/3", "lab3 ", "Lab:3", "lab-3", ".lab3")
+ALIKE = (
+    *SIMILAR,
+    *("Lab3", "LAB3", "lab3.world", "lab3_world", "l\u00e4b3", "l\u00f6b3"),
+    *("/dev/lab3", "_dev_lab3", "..."),
+)
 
 
-def test_arms_with_similar_names_have_files_of_their_own():
-    assert len({state_file(name) for name in SIMILAR}) == len(SIMILAR)
+def test_arms_of_similar_names_have_files_of_their_own_on_any_disk():
+    """Some disks take capitals for small letters."""
+    files = {file_name(name).lower() for name in ALIKE}
+    assert len(files) == len({state_file(name) for name in ALIKE}) == len(ALIKE)
+    assert all("." not in name for name in files)
+    assert file_name("bench") == "bench"
 
 
 @pytest.mark.parametrize("name", SIMILAR)

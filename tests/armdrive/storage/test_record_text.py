@@ -170,11 +170,6 @@ class TestTheFile:
         recorder.remove()
         assert recorder.load() is None
 
-    def test_only_the_user_may_read_it(self, recorder):
-        recorder.save(RECORD)
-        if os.name == "posix":
-            assert recorder.path.stat().st_mode & 0o777 == 0o600
-
     def test_nothing_else_is_left_in_the_folder(self, recorder):
         recorder.save(RECORD)
         for left in ("lab.json.new", "lab.json.0123456789abcdef.new"):

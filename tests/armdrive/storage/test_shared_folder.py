@@ -336,7 +336,6 @@ def test_a_file_of_another_user_is_not_believed(what):
         assert "another user" in said
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names")
 def test_a_history_is_neither_waited_for_nor_taken_from_elsewhere(precious):
     class Taken(Lines):
         def __init__(self):
@@ -469,14 +468,12 @@ def test_a_folder_that_is_another_users_link_gets_no_file(tmp_path, shared):
     assert list(target.iterdir()) == []
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names")
 def test_points_are_not_waited_for(shared):
     os.mkfifo(shared / "bench.toml")
     with pytest.raises(PointsFileError, match="not a regular file"):
         a_book(shared / "bench.toml").read()
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names")
 def test_the_default_arm_is_not_waited_for(shared):
     path = arm_files._default_path()
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -491,7 +488,6 @@ def test_where_a_system_cannot_refuse_links_they_are_seen_first(monkeypatch, tmp
     assert "it is a link" in read_record()
 
 
-@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="the system cannot refuse links")
 def test_a_link_that_comes_between_the_look_and_the_open_is_refused(monkeypatch, precious):
     path, opened = logbook_file("bench"), os.open
     append_line(path, "a line")

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from served import Served
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
@@ -86,6 +87,7 @@ def unwritable(request, monkeypatch, tmp_path):
 def test_a_command_that_needs_the_folder_fails_with_one_sentence(call, unwritable, words):
     said = call.refused(*words, code=1)
     assert "Errno" not in said
+    assert os.environ["ARMDRIVE_HOME"] in said
     assert "writable" in said
     assert "no arm can be locked" in said or words in WRITING or "--fresh" in words
 
@@ -148,3 +150,35 @@ def test_a_folder_whose_mode_forbids_it(call):
             assert "writable" in call.refused(*words, code=1)
     finally:
         places.states().chmod(0o700)
+
+
+# -- a disk that is full when an arm is locked ----------------------------------------------------
+
+
+@pytest.fixture
+def full(monkeypatch):
+    create = StateFiles.create
+
+    def created(files, path):
+        if ".holder" in path.name:
+            raise OSError(28, "No space left on device")
+        return create(files, path)
+
+    monkeypatch.setattr(StateFiles, "create", created)
+    return monkeypatch
+
+
+def test_a_command_says_which_file_cannot_be_written(call, full):
+    said = call.refused("status", code=1)
+    assert ".holder cannot be written (No space left on device); free disk space" in said
+    full.undo()
+    call("status", code=0)
+
+
+def test_the_port_and_the_lock_are_given_back(full, tmp_path):
+    with Served("teachmover", pty=tmp_path / "arm") as served:
+        with pytest.raises(StateFileError, match="cannot be written"):
+            Arm.connect(served.port, dialect="teachmover")
+        full.undo()
+        with Arm.connect(served.port, dialect="teachmover") as arm:
+            assert not arm.simulated

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.config.write import complete, shortest
+from armdrive.config.write import shortest
 from armdrive.dialog.conversation import WrongAnswer
-from armdrive.registry.arm_files import load_arm
+from armdrive.errors import BadRequest
 from armdrive.setup.draft import flattened, ratio
+from armdrive.text.numbers import number, parse_speed, whole
 from armdrive.text.toml import TomlEntry, TomlSection, document
 
 
@@ -24,9 +25,11 @@ def test_a_gear_is_read_as_people_write_it(line, turns):
     assert ratio(line).turns == pytest.approx(turns)
 
 
-@pytest.mark.parametrize("line", ["", "20:", "0:1", "-3", "a:b", "1:0", "inf", "20:1 * "])
-def test_what_is_no_gear_is_refused(line):
-    with pytest.raises(WrongAnswer):
+@pytest.mark.parametrize(
+    "line", ["", "x", "20:", "60//16", "0:1", "-3", "a:b", "1:0", "inf", "1e9", "20:1 * "]
+)
+def test_what_is_no_gear_is_refused_with_how_to_write_one(line):
+    with pytest.raises(WrongAnswer, match="like 20:1"):
         ratio(line)
 
 
@@ -75,15 +78,69 @@ def test_answers_of_a_file_are_as_one_would_type_them():
     }
 
 
-def test_a_complete_file_keeps_boxes_and_sums(tmp_path):
-    text = (
-        'model = "teachmover"\n[guards]\nradii_mm = [35, 30, 25]\n'
-        '[[guards.boxes]]\nname = "camera"\nmin_mm = [100, -300, 0]\nmax_mm = [200, -250, 400]\n'
-        '[[guards.sums]]\nname = "forearm"\njoints = { shoulder = 1, elbow = 1 }\n'
-        "range_deg = [-80, 60]\n"
-    )
-    path = tmp_path / "boxed.toml"
-    path.write_text(text, encoding="utf-8")
-    config = load_arm(path)
-    path.write_text(complete(config, tomllib.loads(text)), encoding="utf-8")
-    assert load_arm(path).model.guards == config.model.guards
+# -- typed numbers --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "fraction"),
+    [("0.5", 0.5), ("50%", 0.5), (" 50 % ", 0.5), ("1", 1.0), ("100%", 1.0), (".25", 0.25),
+     ("1e-1", 0.1), ("0.5%", 0.005), ("+0.5", 0.5)],
+)  # fmt: skip
+def test_a_speed_is_a_fraction_or_a_percentage(text: str, fraction: float) -> None:
+    assert parse_speed(text) == pytest.approx(fraction)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("50", "a speed is a fraction of the limits, not 50: write 0.5 or 50%"),
+        ("1.01", "a speed is a fraction of the limits, not 1.01: write 0.0101 or 1.01%"),
+        ("101", "a speed is at most 100% of the limits, not 101: write 0.5 or 50%"),
+        ("150%", "a speed is at most 100% of the limits, not 150%: write 0.5 or 50%"),
+        ("1e999", "a speed is at most 100% of the limits, not inf: write 0.5 or 50%"),
+        ("0", "a speed is above 0, not 0: write 0.5 or 50%"),
+        ("-0.5", "a speed is above 0, not -0.5: write 0.5 or 50%"),
+        ("-10%", "a speed is above 0, not -10%: write 0.5 or 50%"),
+        ("fast", "'fast' is not a speed: write 0.5 or 50%"),
+        ("", "'' is not a speed: write 0.5 or 50%"),
+        ("nan", "'nan' is not a speed: write 0.5 or 50%"),
+        ("0_5", "'0_5' is not a speed: write 0.5 or 50%"),
+        ("٥", "'٥' is not a speed: write 0.5 or 50%"),
+        ("50%%", "'50%%' is not a speed: write 0.5 or 50%"),
+    ],
+)
+def test_any_other_text_is_refused_with_both_spellings(text: str, words: str) -> None:
+    with pytest.raises(BadRequest) as caught:
+        parse_speed(text)
+    assert str(caught.value) == words
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("5", 5), ("-0.25", -0.25), ("1e3", 1000), (" 7 ", 7), ("+2", 2)]
+)
+def test_a_plain_number_is_read(text: str, value: float) -> None:
+    assert number(text) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x", "'x' is not a number"),
+        ("", "'' is not a number"),
+        ("1_5", "'1_5' is not a number"),
+        ("٥", "'٥' is not a number"),
+        ("nan", "'nan' is not a finite number"),
+        ("1e999", "'1e999' is not a finite number"),
+    ],
+)
+def test_what_is_no_plain_number_is_refused(text: str, words: str) -> None:
+    with pytest.raises(BadRequest) as caught:
+        number(text)
+    assert str(caught.value) == words
+
+
+def test_a_whole_number_has_digits_alone() -> None:
+    assert [whole(text) for text in ("0", "12", "-3", "+4")] == [0, 12, -3, 4]
+    for text in ("1.0", "1e3", "", "x", "1_5", "٥", "9" * 6000):
+        with pytest.raises(BadRequest, match="is not a"):
+            whole(text)

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from cli_calls import Caller
 from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import recorded_arm
 
-from armdrive import Arm, ArmError, WrongState
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
+from armdrive import ArmError
 from armdrive.errors.table import found
-from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader, Topic
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
 
 
 @pytest.fixture
@@ -84,28 +75,12 @@ def test_errors_carry_the_code_of_the_catalogue(arm):
     assert codes[EntryKind.TRUST] in ("E706", "E707")
 
 
-@pytest.mark.parametrize("dialect", ["robko01", "armdroid", "grbl", "mks", "cia402"])
-def test_every_dialect_has_a_log(dialect):
-    with recorded_arm(dialect) as arm:
-        arm.move_motors(0, 0, 0, 0, 3, 0)
-        lines = arm.log().read(5000)
-    assert any(each.kind is EntryKind.SENT and each.words for each in lines)
-    assert any(each.kind is EntryKind.RECEIVED and each.words for each in lines)
-
-
 def test_frames_of_a_bus_are_written_as_frames():
     with recorded_arm("mks") as arm:
         lines = arm.log().read()
     sent = next(each for each in lines if each.kind is EntryKind.SENT)
     assert sent.shown.startswith("001#")
     assert sent.words == "1 2 3 4 5 6: read encoder"
-
-
-def test_an_arm_that_is_not_recorded_has_no_log():
-    arm = Arm(connect_simulated(simulated_config("teachmover"), tracer=NO_TRACER))
-    with pytest.raises(WrongState, match="flight recorder"):
-        arm.log()
-    arm.close()
 
 
 # -- reading as it comes -------------------------------------------------------------------------

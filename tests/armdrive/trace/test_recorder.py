@@ -5,18 +5,21 @@ from __future__ import annotations
 import threading
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from recorder_bench import of_kind, recorded_arm, saved, written
 
-from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
+from armdrive import Arm, Jog, LinePart, LinkLost, OutOfBounds, Pose, Space
 from armdrive.blocking import run_blocking
+from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
 from armdrive.trace import files
-from armdrive.trace.calls import NO_TRACER, Tracer
-from armdrive.trace.entries import EntryKind
+from armdrive.trace.calls import CALLS, NO_TRACER, Tracer
+from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
 
@@ -185,11 +188,12 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
     assert arm.save_recording().is_file()  # asked for, it is written all the same
 
 
-def test_without_a_recorder_nothing_can_be_saved():
+def test_without_a_recorder_nothing_can_be_saved_or_read():
     arm = Arm(connect_simulated(simulated_config("teachmover"), tracer=NO_TRACER))
     arm.move_motors(0, 0, 0, 0, 3, 0)
-    with pytest.raises(WrongState, match="without a flight recorder"):
-        arm.save_recording()
+    for call in (arm.save_recording, arm.log):
+        with pytest.raises(WrongState, match="flight recorder"):
+            call()
     arm.close()
 
 
@@ -235,3 +239,109 @@ def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, tmp_path):
     planner.join()
     assert let_go_first
     assert f"{name}()" in of_kind(saved(arm, tmp_path).entries, EntryKind.CALL)
+
+
+# -- its memory -----------------------------------------------------------------------------------
+
+
+kinds = st.sampled_from(
+    [EntryKind.SENT, EntryKind.RECEIVED, EntryKind.REQUEST, EntryKind.REPLY, EntryKind.OFFSET]
+)
+words = st.sampled_from(["MoveBy(1)", "SwitchOn()", "SetOutputs(bits=3)", "1 2 3", "done"])
+
+
+@st.composite
+def runs(draw):
+    time_s, run = 0.0, []
+    for _ in range(draw(st.integers(0, 60))):
+        time_s += draw(st.floats(0.0, 20.0))
+        kind, text = draw(kinds), draw(words)
+        run.append(TraceEntry(time_s, kind, text.encode() if kind is EntryKind.SENT else text))
+    return run
+
+
+def filled(entries, sealed_after, **bounds):
+    ring = EntryRing(**bounds)
+    for index, entry in enumerate(entries):
+        if index == sealed_after:
+            ring.seal()
+        ring.add(entry)
+    return ring
+
+
+@given(runs(), st.integers(0, 10))
+def test_what_fits_is_kept_whole_and_in_order(run, sealed_after):
+    ring = filled(run, sealed_after, longest_s=1e9)
+    assert list(ring.entries()) == run
+    assert ring.dropped == 0
+
+
+@given(runs(), st.integers(0, 10), st.integers(200, 3000), st.floats(1.0, 100.0))
+def test_it_never_grows_beyond_its_bounds(run, sealed_after, most_bytes, longest_s):
+    opening = 1500
+    ring = filled(
+        run,
+        sealed_after,
+        most_bytes=most_bytes,
+        longest_s=longest_s,
+        most_opening_bytes=opening,
+    )
+    kept = ring.entries()
+    assert ring.bytes <= most_bytes
+    size = sum(ENTRY_BYTES + len(each.what) for each in kept if each.kind is not EntryKind.GAP)
+    assert size <= most_bytes + opening + ENTRY_BYTES + 20  # the entry that closes the beginning
+    assert [each.time_s for each in kept] == sorted(each.time_s for each in kept)
+
+
+@given(runs(), st.integers(1, 10), st.integers(200, 2000))
+def test_the_beginning_the_end_and_settings_that_last_are_there(run, sealed_after, most_bytes):
+    ring = filled(run, sealed_after, most_bytes=most_bytes, longest_s=1e9)
+    kept = ring.entries()
+    beginning = run[:sealed_after]
+    assert list(kept[: len(beginning)]) == beginning
+    assert not run or kept[-1] == run[-1] or kept[-1].kind is EntryKind.GAP
+    for entry in run:
+        lasting = entry.kind is EntryKind.REQUEST and entry.what.startswith(
+            ("SwitchOn", "SetOutputs")
+        )
+        assert entry in kept or not (lasting or entry.kind is EntryKind.OFFSET)
+
+
+def test_a_gap_stands_where_something_went():
+    run = [TraceEntry(float(t), EntryKind.REPLY, "done") for t in range(100)]
+    kept = filled(run, 1, longest_s=10.0).entries()
+    assert [each.kind for each in kept[:3]] == [EntryKind.REPLY, EntryKind.GAP, EntryKind.GAP]
+    assert kept[3].time_s == 89.0
+
+
+def test_a_connection_that_never_comes_about_is_bounded_too():
+    ring = filled([TraceEntry(float(t), EntryKind.RECEIVED, b"x" * 100) for t in range(5000)], -1)
+    assert sum(len(each.what) for each in ring.entries()) < 5_000_000
+    assert ring.bytes <= 4_000_000
+
+
+# -- the calls that it notes ----------------------------------------------------------------------
+
+
+PREFIXES = ("move_", "jog_")
+CALLS_THAT_MOVE = sorted(name for name in dir(Arm) if name.startswith(PREFIXES))
+
+
+@pytest.mark.parametrize("name", CALLS_THAT_MOVE)
+def test_a_call_that_moves_is_noted_and_waited_before(name):
+    assert name in CALLS
+    assert name in MOVING
+
+
+def test_arcs_and_routes_are_in_the_recording(tmp_path):
+    path = tmp_path / "flight.jsonl"
+    with Arm.connect("sim:teachmover") as arm:
+        arm.home()
+        arm.park()
+        at = [Pose.of(x_mm=x, y_mm=y, z_mm=60, pitch_deg=-90) for x, y in ((200, 0), (220, 20))]
+        arm.move_path([LinePart(at[0])])
+        arm.move_c(via=Pose.of(x_mm=206, y_mm=14, z_mm=60, pitch_deg=-90), goal=at[1])
+        arm.save_recording(path)
+    text = path.read_bytes()
+    assert b"move_path" in text
+    assert b"move_c" in text

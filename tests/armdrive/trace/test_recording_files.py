@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import pytest
 from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pages import blocks, page
 from recorder_bench import recorded_arm, saved
 
 from armdrive.errors import RecordingError
+from armdrive.trace import entries, files
 from armdrive.trace.entries import WIRE, EntryKind, TraceEntry
 from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
-from armdrive.trace.log import Narrator, heading, lines
+from armdrive.trace.log import BACK, KEPT, MOST, Narrator, Topic, heading, lines
 from armdrive.trace.replay import config_of, replay
 
 text_kinds = st.sampled_from([kind for kind in EntryKind if kind not in WIRE])
@@ -179,3 +182,35 @@ def test_an_arm_without_a_known_file_is_still_recorded(recording):
         replay(bare)
     assert "1970-01-01" in heading(bare)
     assert len(list(lines(bare))) == len(bare.entries)
+
+
+# -- the page on recordings -----------------------------------------------------------------------
+
+
+PAGE = page("recordings")
+
+
+def test_the_page_lists_every_kind_under_its_topic():
+    rows = dict(re.findall(r"^\| `(\w+)` \| ([a-z, ]+) \|$", PAGE, re.MULTILINE))
+    for topic in Topic:
+        kinds = {kind.value for kind in entries.EntryKind if kind.topic is topic}
+        assert set(rows[topic.value].split(", ")) == kinds
+
+
+def test_the_page_names_the_bounds():
+    assert "last five minutes" in PAGE
+    assert entries.LONGEST_S == 5 * 60
+    assert f"{entries.MOST_BYTES // 1_000_000} MB" in PAGE
+    assert f"newest {files.MOST_FILES} are kept" in PAGE
+    assert f"last {KEPT} lines" in PAGE
+    assert f"last {BACK} entries" in PAGE
+    assert f"at most {MOST} lines" in PAGE
+
+
+def test_the_program_of_the_page_prints_the_motion(capsys):
+    (program,) = [text for text in blocks(PAGE, "python") if "arm.log" in text]
+    exec(compile(program, "recordings.md", "exec"), {})
+    printed = capsys.readouterr().out
+    assert "call: move_motors(37, 0, 0, 0, 0, 0)" in printed
+    assert "step at speed" in printed
+    assert "unknown: no position of this arm" not in printed

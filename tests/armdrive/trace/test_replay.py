@@ -6,12 +6,17 @@ import pytest
 from recorder_bench import recorded_arm, saved, written
 
 from armdrive import Arm, ArmError
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config, state_file
 from armdrive.registry import DIALECTS
+from armdrive.registry.simulate import simulate
 from armdrive.sim.device import state_json
+from armdrive.storage.record import FileRecorder
 from armdrive.trace import replay as replaying
 from armdrive.trace.entries import EntryRing
 from armdrive.trace.files import read_recording
 from armdrive.trace.log import lines
+from armdrive.trace.recorder import FlightRecorder
 from armdrive.trace.replay import replay, replayed_view
 
 SMALL = ("teachmover", "armdroid", "grbl")
@@ -180,12 +185,6 @@ def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dial
 
 
 def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
-    from armdrive.connect.parts import connect_simulated
-    from armdrive.connect.target import simulated_config, state_file
-    from armdrive.registry.simulate import simulate
-    from armdrive.storage.record import FileRecorder
-    from armdrive.trace.recorder import FlightRecorder
-
     config = simulated_config("teachmover")
     twin = simulate(config)
     memory = FileRecorder(state_file(config.name))

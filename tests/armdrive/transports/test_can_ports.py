@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from functools import partial
 
 import pytest
@@ -138,19 +136,3 @@ class TestSameAdapter:
         lines = '[connection]\nport = "can:socketcan:can0"\n'
         write_arm_file("six", f'model = "teachmover"\n{lines}')
         assert call("ports", "--json", code=0).json["absent"] == []
-
-
-WITHOUT = """
-import sys
-from armdrive.cli import main
-code = main(sys.argv[1:])
-sys.exit(9 if "can" in sys.modules else code)
-"""
-
-
-@pytest.mark.parametrize("words", ["status --arm sim:teachmover", "ports"])
-def test_whoever_asks_nothing_of_a_bus_does_not_load_python_can(words):
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT, *words.split()], capture_output=True, check=False
-    )
-    assert done.returncode == 0, done.stderr

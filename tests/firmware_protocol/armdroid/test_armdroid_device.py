@@ -5,72 +5,57 @@ from armdroid_strategies import events, some_answer
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.armdroid import (
-    ArgumentsReported,
-    Device,
-    DriveAll,
-    DriveNone,
-    DriveOne,
-    HomeToOffsets,
-    Ignored,
-    InterfaceKind,
-    InterfaceReported,
-    OddSpeed,
-    OffsetsReported,
-    Overrun,
-    ReportArguments,
-    ReportOffsets,
-    SetSpeed,
-    SpeedReported,
-    Torque,
-    TorqueReported,
-    Version,
-    VersionReported,
-    Welcome,
-    ZeroOffsets,
-)
+from firmware_protocol import armdroid
 from firmware_protocol.errors import LocalProtocolError
 
 ZEROS = (0,) * 5
 
 
-def said(data: bytes, device: Device | None = None) -> list[object]:
+def said(data: bytes, device: armdroid.Device | None = None) -> list[object]:
     """Give a device bytes, and leave out what it ignores."""
-    device = device or Device()
+    device = device or armdroid.Device()
     device.receive_data(data)
-    return [event for event in events(device) if not isinstance(event, Ignored)]
+    return [event for event in events(device) if not isinstance(event, armdroid.Ignored)]
 
 
 # each worked out by hand along the sketch's loop()
 @pytest.mark.parametrize(
     ("data", "expected"),
     [
-        (b"3,120d", [DriveOne(3, 120)]),
-        (b"3,120-d", [DriveOne(3, -120)]),
-        (b"3,-120d", [DriveOne(3, 120)]),  # a minus in front negates the 0 it finds
-        (b"3,12-0d", [DriveOne(3, -120)]),  # -12 * 10 + 0
-        (b"3,12-3d", [DriveOne(3, -117)]),  # -12 * 10 + 3
-        (b"1,2,3,4,5,6D", [DriveAll((1, 2, 3, 4, 5, 6))]),
-        (b"1,2-,3,4-,5,6-D", [DriveAll((1, -2, 3, -4, 5, -6))]),
-        (b"9D", [DriveAll((0, 0, 0, 0, 0, 9))]),
-        (b"d", [DriveNone(0, 0)]),
-        (b"7,5d", [DriveNone(7, 5)]),
-        (b"257,5d", [DriveOne(1, 5)]),  # the motor is a uint8_t
-        (b"1-,5d", [DriveNone(255, 5)]),
-        (b"1,32768d", [DriveOne(1, -32768)]),  # 3276 * 10 + 8 wraps
-        (b"1,32768-d", [DriveOne(1, -32768)]),  # and its negative is itself
-        (b"1,65537d", [DriveOne(1, 1)]),
-        (b"h", [HomeToOffsets()]),
-        (b"o", [ReportOffsets()]),
-        (b"r", [ZeroOffsets()]),
-        (b"100s", [SetSpeed(100)]),
-        (b"s", [OddSpeed(0)]),
-        (b"5-s", [OddSpeed(-5)]),
-        (b"2000s", [OddSpeed(2000)]),
-        (b"1t0tt7-t", [Torque(True), Torque(False), Torque(False), Torque(True)]),
-        (b"v", [Version()]),
-        (b"V", [InterfaceKind()]),
-        (b"g", [ReportArguments()]),
+        (b"3,120d", [armdroid.DriveOne(3, 120)]),
+        (b"3,120-d", [armdroid.DriveOne(3, -120)]),
+        (b"3,-120d", [armdroid.DriveOne(3, 120)]),  # a minus in front negates the 0 it finds
+        (b"3,12-0d", [armdroid.DriveOne(3, -120)]),  # -12 * 10 + 0
+        (b"3,12-3d", [armdroid.DriveOne(3, -117)]),  # -12 * 10 + 3
+        (b"1,2,3,4,5,6D", [armdroid.DriveAll((1, 2, 3, 4, 5, 6))]),
+        (b"1,2-,3,4-,5,6-D", [armdroid.DriveAll((1, -2, 3, -4, 5, -6))]),
+        (b"9D", [armdroid.DriveAll((0, 0, 0, 0, 0, 9))]),
+        (b"d", [armdroid.DriveNone(0, 0)]),
+        (b"7,5d", [armdroid.DriveNone(7, 5)]),
+        (b"257,5d", [armdroid.DriveOne(1, 5)]),  # the motor is a uint8_t
+        (b"1-,5d", [armdroid.DriveNone(255, 5)]),
+        (b"1,32768d", [armdroid.DriveOne(1, -32768)]),  # 3276 * 10 + 8 wraps
+        (b"1,32768-d", [armdroid.DriveOne(1, -32768)]),  # and its negative is itself
+        (b"1,65537d", [armdroid.DriveOne(1, 1)]),
+        (b"h", [armdroid.HomeToOffsets()]),
+        (b"o", [armdroid.ReportOffsets()]),
+        (b"r", [armdroid.ZeroOffsets()]),
+        (b"100s", [armdroid.SetSpeed(100)]),
+        (b"s", [armdroid.OddSpeed(0)]),
+        (b"5-s", [armdroid.OddSpeed(-5)]),
+        (b"2000s", [armdroid.OddSpeed(2000)]),
+        (
+            b"1t0tt7-t",
+            [
+                armdroid.Torque(True),
+                armdroid.Torque(False),
+                armdroid.Torque(False),
+                armdroid.Torque(True),
+            ],
+        ),
+        (b"v", [armdroid.Version()]),
+        (b"V", [armdroid.InterfaceKind()]),
+        (b"g", [armdroid.ReportArguments()]),
     ],
 )
 def test_characters_are_read_as_the_sketch_reads_them(data, expected):
@@ -78,18 +63,18 @@ def test_characters_are_read_as_the_sketch_reads_them(data, expected):
 
 
 def test_the_letters_of_another_dialect_repeat_the_last_motion_of_motors_1_to_5():
-    device = Device()
-    assert said(b"10,20,30,40,50,60D", device) == [DriveAll((10, 20, 30, 40, 50, 60))]
-    assert said(b"@READ\r", device) == [DriveAll((10, 20, 30, 40, 50, 0))]
-    assert said(b"@DELAY 3\r", device) == [DriveAll((10, 20, 30, 40, 50, 0))]
-    assert said(b"@QDUMP\r", device) == [DriveAll((10, 20, 30, 40, 50, 3))]
+    device = armdroid.Device()
+    assert said(b"10,20,30,40,50,60D", device) == [armdroid.DriveAll((10, 20, 30, 40, 50, 60))]
+    assert said(b"@READ\r", device) == [armdroid.DriveAll((10, 20, 30, 40, 50, 0))]
+    assert said(b"@DELAY 3\r", device) == [armdroid.DriveAll((10, 20, 30, 40, 50, 0))]
+    assert said(b"@QDUMP\r", device) == [armdroid.DriveAll((10, 20, 30, 40, 50, 3))]
 
 
 def test_driving_one_motor_leaves_its_number_behind_as_an_argument():
-    device = Device()
+    device = armdroid.Device()
     said(b"10,20,30,40,50,60D4,200d", device)
     assert device.arguments == (4, 20, 30, 40, 50)
-    assert said(b"D", device) == [DriveAll((4, 20, 30, 40, 50, 0))]
+    assert said(b"D", device) == [armdroid.DriveAll((4, 20, 30, 40, 50, 0))]
 
 
 # what is left of "7,8" (index 1, accumulator 8) behind each letter
@@ -111,7 +96,7 @@ def test_driving_one_motor_leaves_its_number_behind_as_an_argument():
 def test_each_letter_forgets_what_the_sketch_forgets(
     letter, arguments, accumulator, next_argument_goes_to
 ):
-    device = Device()
+    device = armdroid.Device()
     said(b"7,8" + letter, device)
     assert (device.arguments, device.accumulator) == (arguments, accumulator)
     assert device.clean is (next_argument_goes_to == 0 and accumulator == 0)
@@ -122,33 +107,33 @@ def test_each_letter_forgets_what_the_sketch_forgets(
 
 
 def test_a_sixth_comma_starts_the_arguments_anew():
-    device = Device()
+    device = armdroid.Device()
     said(b"1,2,3,4,5,6,7,", device)
     assert device.arguments == (7, 2, 3, 4, 5)
 
 
 def test_a_new_session_forgets_everything_half_received():
-    device = Device()
+    device = armdroid.Device()
     said(b"1,2,3", device)
-    assert device.send(Welcome()) == b"Welcome, Armdroid!\r\n"
+    assert device.send(armdroid.Welcome()) == b"Welcome, Armdroid!\r\n"
     assert (device.arguments, device.accumulator, device.clean) == (ZEROS, 0, True)
 
 
 @pytest.mark.parametrize(
     ("data", "answer", "line"),
     [
-        (b"o", OffsetsReported((1, -2, 3, -4, 5, -6)), b"offsets = 1,-2,3,-4,5,-6\r\n"),
-        (b"100s", SpeedReported(100), b"speed = 100\r\n"),
-        (b"1t", TorqueReported(True), b"torque = enabled\r\n"),
-        (b"0t", TorqueReported(False), b"torque = disabled\r\n"),
-        (b"v", VersionReported(), b"firmware version = 2.0/protocol = 1.0a\r\n"),
-        (b"v", VersionReported("1.3", None), b"version = 1.3\r\n"),
-        (b"V", InterfaceReported(), b"interface = direct-drive\r\n"),
-        (b"g", ArgumentsReported((1, 2, 3, 4, -5), 6), b"debug = 1 2 3 4 -5 6\r\n"),
+        (b"o", armdroid.OffsetsReported((1, -2, 3, -4, 5, -6)), b"offsets = 1,-2,3,-4,5,-6\r\n"),
+        (b"100s", armdroid.SpeedReported(100), b"speed = 100\r\n"),
+        (b"1t", armdroid.TorqueReported(True), b"torque = enabled\r\n"),
+        (b"0t", armdroid.TorqueReported(False), b"torque = disabled\r\n"),
+        (b"v", armdroid.VersionReported(), b"firmware version = 2.0/protocol = 1.0a\r\n"),
+        (b"v", armdroid.VersionReported("1.3", None), b"version = 1.3\r\n"),
+        (b"V", armdroid.InterfaceReported(), b"interface = direct-drive\r\n"),
+        (b"g", armdroid.ArgumentsReported((1, 2, 3, 4, -5), 6), b"debug = 1 2 3 4 -5 6\r\n"),
     ],
 )
 def test_answers_are_printed_as_the_sketch_prints_them(data, answer, line):
-    device = Device()
+    device = armdroid.Device()
     device.receive_data(data)
     assert device.next_event() is not None
     assert device.send(answer) == line
@@ -156,48 +141,48 @@ def test_answers_are_printed_as_the_sketch_prints_them(data, answer, line):
 
 
 def test_what_comes_during_a_motion_waits_for_its_answer():
-    device = Device()
+    device = armdroid.Device()
     device.receive_data(b"1,5d1,6dv")
-    assert device.next_event() == DriveOne(1, 5)
+    assert device.next_event() == armdroid.DriveOne(1, 5)
     assert device.next_event() is None
     with pytest.raises(LocalProtocolError, match="OffsetsReported is owed"):
-        device.send(VersionReported())
+        device.send(armdroid.VersionReported())
     with pytest.raises(LocalProtocolError, match="between commands"):
-        device.send(Welcome())
+        device.send(armdroid.Welcome())
     device.send(some_answer(device))
-    assert events(device) == [DriveOne(1, 6), Version()]
+    assert events(device) == [armdroid.DriveOne(1, 6), armdroid.Version()]
     with pytest.raises(LocalProtocolError, match="nothing is owed"):
-        device.send(VersionReported())
+        device.send(armdroid.VersionReported())
 
 
 def test_what_finds_no_room_is_lost_and_told_where_it_stood():
-    device = Device(room_bytes=8)
+    device = armdroid.Device(room_bytes=8)
     device.receive_data(b"1,5d")
-    assert device.next_event() == DriveOne(1, 5)
+    assert device.next_event() == armdroid.DriveOne(1, 5)
     device.receive_data(b"2,6d3,7d4,8d")
     device.receive_data(b"o")
     assert device.buffered == 8
     device.send(some_answer(device))
-    assert events(device) == [DriveOne(2, 6), DriveOne(3, 7), Overrun(5)]
-    assert said(b"o", device) == [ReportOffsets()]
+    assert events(device) == [armdroid.DriveOne(2, 6), armdroid.DriveOne(3, 7), armdroid.Overrun(5)]
+    assert said(b"o", device) == [armdroid.ReportOffsets()]
 
 
 def test_a_loss_of_power_forgets_everything():
-    device = Device()
+    device = armdroid.Device()
     device.receive_data(b"1,5d2,6")
-    assert device.next_event() == DriveOne(1, 5)
-    assert device.forget() == DriveOne(1, 5)
+    assert device.next_event() == armdroid.DriveOne(1, 5)
+    assert device.forget() == armdroid.DriveOne(1, 5)
     assert (device.unanswered, device.buffered, device.arguments) == (None, 0, ZEROS)
 
 
 @given(st.binary(max_size=60), st.text("0123456789,-", max_size=40))
 def test_a_comma_and_a_d_clear_whatever_was_left_and_move_nothing(noise, numbers):
-    device = Device()
+    device = armdroid.Device()
     said(noise + numbers.encode(), device)
     (event,) = said(b",d", device)
-    assert isinstance(event, DriveOne | DriveNone)
+    assert isinstance(event, armdroid.DriveOne | armdroid.DriveNone)
     assert event.steps == 0
     assert device.clean
-    assert said(b",,,,,d", device) == [DriveNone(0, 0)]
+    assert said(b",,,,,d", device) == [armdroid.DriveNone(0, 0)]
     assert device.arguments == ZEROS
-    assert said(b"@READ\r", device) == [DriveAll((0,) * 6)]
+    assert said(b"@READ\r", device) == [armdroid.DriveAll((0,) * 6)]

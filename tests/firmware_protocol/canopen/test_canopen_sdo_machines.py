@@ -1,12 +1,28 @@
-"""An SDO client, and an SDO server, each by itself: what the other side's frames make of them."""
+"""SDO clients and servers: their frames, each end by itself, and both on good and bad buses."""
+
+import contextlib
 
 import pytest
-from canopen_bus import NODE
+from canopen_bus import NODE, SdoBus
 from chunks import events
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firmware_protocol import canopen
-from firmware_protocol.canopen.sdo import DownloadStarted, SegmentTaken
-from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.canopen.sdo import (
+    Content,
+    DownloadStarted,
+    NextSegment,
+    Segment,
+    SegmentTaken,
+    StartDownload,
+    StartUpload,
+    Upload,
+    decode_request,
+    decode_response,
+    encode,
+)
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame
 
 NAME, WORD = canopen.Place(0x1008), canopen.Place(0x6040)
@@ -198,3 +214,158 @@ def test_what_is_no_request_is_told_to_the_owner():
     assert ignored == canopen.UnreadableFrame(
         Frame.parse("605#40"), "1 bytes where an SDO frame has 8"
     )
+
+
+# -- back to back ---------------------------------------------------------------------------------
+
+
+PLACE, OTHER = canopen.Place(0x1008), canopen.Place(0x1009, 3)
+DATA = st.binary(max_size=60)
+COPIES = st.sampled_from((1, 1, 1, 1, 0, 2, 3))
+
+
+@given(DATA, DATA)
+def test_what_is_written_is_read(data, other):
+    bus = SdoBus({OTHER: other})
+    assert bus.download(PLACE, data) == [canopen.Downloaded(PLACE)]
+    assert bus.upload(PLACE) == [canopen.Uploaded(PLACE, data)]
+    assert bus.upload(OTHER) == [canopen.Uploaded(OTHER, other)]
+    assert bus.client.busy is None
+
+
+def test_what_is_not_there_is_refused_in_words():
+    (event,) = SdoBus().upload(PLACE)
+    assert event == canopen.Aborted(PLACE, canopen.AbortCode.NO_OBJECT, by_server=True)
+    assert event.words == "there is no such object"
+
+
+def transfer(bus, data, reads):
+    if reads:
+        bus.objects[PLACE] = data
+        return bus.upload(PLACE)
+    return bus.download(PLACE, data)
+
+
+@settings(max_examples=60)
+@given(DATA, st.booleans(), st.data())
+def test_a_bus_that_loses_and_repeats_never_makes_a_transfer_end_well_with_wrong_data(
+    data, reads, chance
+):
+    bus = SdoBus(copies=lambda: chance.draw(COPIES))
+    ended = transfer(bus, data, reads)
+    if bus.client.busy:
+        assert ended == []
+    elif not isinstance(ended[0], canopen.Aborted):
+        assert ended == [canopen.Uploaded(PLACE, data) if reads else canopen.Downloaded(PLACE)]
+        assert bus.objects[PLACE] == data
+
+
+@settings(max_examples=60)
+@given(DATA, st.booleans(), st.data())
+def test_after_any_mess_the_next_transfer_goes_well(data, reads, chance):
+    faulty = [True]
+    bus = SdoBus(
+        copies=lambda: chance.draw(COPIES) if faulty[0] else 1,
+        overtakes=lambda: faulty[0] and chance.draw(st.booleans()),
+    )
+    ended = transfer(bus, data, reads)
+    assert len(ended) == (bus.client.busy is None)
+    bus.say(bus.client.abandon())
+    bus.run()
+    faulty[0] = False
+    assert bus.client.busy is None
+    assert bus.client.abandon() is None
+    assert bus.download(OTHER, data) == [canopen.Downloaded(OTHER)]
+    assert bus.upload(OTHER) == [canopen.Uploaded(OTHER, data)]
+
+
+# -- frames ---------------------------------------------------------------------------------------
+
+
+REQUESTS = [
+    (StartUpload(canopen.Place(0x1018, 1)), "40 18 10 01 00 00 00 00"),
+    (StartDownload(canopen.Place(0x6060), Content(b"\1", 1)), "2F 60 60 00 01 00 00 00"),
+    (StartDownload(WORD, Content(b"\x0f\0", 2)), "2B 40 60 00 0F 00 00 00"),
+    (StartDownload(WORD, Content(b"\1\2\3", 3)), "27 40 60 00 01 02 03 00"),
+    (
+        StartDownload(canopen.Place(0x607A), Content(b"\x60\x79\xfe\xff", 4)),
+        "23 7A 60 00 60 79 FE FF",
+    ),
+    (StartDownload(WORD, Content(b"\x0f\0\0\0", None)), "22 40 60 00 0F 00 00 00"),
+    (StartDownload(NAME, Content(None, 9)), "21 08 10 00 09 00 00 00"),
+    (StartDownload(NAME, Content(None, None)), "20 08 10 00 00 00 00 00"),
+    (NextSegment(False), "60 00 00 00 00 00 00 00"),
+    (NextSegment(True), "70 00 00 00 00 00 00 00"),
+    (Segment(False, b"armdriv", False), "00 61 72 6D 64 72 69 76"),
+    (Segment(True, b"e!", True), "1B 65 21 00 00 00 00 00"),
+    (Segment(False, b"", True), "0F 00 00 00 00 00 00 00"),
+    (canopen.Abort(NAME, canopen.AbortCode.TIMED_OUT), "80 08 10 00 00 00 04 05"),
+]
+RESPONSES = [
+    (Upload(canopen.Place(0x6041), Content(b"\x37\2", 2)), "4B 41 60 00 37 02 00 00"),
+    (Upload(canopen.Place(0x6041), Content(b"\x37\2\0\0", None)), "42 41 60 00 37 02 00 00"),
+    (Upload(NAME, Content(None, 9)), "41 08 10 00 09 00 00 00"),
+    (Upload(NAME, Content(None, None)), "40 08 10 00 00 00 00 00"),
+    (DownloadStarted(WORD), "60 40 60 00 00 00 00 00"),
+    (Segment(True, b"e!", True), "1B 65 21 00 00 00 00 00"),
+    (SegmentTaken(False), "20 00 00 00 00 00 00 00"),
+    (SegmentTaken(True), "30 00 00 00 00 00 00 00"),
+    (canopen.Abort(WORD, canopen.AbortCode.NO_OBJECT), "80 40 60 00 00 00 02 06"),
+]
+WAYS = [(decode_request, *row) for row in REQUESTS] + [(decode_response, *row) for row in RESPONSES]
+
+
+@pytest.mark.parametrize(("decode", "message", "text"), WAYS)
+def test_a_message_is_these_bytes(decode, message, text):
+    assert encode(message) == bytes.fromhex(text)
+    assert decode(bytes.fromhex(text)) == message
+
+
+@given(st.sampled_from((decode_request, decode_response)), st.binary(max_size=9))
+def test_any_bytes_have_a_meaning_that_is_kept_or_a_reason(decode, data):
+    with contextlib.suppress(RemoteProtocolError):
+        message = decode(data)
+        assert decode(encode(message)) == message
+
+
+@pytest.mark.parametrize(
+    ("decode", "text", "reason"),
+    [
+        (decode_request, "40 18 10 01", "4 bytes where an SDO frame has 8"),
+        (decode_request, "A0 08 10 00 00 00 00 00", "no SDO request begins with a0"),
+        (decode_request, "C0 08 10 00 00 00 00 00", "no SDO request begins with c0"),
+        (decode_response, "A0 08 10 00 00 00 00 00", "no SDO response begins with a0"),
+        (decode_response, "", "0 bytes where an SDO frame has 8"),
+    ],
+)
+def test_what_is_not_spoken_is_named(decode, text, reason):
+    with pytest.raises(RemoteProtocolError, match=reason):
+        decode(bytes.fromhex(text))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: canopen.Place(0x10000),
+        lambda: canopen.Place(0, 256),
+        lambda: Content(b"", 0),
+        lambda: Content(b"12345", 5),
+        lambda: Content(b"12", None),
+        lambda: Content(b"12", 3),
+        lambda: Content(None, -1),
+        lambda: Segment(False, b"12345678", True),
+        lambda: canopen.Abort(canopen.Place(0), -1),
+    ],
+)
+def test_nonsense_of_ours_is_refused(make):
+    with pytest.raises(BadField):
+        make()
+
+
+def test_every_abort_code_has_words_and_others_are_told_as_numbers():
+    words = [code.words for code in canopen.AbortCode]
+    assert all(words)
+    assert len(set(words)) == len(canopen.AbortCode) == 31
+    assert canopen.Abort(WORD, 0x06020000).words == "there is no such object"
+    assert canopen.abort_words(0x12) == "abort code 00000012, which CiA 301 does not have"
+    assert str(canopen.Place(0x1018, 1)) == "1018:01"

@@ -5,42 +5,20 @@ from dataclasses import replace
 import pytest
 from chunks import events
 
+from firmware_protocol import grbl
 from firmware_protocol.errors import BadField, LocalProtocolError
-from firmware_protocol.grbl import (
-    ERRORS,
-    FLUIDNC,
-    GRBL,
-    GRBLHAL,
-    MEGA_5X,
-    Acknowledged,
-    Banner,
-    DigitalOutput,
-    Error,
-    Home,
-    Host,
-    Line,
-    Ok,
-    QuerySettings,
-    Realtime,
-    Refused,
-    Restarted,
-    SetSetting,
-    Setting,
-    Stray,
-    Unreadable,
-)
 
-X1, X2, X3 = (Line(f"G90G1X{n}F100") for n in (1, 2, 3))
+X1, X2, X3 = (grbl.Line(f"G90G1X{n}F100") for n in (1, 2, 3))
 BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
 
 
-def heard(host: Host, data: bytes) -> list:
+def heard(host: grbl.Host, data: bytes) -> list:
     host.receive_data(data)
     return events(host)
 
 
-def sent(*commands, dialect=MEGA_5X) -> Host:
-    host = Host(dialect)
+def sent(*commands, dialect=grbl.MEGA_5X) -> grbl.Host:
+    host = grbl.Host(dialect)
     for command in commands:
         host.send(command)
     return host
@@ -50,11 +28,11 @@ def test_answers_belong_to_the_lines_in_their_order():
     host = sent(X1, X2, X3)
     assert host.outstanding_lines == (X1, X2, X3)
     assert host.outstanding_bytes == 3 * len("G90G1X1F100\n")
-    refused = Refused(X2, 24, ERRORS[24].meaning, ERRORS[24].remedy)
-    assert heard(host, b"ok\r\nerror:24\r\n") == [Acknowledged(X1), refused]
+    refused = grbl.Refused(X2, 24, grbl.ERRORS[24].meaning, grbl.ERRORS[24].remedy)
+    assert heard(host, b"ok\r\nerror:24\r\n") == [grbl.Acknowledged(X1), refused]
     assert host.outstanding_lines == (X3,)
     assert host.outstanding_bytes == len("G90G1X3F100\n")
-    assert heard(host, b"ok\r\nok\r\n") == [Acknowledged(X3), Stray(Ok())]
+    assert heard(host, b"ok\r\nok\r\n") == [grbl.Acknowledged(X3), grbl.Stray(grbl.Ok())]
     assert host.outstanding_bytes == 0
 
 
@@ -70,27 +48,27 @@ def test_lines_that_are_forgotten_fill_no_ring():
 def test_what_is_pushed_answers_nothing():
     host = sent(X1)
     found = heard(host, b"[MSG:Pgm End]\r\n<Idle|MPos:0,0,0,0,0,0>\r\n>G54:ok\r\n$1=255\r\n")
-    assert found[3] == Setting(1, "255")
+    assert found[3] == grbl.Setting(1, "255")
     assert len(found) == 4
     assert host.outstanding_lines == (X1,)
 
 
 def test_a_line_goes_out_only_where_the_ring_has_room_for_it():
-    line = Line("X" * 62 + "1")  # 64 bytes with its end
-    host = Host(GRBL)
+    line = grbl.Line("X" * 62 + "1")  # 64 bytes with its end
+    host = grbl.Host(grbl.GRBL)
     host.send(line)
     assert not host.room_for(line)  # 128 would fill the ring: one byte must stay free
     with pytest.raises(LocalProtocolError, match="64 bytes are in a ring of 128"):
         host.send(line)
     assert host.outstanding_lines == (line,)
-    assert host.room_for(Line("X" * 61 + "1"))
+    assert host.room_for(grbl.Line("X" * 61 + "1"))
     host.ring_bytes = 129
     assert host.room_for(line)
 
 
 def test_with_a_ring_of_unknown_size_lines_go_one_at_a_time():
-    host = sent(X1, dialect=FLUIDNC)
-    assert not host.room_for(Line())
+    host = sent(X1, dialect=grbl.FLUIDNC)
+    assert not host.room_for(grbl.Line())
     with pytest.raises(LocalProtocolError, match="one line at a time"):
         host.send(X2)
     heard(host, b"ok\r\n")
@@ -98,7 +76,7 @@ def test_with_a_ring_of_unknown_size_lines_go_one_at_a_time():
 
 
 def test_eeprom_is_written_alone():
-    write = SetSetting(1, 255)
+    write = grbl.SetSetting(1, 255)
     host = sent(X1)
     assert not host.room_for(write)
     heard(host, b"ok\r\n")
@@ -112,14 +90,14 @@ def test_eeprom_is_written_alone():
 @pytest.mark.parametrize(
     ("dialect", "command"),
     [
-        (GRBL, DigitalOutput(0, on=True)),
-        (GRBL, Home("X")),
-        (MEGA_5X, Home("XY")),
-        (GRBL, Line("X" * 80)),
+        (grbl.GRBL, grbl.DigitalOutput(0, on=True)),
+        (grbl.GRBL, grbl.Home("X")),
+        (grbl.MEGA_5X, grbl.Home("XY")),
+        (grbl.GRBL, grbl.Line("X" * 80)),
     ],
 )
 def test_what_the_board_does_not_have_is_not_sent(dialect, command):
-    host = Host(dialect)
+    host = grbl.Host(dialect)
     with pytest.raises(LocalProtocolError):
         host.send(command)
     assert host.outstanding_lines == ()
@@ -127,14 +105,14 @@ def test_what_the_board_does_not_have_is_not_sent(dialect, command):
 
 def test_a_stranger_among_the_axes_is_named():
     with pytest.raises(BadField, match="axes out of XYZ, not 'AB'"):
-        Host(replace(GRBLHAL, axes="XYZ")).send(Home("XBA"))
+        grbl.Host(replace(grbl.GRBLHAL, axes="XYZ")).send(grbl.Home("XBA"))
 
 
 def test_realtime_commands_are_bytes_of_their_own_and_never_counted():
-    host = sent(Line("X" * 78), Line("X" * 46))
-    assert host.send_realtime(Realtime.STATUS) == b"?"
-    assert host.send_realtime(Realtime.JOG_CANCEL) == b"\x85"
-    assert host.send_realtime(Realtime.FEED_MINUS_1) == b"\x94"
+    host = sent(grbl.Line("X" * 78), grbl.Line("X" * 46))
+    assert host.send_realtime(grbl.Realtime.STATUS) == b"?"
+    assert host.send_realtime(grbl.Realtime.JOG_CANCEL) == b"\x85"
+    assert host.send_realtime(grbl.Realtime.FEED_MINUS_1) == b"\x94"
     assert host.outstanding_bytes == 79 + 47
     with pytest.raises(LocalProtocolError):
         host.send_realtime("?")
@@ -142,18 +120,21 @@ def test_realtime_commands_are_bytes_of_their_own_and_never_counted():
 
 def test_a_banner_tells_which_lines_were_lost():
     host = sent(X1, X2)
-    assert heard(host, b"ok\r\n" + BANNER) == [Acknowledged(X1), Restarted(Banner(), (X2,))]
+    assert heard(host, b"ok\r\n" + BANNER) == [
+        grbl.Acknowledged(X1),
+        grbl.Restarted(grbl.Banner(), (X2,)),
+    ]
     assert host.outstanding_lines == ()
 
 
 def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
     host = sent(X1)
-    assert host.send_realtime(Realtime.SOFT_RESET) == b"\x18"
+    assert host.send_realtime(grbl.Realtime.SOFT_RESET) == b"\x18"
     with pytest.raises(LocalProtocolError, match="its banner has not come"):
         host.send(X2)
-    assert heard(host, BANNER) == [Restarted(Banner(), (X1,))]
+    assert heard(host, BANNER) == [grbl.Restarted(grbl.Banner(), (X1,))]
     assert host.room_for(X2)
-    host.send_realtime(Realtime.SOFT_RESET)
+    host.send_realtime(grbl.Realtime.SOFT_RESET)
     assert host.forget_outstanding() == ()
     assert host.room_for(X2)
 
@@ -161,44 +142,110 @@ def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
 def test_forgotten_lines_are_returned_and_their_late_answers_unexpected():
     host = sent(X1, X2)
     assert host.forget_outstanding() == (X1, X2)
-    assert heard(host, b"error:9\r\n") == [Stray(Error(9))]
+    assert heard(host, b"error:9\r\n") == [grbl.Stray(grbl.Error(9))]
 
 
 @pytest.mark.parametrize("cut", range(1, 3))
 def test_an_answer_that_had_begun_before_a_line_is_never_that_lines(cut):
-    host = Host()
+    host = grbl.Host()
     host.receive_data(b"ok"[:cut])
     host.send(X1)
-    assert heard(host, b"ok"[cut:] + b"\r\n") == [Stray(Ok())]
-    assert heard(host, b"ok\r\n") == [Acknowledged(X1)]
+    assert heard(host, b"ok"[cut:] + b"\r\n") == [grbl.Stray(grbl.Ok())]
+    assert heard(host, b"ok\r\n") == [grbl.Acknowledged(X1)]
 
 
 def test_an_answer_received_before_a_line_is_never_that_lines():
-    host = Host()
+    host = grbl.Host()
     host.receive_data(b"ok\r\n")
     host.send(X1)
-    assert events(host) == [Stray(Ok())]
+    assert events(host) == [grbl.Stray(grbl.Ok())]
     assert host.outstanding_lines == (X1,)
 
 
 def test_an_endless_line_is_told_once_and_takes_no_memory():
-    host = sent(QuerySettings())
+    host = sent(grbl.QuerySettings())
     found = []
     for _ in range(300):
         found += heard(host, b"<" * 100)
         assert host.buffered <= 512 + 32
-    assert [type(event) for event in found] == [Unreadable]
-    assert heard(host, b"\nok\n") == [Acknowledged(QuerySettings())]
+    assert [type(event) for event in found] == [grbl.Unreadable]
+    assert heard(host, b"\nok\n") == [grbl.Acknowledged(grbl.QuerySettings())]
 
 
 def test_a_flood_that_nobody_fetches_is_bounded_and_told():
-    host = Host()
+    host = grbl.Host()
     for _ in range(2000):
         host.receive_data(b"[MSG:flood]\r\n")
     assert host.buffered <= 256 * 512
     found = events(host)
     assert len(found) == 256
-    assert isinstance(found[-1], Unreadable)
+    assert isinstance(found[-1], grbl.Unreadable)
     host.receive_data(b"ok\r\n")
     host.discard()
     assert events(host) == []
+
+
+# -- the events that it makes of what is heard ----------------------------------------------------
+
+
+def test_positions_are_known_in_both_spaces_once_the_offset_was_reported():
+    host = grbl.Host()
+    found = heard(
+        host,
+        b"<Idle|WPos:1.000,2.000,3.000>\n<Idle|WPos:1.000,2.000,3.000|WCO:0.100,0.200,-4.000>\n"
+        b"<Jog|MPos:1.100,2.200,3.300>\n",
+    )
+    places = [(event.machine_position, event.work_position) for event in found]
+    assert places == [
+        (None, (1.0, 2.0, 3.0)),
+        ((1.1, 2.2, -1.0), (1.0, 2.0, 3.0)),
+        ((1.1, 2.2, 3.3), (1.0, 2.0, 7.3)),
+    ]
+    heard(host, BANNER)
+    (after,) = heard(host, b"<Idle|WPos:1.000,2.000,3.000>\n")
+    assert isinstance(after, grbl.StatusReported)
+    assert after.machine_position is None
+
+
+def test_a_report_with_another_number_of_axes_is_not_believed():
+    (event,) = heard(grbl.Host(grbl.MEGA_5X), b"<Idle|MPos:0.000,0.000,0.000>\n")
+    assert isinstance(event, grbl.Unreadable)
+    assert event.reason == "3 coordinates, but the board has 6 axes"
+
+
+@pytest.mark.parametrize("code", range(1, 19))
+def test_an_alarm_tells_whether_the_position_is_kept(code):
+    (event,) = heard(grbl.Host(), b"ALARM:%d\r\n" % code)
+    assert isinstance(event, grbl.AlarmRaised)
+    assert event.position_kept == (code in (2, 4, 5))
+    assert event.meaning == (grbl.ALARMS[code].meaning if code <= 9 else event.meaning)
+
+
+def test_codes_above_grbls_mean_what_the_firmware_says():
+    texts = {
+        heard(grbl.Host(dialect), b"ALARM:10\r\n")[0].meaning
+        for dialect in (grbl.GRBL, grbl.GRBLHAL, grbl.FLUIDNC)
+    }
+    assert len(texts) == 3
+
+
+def test_the_firmware_is_found_out():
+    host = grbl.Host(grbl.MEGA_5X)
+    heard(host, b"GrblHAL 1.1f ['$' or '$HELP' for help]\r\n")
+    assert host.dialect.variant is grbl.Variant.GRBLHAL
+    host = grbl.Host(grbl.MEGA_5X)
+    heard(host, b"[FIRMWARE:grblHAL]\r\n" + BANNER)
+    assert host.dialect.variant is grbl.Variant.GRBLHAL
+    heard(host, b"[VER:3.7 FluidNC v3.7.8:]\r\n")
+    assert host.dialect.variant is grbl.Variant.FLUIDNC
+
+
+def test_refusals_and_alarms_in_words_are_not_lost():
+    host = sent(grbl.Line("G4P1"))
+    (refused, alarm) = heard(host, b"error:Bad number format\r\nALARM: Hard limit\r\n")
+    assert (refused.command, refused.code, refused.meaning) == (
+        grbl.Line("G4P1"),
+        None,
+        "Bad number format",
+    )
+    assert (alarm.code, alarm.meaning, alarm.position_kept) == (None, "Hard limit", False)

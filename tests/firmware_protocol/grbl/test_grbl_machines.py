@@ -8,96 +8,79 @@ from grbl_strategies import COMMANDS
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_protocol import grbl
 from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.grbl import (
-    GRBLHAL,
-    GRBLHAL_ONLY,
-    MEGA_5X,
-    Acknowledged,
-    Banner,
-    Device,
-    Empty,
-    Error,
-    Feedback,
-    Host,
-    Line,
-    LineReceived,
-    Ok,
-    Realtime,
-    RealtimeReceived,
-    Refused,
-    Rejected,
-    Stray,
-    Unlock,
-    Unreadable,
-    parse_line,
-    split_realtime,
-)
 
-X1 = Line("G90G1X1F100")
+X1 = grbl.Line("G90G1X1F100")
 TEXT = X1.text
 NOISE = st.binary(min_size=1, max_size=300)
 
 
 def lines(found) -> list:
-    return [event for event in found if isinstance(event, LineReceived)]
+    return [event for event in found if isinstance(event, grbl.LineReceived)]
 
 
 def test_realtime_commands_come_out_of_the_middle_of_a_line_at_once():
-    device = Device(MEGA_5X)
+    device = grbl.Device(grbl.MEGA_5X)
     device.receive_data(b"$X\nG90G1?X1")
-    assert events(device) == [LineReceived("$X", Unlock()), RealtimeReceived(Realtime.STATUS)]
+    assert events(device) == [
+        grbl.LineReceived("$X", grbl.Unlock()),
+        grbl.RealtimeReceived(grbl.Realtime.STATUS),
+    ]
     device.receive_data(b"!F\x18100\n")
     found = events(device)
-    assert [event.command for event in found[:2]] == [Realtime.FEED_HOLD, Realtime.SOFT_RESET]
-    assert found[2] == LineReceived(TEXT, parse_line(TEXT, MEGA_5X))
+    assert [event.command for event in found[:2]] == [
+        grbl.Realtime.FEED_HOLD,
+        grbl.Realtime.SOFT_RESET,
+    ]
+    assert found[2] == grbl.LineReceived(TEXT, grbl.parse_line(TEXT, grbl.MEGA_5X))
 
 
 def test_a_stream_is_parted_into_realtime_commands_and_the_rest():
-    commands = (Realtime.STATUS, Realtime.JOG_CANCEL, Realtime.FEED_PLUS_10)
-    assert split_realtime(b"G1?X\x85\xff1\x91\n") == (commands, b"G1X1\n")
-    assert split_realtime(b"\x19\x80G\n") == ((), b"\x19G\n")
-    both = (Realtime.STOP, Realtime.STATUS_ALIAS)
-    assert split_realtime(b"\x19\x80G\n", grblhal=True) == (both, b"G\n")
+    commands = (grbl.Realtime.STATUS, grbl.Realtime.JOG_CANCEL, grbl.Realtime.FEED_PLUS_10)
+    assert grbl.split_realtime(b"G1?X\x85\xff1\x91\n") == (commands, b"G1X1\n")
+    assert grbl.split_realtime(b"\x19\x80G\n") == ((), b"\x19G\n")
+    both = (grbl.Realtime.STOP, grbl.Realtime.STATUS_ALIAS)
+    assert grbl.split_realtime(b"\x19\x80G\n", grblhal=True) == (both, b"G\n")
 
 
-@pytest.mark.parametrize("command", Realtime)
+@pytest.mark.parametrize("command", grbl.Realtime)
 def test_every_realtime_command_arrives_where_the_firmware_has_it(command):
-    for dialect in (MEGA_5X, GRBLHAL):
-        device = Device(dialect)
-        device.receive_data(Host().send_realtime(command))
-        known = dialect is GRBLHAL or command not in GRBLHAL_ONLY
-        assert events(device) == ([RealtimeReceived(command)] if known else [])
+    for dialect in (grbl.MEGA_5X, grbl.GRBLHAL):
+        device = grbl.Device(dialect)
+        device.receive_data(grbl.Host().send_realtime(command))
+        known = dialect is grbl.GRBLHAL or command not in grbl.GRBLHAL_ONLY
+        assert events(device) == ([grbl.RealtimeReceived(command)] if known else [])
 
 
 def test_each_line_is_answered_once():
-    device = Device(MEGA_5X)
+    device = grbl.Device(grbl.MEGA_5X)
     with pytest.raises(LocalProtocolError, match="no line is unanswered"):
-        device.send(Ok())
+        device.send(grbl.Ok())
     device.receive_data(b"\nG5\n?")
-    assert lines(events(device))[0] == LineReceived("", Empty())
+    assert lines(events(device))[0] == grbl.LineReceived("", grbl.Empty())
     assert device.unanswered == 2
-    assert device.send(Ok()) == b"ok\r\n"
-    assert device.send(Feedback("Pgm End")) == b"[MSG:Pgm End]\r\n"
-    assert device.send(Error(20)) == b"error:20\r\n"
+    assert device.send(grbl.Ok()) == b"ok\r\n"
+    assert device.send(grbl.Feedback("Pgm End")) == b"[MSG:Pgm End]\r\n"
+    assert device.send(grbl.Error(20)) == b"error:20\r\n"
     with pytest.raises(LocalProtocolError):
-        device.send(Error(20))
+        device.send(grbl.Error(20))
 
 
 def test_after_a_banner_nothing_is_owed_and_discarded_bytes_are_gone():
-    device = Device(MEGA_5X)
+    device = grbl.Device(grbl.MEGA_5X)
     device.receive_data(b"G0\nG1\nG")
     device.next_event()
     device.discard()
     assert (device.unanswered, device.buffered, events(device)) == (0, 0, [])
     device.receive_data(b"$X\n")
     device.next_event()
-    assert device.send(Banner()) == b"\r\nGrbl 1.1h ['$' for help]\r\n"
+    assert device.send(grbl.Banner()) == b"\r\nGrbl 1.1h ['$' for help]\r\n"
     assert device.unanswered == 0
 
 
 def test_a_line_that_is_too_long_is_refused_with_error_11():
-    device = Device(MEGA_5X)
+    device = grbl.Device(grbl.MEGA_5X)
     for _ in range(1000):
         device.receive_data(b"X" * 100)
         assert device.buffered <= 79
@@ -107,32 +90,35 @@ def test_a_line_that_is_too_long_is_refused_with_error_11():
 
 
 def test_a_flood_that_nobody_fetches_is_bounded_and_told():
-    device = Device(MEGA_5X)
+    device = grbl.Device(grbl.MEGA_5X)
     for _ in range(2000):
         device.receive_data(b"G0\n?")
     assert device.buffered <= 512 * 80
     found = events(device)
     assert len(found) <= 1024
     assert [
-        event.content.reason for event in lines(found) if isinstance(event.content, Rejected)
+        event.content.reason for event in lines(found) if isinstance(event.content, grbl.Rejected)
     ] == ["256 lines were waiting: from here on they are lost"]
 
 
 @given(st.lists(st.tuples(COMMANDS, st.booleans()), max_size=6), st.data())
 def test_every_script_arrives_whole_at_both_ends(script, data):
-    host, device = Host(MEGA_5X), Device(MEGA_5X)
+    host, device = grbl.Host(grbl.MEGA_5X), grbl.Device(grbl.MEGA_5X)
     for command, taken in script:
         (line,) = carried(data.draw, host.send(command), device)
-        assert (line.text, line.content) == (command.text, parse_line(command.text, MEGA_5X))
-        (event,) = carried(data.draw, device.send(Ok() if taken else Error(9)), host)
-        assert isinstance(event, Acknowledged if taken else Refused)
+        assert (line.text, line.content) == (
+            command.text,
+            grbl.parse_line(command.text, grbl.MEGA_5X),
+        )
+        (event,) = carried(data.draw, device.send(grbl.Ok() if taken else grbl.Error(9)), host)
+        assert isinstance(event, grbl.Acknowledged if taken else grbl.Refused)
         assert event.command == command
     assert (host.outstanding_lines, device.unanswered) == ((), 0)
 
 
 @given(st.lists(COMMANDS, max_size=12), st.integers(0, 1000))
 def test_lines_that_are_streamed_never_overfill_the_ring_and_keep_their_order(script, seed):
-    host, device, rng = Host(MEGA_5X), Device(MEGA_5X), random.Random(seed)
+    host, device, rng = grbl.Host(grbl.MEGA_5X), grbl.Device(grbl.MEGA_5X), random.Random(seed)
     in_ring, answered = 0, []
     waiting = list(script)
     while len(answered) < len(script):
@@ -143,43 +129,30 @@ def test_lines_that_are_streamed_never_overfill_the_ring_and_keep_their_order(sc
             device.receive_data(sent)
         elif (line := device.next_event()) is not None:
             in_ring -= len(line.text) + 1
-            host.receive_data(device.send(Ok()))
+            host.receive_data(device.send(grbl.Ok()))
             answered += events(host)
         elif waiting:
             assert host.room_for(waiting[0])
     assert [event.command for event in answered] == script
 
 
-@given(st.lists(st.one_of(COMMANDS, NOISE), max_size=6), st.data())
-def test_the_chunks_make_no_difference_to_a_device(parts, data):
-    stream = b"".join(p if isinstance(p, bytes) else p.text.encode() + b"\n" for p in parts)
-    whole, cut = Device(GRBLHAL), Device(GRBLHAL)
-    whole.receive_data(stream)
-    assert carried(data.draw, stream, cut) == events(whole)
-    realtime, rest = split_realtime(stream, grblhal=True)
-    after_a_ring = Device(GRBLHAL)
-    after_a_ring.receive_data(rest)
-    assert lines(events(after_a_ring)) == lines(_all_of(stream))
-    assert [e.command for e in _all_of(stream) if isinstance(e, RealtimeReceived)] == list(realtime)
-
-
 def _all_of(stream: bytes) -> list:
-    device = Device(GRBLHAL)
+    device = grbl.Device(grbl.GRBLHAL)
     device.receive_data(stream)
     return events(device)
 
 
 @given(NOISE, st.data())
 def test_after_noise_both_ends_understand_at_the_next_line_end(noise, data):
-    host, device = Host(MEGA_5X), Device(MEGA_5X)
+    host, device = grbl.Host(grbl.MEGA_5X), grbl.Device(grbl.MEGA_5X)
     carried(data.draw, noise + b"\n", device)
     (line,) = carried(data.draw, host.send(X1), device)
     assert line.text == TEXT
     assert all(
-        isinstance(event, Unreadable | Acknowledged | Stray)
+        isinstance(event, grbl.Unreadable | grbl.Acknowledged | grbl.Stray)
         for event in carried(
             data.draw, b"\xff" + noise.replace(b"\n", b"").replace(b"\r", b""), host
         )
     )
     found = carried(data.draw, b"\nok\r\n", host)
-    assert Acknowledged(X1) in found
+    assert grbl.Acknowledged(X1) in found

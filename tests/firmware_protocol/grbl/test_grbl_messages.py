@@ -9,99 +9,68 @@ from grbl_strategies import COMMANDS
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_protocol import grbl
 from firmware_protocol.errors import BadField
-from firmware_protocol.grbl import (
-    MEGA_5X,
-    Banner,
-    CheckMode,
-    Command,
-    Coolant,
-    Dialect,
-    DigitalOutput,
-    Error,
-    Help,
-    Home,
-    Line,
-    Modes,
-    Parameter,
-    QueryBuildInfo,
-    QueryParameters,
-    QueryParserState,
-    QuerySettings,
-    QueryStartupLines,
-    Rejected,
-    Restore,
-    SetSetting,
-    Sleep,
-    State,
-    StatusReport,
-    StoreBuildInfo,
-    StoreStartupLine,
-    Unlock,
-    parse_line,
-    write_number,
-    writes_eeprom,
-)
 from firmware_protocol.grbl.dialect import NUMBER_MAX, take_number
 
 PLACE = (0.0, -10.0, 5.125)
 TEXTS = [
-    (Modes(), "G17G21G90G94G54"),
-    (Modes(relative=True, coordinate_system=59), "G17G21G91G94G59"),
-    (Coolant(on=True), "M8"),
-    (Coolant(on=False), "M9"),
-    (DigitalOutput(0, on=True), "M62P0"),
-    (DigitalOutput(1, on=False), "M63P1"),
-    (DigitalOutput(2, on=True, at_once=True), "M64P2"),
-    (DigitalOutput(3, on=False, at_once=True), "M65P3"),
-    (Help(), "$"),
-    (QuerySettings(), "$$"),
-    (QueryBuildInfo(), "$I"),
-    (QueryParameters(), "$#"),
-    (QueryParserState(), "$G"),
-    (QueryStartupLines(), "$N"),
-    (Unlock(), "$X"),
-    (CheckMode(), "$C"),
-    (Sleep(), "$SLP"),
-    (Home(), "$H"),
-    (Home("B"), "$HB"),
-    (SetSetting(100, 26.667), "$100=26.667"),
-    (StoreStartupLine(1, "G54"), "$N1=G54"),
-    (StoreBuildInfo("ARM 3"), "$I=ARM 3"),
-    (Restore("#"), "$RST=#"),
-    (Line(), ""),
-    (Line("G28.1"), "G28.1"),
+    (grbl.Modes(), "G17G21G90G94G54"),
+    (grbl.Modes(relative=True, coordinate_system=59), "G17G21G91G94G59"),
+    (grbl.Coolant(on=True), "M8"),
+    (grbl.Coolant(on=False), "M9"),
+    (grbl.DigitalOutput(0, on=True), "M62P0"),
+    (grbl.DigitalOutput(1, on=False), "M63P1"),
+    (grbl.DigitalOutput(2, on=True, at_once=True), "M64P2"),
+    (grbl.DigitalOutput(3, on=False, at_once=True), "M65P3"),
+    (grbl.Help(), "$"),
+    (grbl.QuerySettings(), "$$"),
+    (grbl.QueryBuildInfo(), "$I"),
+    (grbl.QueryParameters(), "$#"),
+    (grbl.QueryParserState(), "$G"),
+    (grbl.QueryStartupLines(), "$N"),
+    (grbl.Unlock(), "$X"),
+    (grbl.CheckMode(), "$C"),
+    (grbl.Sleep(), "$SLP"),
+    (grbl.Home(), "$H"),
+    (grbl.Home("B"), "$HB"),
+    (grbl.SetSetting(100, 26.667), "$100=26.667"),
+    (grbl.StoreStartupLine(1, "G54"), "$N1=G54"),
+    (grbl.StoreBuildInfo("ARM 3"), "$I=ARM 3"),
+    (grbl.Restore("#"), "$RST=#"),
+    (grbl.Line(), ""),
+    (grbl.Line("G28.1"), "G28.1"),
 ]
 
 REFUSED = [
     *(
-        (lambda bad=bad: SetSetting(1, bad), "value")
+        (lambda bad=bad: grbl.SetSetting(1, bad), "value")
         for bad in (math.nan, math.inf, "1", True, 2e7)
     ),
-    (lambda: Modes(coordinate_system=60), "coordinate_system"),
-    (lambda: DigitalOutput(-1, on=True), "port"),
-    (lambda: SetSetting(-1, 0), "setting"),
-    (lambda: Home("XX"), "axes"),
-    (lambda: Restore("x"), "what"),
-    *((lambda bad=bad: Line(bad), "text") for bad in ("G1\n", "é", "?", "a!", "~", "\x18", 7)),
-    (lambda: Error(0), "code"),
-    (lambda: Banner("1 1"), "version"),
-    (lambda: Parameter("PRB", PLACE), "success"),
-    (lambda: StatusReport(State.IDLE), "machine_position"),
-    (lambda: StatusReport("Id|le", None, PLACE), "state"),
-    (lambda: StatusReport(State.IDLE, None, PLACE, others=("FS:1",)), "others"),
-    (lambda: Dialect(axes="XX"), "axes"),
+    (lambda: grbl.Modes(coordinate_system=60), "coordinate_system"),
+    (lambda: grbl.DigitalOutput(-1, on=True), "port"),
+    (lambda: grbl.SetSetting(-1, 0), "setting"),
+    (lambda: grbl.Home("XX"), "axes"),
+    (lambda: grbl.Restore("x"), "what"),
+    *((lambda bad=bad: grbl.Line(bad), "text") for bad in ("G1\n", "é", "?", "a!", "~", "\x18", 7)),
+    (lambda: grbl.Error(0), "code"),
+    (lambda: grbl.Banner("1 1"), "version"),
+    (lambda: grbl.Parameter("PRB", PLACE), "success"),
+    (lambda: grbl.StatusReport(grbl.State.IDLE), "machine_position"),
+    (lambda: grbl.StatusReport("Id|le", None, PLACE), "state"),
+    (lambda: grbl.StatusReport(grbl.State.IDLE, None, PLACE, others=("FS:1",)), "others"),
+    (lambda: grbl.Dialect(axes="XX"), "axes"),
 ]
 
 
 @pytest.mark.parametrize(("command", "text"), TEXTS)
 def test_the_text_of_every_line(command, text):
     assert command.text == text
-    assert not isinstance(parse_line(text.replace(" ", ""), MEGA_5X), Rejected)
+    assert not isinstance(grbl.parse_line(text.replace(" ", ""), grbl.MEGA_5X), grbl.Rejected)
 
 
 def test_the_table_has_every_line():
-    assert {type(command) for command, _ in TEXTS} == set(get_args(Command))
+    assert {type(command) for command, _ in TEXTS} == set(get_args(grbl.Command))
 
 
 @pytest.mark.parametrize(("build", "field"), REFUSED)
@@ -114,15 +83,15 @@ def test_what_does_not_fit_is_refused_by_its_name(build, field):
 @given(COMMANDS)
 def test_every_line_with_three_decimals_and_four_digits_fits_a_board_of_six_axes(command):
     assert not set(command.text) & set("?!~ \n")
-    assert len(command.text) <= MEGA_5X.max_line
-    assert not isinstance(parse_line(command.text, MEGA_5X), Rejected)
+    assert len(command.text) <= grbl.MEGA_5X.max_line
+    assert not isinstance(grbl.parse_line(command.text, grbl.MEGA_5X), grbl.Rejected)
 
 
 @given(st.floats(-NUMBER_MAX, NUMBER_MAX))
 def test_numbers_are_written_without_exponent_and_as_near_as_eight_digits_and_a_float32_allow(
     value,
 ):
-    text = write_number(value)
+    text = grbl.write_number(value)
     assert set(text) <= set("-.0123456789")
     assert take_number(text, 0) == (float(text), len(text))
     as_float32 = struct.unpack("f", struct.pack("f", float(text)))[0]
@@ -153,4 +122,4 @@ def test_what_is_no_number(text):
     ],
 )
 def test_what_writes_eeprom_is_known(text, writes):
-    assert writes_eeprom(text) is writes
+    assert grbl.writes_eeprom(text) is writes

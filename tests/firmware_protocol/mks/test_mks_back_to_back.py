@@ -130,7 +130,9 @@ MESSES = st.lists(
         FRAMES,
         FRAMES.map(lambda frame: frame[: len(frame) // 2]),
         st.binary(max_size=30),
-        st.builds(Frame, st.integers(0, 7), st.binary(max_size=8)).map(pack),
+        st.builds(
+            lambda node, data: pack(Frame(node, data)), st.integers(0, 7), st.binary(max_size=8)
+        ),
     ),
     max_size=10,
 )

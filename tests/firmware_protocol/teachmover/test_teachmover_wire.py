@@ -6,24 +6,8 @@ import pytest
 from hypothesis import given
 from teachmover_strategies import COMMANDS, REPLIES
 
+from firmware_protocol import teachmover
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.teachmover import (
-    Arm,
-    Close,
-    Command,
-    Delay,
-    Key,
-    ProgramRow,
-    QDump,
-    QWrite,
-    Read,
-    Registers,
-    Reset,
-    Run,
-    Set,
-    Status,
-    Step,
-)
 from firmware_protocol.teachmover.messages import (
     decode_command,
     decode_reply,
@@ -31,32 +15,35 @@ from firmware_protocol.teachmover.messages import (
     encode_reply,
 )
 
-GOLDEN_ROW = ProgramRow(1, 240, (100, -200, 300, -400, 500, -600))
-MOVE = Step(240, (1, -2, 3, -4, 5, -6))
+GOLDEN_ROW = teachmover.ProgramRow(1, 240, (100, -200, 300, -400, 500, -600))
+MOVE = teachmover.Step(240, (1, -2, 3, -4, 5, -6))
 
 COMMAND_BYTES = [
     (MOVE, b"@STEP 240,1,-2,3,-4,5,-6\r"),
-    (Step(0, (0, 0, 0, 0, 0, -32768), 31), b"@STEP 0,0,0,0,0,0,-32768,31\r"),
-    (Step(9, (0, 0, 0, 0, 0, 0), 0), b"@STEP 9,0,0,0,0,0,0,0\r"),
-    (Read(), b"@READ\r"),
-    (Close(), b"@CLOSE\r"),
-    (Close(235), b"@CLOSE 235\r"),
-    (Reset(), b"@RESET\r"),
-    (Set(), b"@SET\r"),
-    (Set(0), b"@SET 0\r"),
-    (Run(), b"@RUN\r"),
-    (QDump(), b"@QDUMP\r"),
-    (QWrite(GOLDEN_ROW), b"@QWRITE 1,3841,14436,28716,43252,65280,65025,64769\r"),
-    (Arm("#"), b"@ARM #\r"),
-    (Delay(12), b"@DELAY 12\r"),
+    (teachmover.Step(0, (0, 0, 0, 0, 0, -32768), 31), b"@STEP 0,0,0,0,0,0,-32768,31\r"),
+    (teachmover.Step(9, (0, 0, 0, 0, 0, 0), 0), b"@STEP 9,0,0,0,0,0,0,0\r"),
+    (teachmover.Read(), b"@READ\r"),
+    (teachmover.Close(), b"@CLOSE\r"),
+    (teachmover.Close(235), b"@CLOSE 235\r"),
+    (teachmover.Reset(), b"@RESET\r"),
+    (teachmover.Set(), b"@SET\r"),
+    (teachmover.Set(0), b"@SET 0\r"),
+    (teachmover.Run(), b"@RUN\r"),
+    (teachmover.QDump(), b"@QDUMP\r"),
+    (teachmover.QWrite(GOLDEN_ROW), b"@QWRITE 1,3841,14436,28716,43252,65280,65025,64769\r"),
+    (teachmover.Arm("#"), b"@ARM #\r"),
+    (teachmover.Delay(12), b"@DELAY 12\r"),
 ]
 
 REPLY_BYTES = [
-    (Status.FAILED, b"0\r"),
-    (Status.DONE, b"1\r"),
-    (Status.STOPPED, b"2\r"),
-    (Registers((0, 0, 0, 0, 0, 0)), b"0,0,0,0,0,0,0\r"),
-    (Registers((1, -2, 3, -4, 5, -6), Key.STOP, 65), b"1,-2,3,-4,5,-6,1857\r"),
+    (teachmover.Status.FAILED, b"0\r"),
+    (teachmover.Status.DONE, b"1\r"),
+    (teachmover.Status.STOPPED, b"2\r"),
+    (teachmover.Registers((0, 0, 0, 0, 0, 0)), b"0,0,0,0,0,0,0\r"),
+    (
+        teachmover.Registers((1, -2, 3, -4, 5, -6), teachmover.Key.STOP, 65),
+        b"1,-2,3,-4,5,-6,1857\r",
+    ),
     (GOLDEN_ROW, b"1,3841,14436,28716,43252,65280,65025,64769\r"),
 ]
 
@@ -66,17 +53,17 @@ TOLERATED_COMMANDS = [
     (b"STEP240,1,-2,3,-4,5,-6", MOVE),
     (b"STE 240,1,-2,3,-4,5,-6", MOVE),
     (b"STEP 240,001,-2,3,-4,5,-6 \n", MOVE),
-    (b"STEP 9,-0,0,0,0,0,0", Step(9, (0, 0, 0, 0, 0, 0))),
-    (b"READ, ", Read()),
-    (b"READ ", Read()),
-    (b"RESET, 0", Reset()),
-    (b"CLOSE, 0", Close()),
-    (b"CLO 235", Close(235)),
-    (b"CLO ", Close()),
-    (b"SET235,", Set(235)),
-    (b"QDUM", QDump()),
-    (b"ARM #,", Arm("#")),
-    (b"ARM!", Arm("!")),
+    (b"STEP 9,-0,0,0,0,0,0", teachmover.Step(9, (0, 0, 0, 0, 0, 0))),
+    (b"READ, ", teachmover.Read()),
+    (b"READ ", teachmover.Read()),
+    (b"RESET, 0", teachmover.Reset()),
+    (b"CLOSE, 0", teachmover.Close()),
+    (b"CLO 235", teachmover.Close(235)),
+    (b"CLO ", teachmover.Close()),
+    (b"SET235,", teachmover.Set(235)),
+    (b"QDUM", teachmover.QDump()),
+    (b"ARM #,", teachmover.Arm("#")),
+    (b"ARM!", teachmover.Arm("!")),
 ]
 
 MALFORMED_COMMANDS = [
@@ -124,10 +111,13 @@ MALFORMED_COMMANDS = [
 ]
 
 TOLERATED_REPLIES = [
-    (b"\n1", Status.DONE),
-    (b"\0\0 1 ", Status.DONE),
-    (b"2,", Status.STOPPED),
-    (b"\n 1, -2 ,3,-4,5,-6,  1857,", Registers((1, -2, 3, -4, 5, -6), Key.STOP, 65)),
+    (b"\n1", teachmover.Status.DONE),
+    (b"\0\0 1 ", teachmover.Status.DONE),
+    (b"2,", teachmover.Status.STOPPED),
+    (
+        b"\n 1, -2 ,3,-4,5,-6,  1857,",
+        teachmover.Registers((1, -2, 3, -4, 5, -6), teachmover.Key.STOP, 65),
+    ),
     (b"1 3841 14436 28716 43252 65280 65025 64769", GOLDEN_ROW),
     (b"1, 3841, 14436, 28716, 43252, 65280, 65025, 64769,", GOLDEN_ROW),
     (b"1,3841,14436,28716,-22284,-256,-511,-767", GOLDEN_ROW),
@@ -168,7 +158,7 @@ def test_the_bytes_of_every_command_both_ways(command, line):
 
 
 def test_the_table_of_bytes_has_every_command():
-    assert {type(command) for command, _ in COMMAND_BYTES} == set(get_args(Command))
+    assert {type(command) for command, _ in COMMAND_BYTES} == set(get_args(teachmover.Command))
 
 
 @pytest.mark.parametrize(("reply", "line"), REPLY_BYTES)

@@ -5,29 +5,28 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values, difference
+from chain_cases import (
+    ALPHA_II,
+    ALPHA_II_AXES,
+    ALPHA_II_TOOL,
+    ASKEW,
+    PUMA,
+    chains_and_values,
+    gap,
+    joint_axes,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics.chains.assignment import AxisLine, JointAxis, Relation, assign_frames, relate
+from kinematics.chains.chain import table_text
 from kinematics.chains.links import Convention, JointKind, assigned_parameters, link_parameters
-from kinematics.chains.tables import table_text
 from kinematics.errors import BadNumber, KinematicsError, ZeroVector
 from kinematics.frames.rotations import from_columns
 from kinematics.frames.transforms import IN_PLACE, compose, transform
 from kinematics.frames.vectors import add, cross, distance, dot, norm, scale, subtract, unit
 
-HAND_FORWARD = from_columns((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0))
 BOTH = pytest.mark.parametrize("convention", Convention)
-
-ALPHA_II_AXES = (
-    JointAxis((0, 0, 0), (0, 0, 1), name="base"),
-    JointAxis((0, 0, 215), (0, 1, 0), name="shoulder"),
-    JointAxis((177.8, 0, 215), (0, 1, 0), name="elbow"),
-    JointAxis((355.6, 0, 215), (0, 1, 0), name="pitch"),
-    JointAxis((355.6, 0, 215), (1, 0, 0), name="roll"),
-)
-ALPHA_II_TOOL = transform(HAND_FORWARD, (485.1, 0.0, 215.0))
 
 
 def turned(point, line, angle):
@@ -51,11 +50,6 @@ def moved(axes, tool, values):
     return transform(from_columns(x, y, z), points[0])
 
 
-coordinates = st.sampled_from([0.0, 100.0, -40.0])
-directions = st.tuples(*[st.sampled_from([0.0, 1.0, -1.0])] * 3).filter(any)
-joint_axes = st.builds(
-    JointAxis, st.tuples(*[coordinates] * 3), directions, st.sampled_from(JointKind)
-)
 tools = st.sampled_from([IN_PLACE, ASKEW, ALPHA_II_TOOL])
 
 
@@ -63,8 +57,8 @@ tools = st.sampled_from([IN_PLACE, ASKEW, ALPHA_II_TOOL])
 def test_the_chain_moves_as_the_axes_do(axes, tool, convention, data):
     values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(axes)))
     chain = assign_frames(axes, tool, convention).chain
-    assert difference(chain.fk(chain.zero), tool) < 1e-6
-    assert difference(chain.fk(values), moved(axes, tool, values)) < 1e-6
+    assert gap(chain.fk(chain.zero), tool) < 1e-6
+    assert gap(chain.fk(values), moved(axes, tool, values)) < 1e-6
 
 
 @given(
@@ -80,8 +74,8 @@ def test_the_chain_moves_as_axes_a_hair_from_parallel_do(leaning, tool, conventi
     ]
     values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(axes)))
     chain = assign_frames(axes, tool, convention).chain
-    assert difference(chain.fk(chain.zero), tool) < 1e-4  # 6e-8 rad of a metre
-    assert difference(chain.fk(values), moved(axes, tool, values)) < 1e-4
+    assert gap(chain.fk(chain.zero), tool) < 1e-4  # 6e-8 rad of a metre
+    assert gap(chain.fk(values), moved(axes, tool, values)) < 1e-4
 
 
 @given(chains_and_values(most=5), st.sampled_from(Convention))
@@ -94,7 +88,7 @@ def test_any_chain_is_assigned_again_from_its_own_axes(case, convention):
     if any(1e-10 < norm(cross(a.direction, b.direction)) < 1e-3 for a, b in pairwise(axes)):
         return  # nearly parallel: the common normal is where rounding puts it
     again = assign_frames(axes, chain.fk(chain.zero), convention).chain
-    assert difference(again.fk(values), chain.fk(values)) < 1e-4
+    assert gap(again.fk(values), chain.fk(values)) < 1e-4
 
 
 def test_the_alpha_ii_has_the_table_of_the_notes():

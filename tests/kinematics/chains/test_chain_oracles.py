@@ -3,7 +3,7 @@
 import warnings
 
 import pytest
-from chain_cases import MINI_MOVER, PUMA, chains_and_values, difference
+from chain_cases import MINI_MOVER, PUMA, chains_and_values, gap
 from hypothesis import given
 
 from kinematics.chains.chain import Chain
@@ -42,14 +42,14 @@ def its_robot(chain: Chain):
 def test_the_toolbox_gives_the_same_transform(case):
     chain, values = case
     theirs = its_robot(chain).fkine(values).A
-    assert difference(chain.fk(values), theirs) < 1e-6
-    assert difference(generated(chain).fk(values), theirs) < 1e-6
+    assert gap(chain.fk(values), theirs) < 1e-6
+    assert gap(generated(chain).fk(values), theirs) < 1e-6
 
 
 @given(chains_and_values(most=6))
 def test_the_toolbox_gives_the_same_jacobian(case):
     chain, values = case
-    assert difference(generated(chain).jacobian(values), its_robot(chain).jacob0(values)) < 1e-6
+    assert gap(generated(chain).jacobian(values), its_robot(chain).jacob0(values)) < 1e-6
 
 
 @pytest.mark.parametrize("chain", [PUMA, MINI_MOVER], ids=lambda chain: chain.name)
@@ -58,4 +58,4 @@ def test_the_toolbox_confirms_what_is_solved_by_numbers(chain):
     goal = its_robot(chain).fkine(values).A
     solution = solve_frame_ik(chain, tuple(map(tuple, goal.tolist())))
     assert solution.ok
-    assert difference(its_robot(chain).fkine(solution.joints).A, goal) < 1e-3
+    assert gap(its_robot(chain).fkine(solution.joints).A, goal) < 1e-3

@@ -4,21 +4,12 @@ import math
 from dataclasses import replace
 
 import pytest
-from chain_cases import (
-    ALPHA_II,
-    ASKEW,
-    MINI_MOVER,
-    QUARTER,
-    chains,
-    chains_and_values,
-    difference,
-)
+from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, QUARTER, chains, chains_and_values, gap
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.chains.chain import Chain
+from kinematics.chains.chain import Chain, chain_of_rows, rows_of, table_text
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.chains.tables import chain_of_rows, rows_of, table_text
 from kinematics.errors import BadNumber, KinematicsError
 from kinematics.frames.transforms import compose, invert, position_of
 from kinematics.frames.vectors import cross, distance, norm, subtract
@@ -30,7 +21,7 @@ def test_the_frames_lead_from_the_base_to_the_tool(case):
     frames = chain.frames(values)
     assert len(frames) == len(chain) + 1
     assert frames[0] == chain.base
-    assert difference(chain.fk(values), compose(frames[-1], chain.tool)) < 1e-9
+    assert gap(chain.fk(values), compose(frames[-1], chain.tool)) < 1e-9
 
 
 @given(chains_and_values(), st.data(), st.floats(-1.0, 1.0))
@@ -155,7 +146,7 @@ def test_a_row_that_cannot_be_read_is_explained(row, message):
 def test_a_tool_is_put_in_the_hand():
     values = (0.1, 0.2, -0.3, 0.4, 0.5)
     held = replace(MINI_MOVER, tool=ASKEW)
-    assert difference(compose(held.fk(values), invert(ASKEW)), MINI_MOVER.fk(values)) < 1e-9
+    assert gap(compose(held.fk(values), invert(ASKEW)), MINI_MOVER.fk(values)) < 1e-9
 
 
 def test_the_sphere_of_reach_is_about_the_shoulder():

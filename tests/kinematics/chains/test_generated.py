@@ -3,13 +3,7 @@
 import ast
 
 import pytest
-from chain_cases import (
-    MINI_MOVER,
-    PUMA,
-    chains,
-    chains_and_values,
-    difference,
-)
+from chain_cases import MINI_MOVER, PUMA, chains, chains_and_values, gap
 from hypothesis import given
 
 from kinematics.chains.chain import Chain
@@ -21,7 +15,7 @@ from kinematics.errors import KinematicsError
 @given(chains_and_values())
 def test_the_generated_transform_is_the_product_of_the_matrices(case):
     chain, values = case
-    assert difference(generated(chain).fk(values), chain.fk(values)) < 1e-9
+    assert gap(generated(chain).fk(values), chain.fk(values)) < 1e-9
 
 
 @given(chains_and_values(most=6))

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from frame_cases import rotations
 from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
@@ -15,9 +16,6 @@ from kinematics.frames.transforms import transform
 from kinematics.frames.vectors import X_AXIS, angle_between, dot, norm
 
 angles = st.floats(-3.0, 3.0)
-rotations = st.builds(
-    lambda a, b, c: multiply(rot_z(a), rot_y(b), rot_x(c)), angles, angles, angles
-)
 hands = st.builds(lambda rotation: transform(rotation, (200.0, 50.0, 100.0)), rotations)
 free_parts = st.sets(st.sampled_from([Part.HEADING, Part.PITCH, Part.ROLL]))
 

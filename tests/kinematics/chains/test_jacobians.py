@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from chain_cases import MINI_MOVER, PUMA, chains_and_values, columns_by_differences, difference
+from chain_cases import MINI_MOVER, PUMA, chains_and_values, columns_by_differences, gap
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
@@ -28,14 +28,14 @@ from kinematics.frames.matrices import singular, transposed
 def test_the_geometric_jacobian_is_what_small_moves_do(case):
     chain, values = case
     columns = transposed(geometric_jacobian(chain, values))
-    assert difference(columns, columns_by_differences(chain, values)) < 1e-4
+    assert gap(columns, columns_by_differences(chain, values)) < 1e-4
 
 
 @given(chains_and_values())
 def test_the_generated_jacobian_is_the_geometric_one(case):
     chain, values = case
     made = generated(chain).jacobian(values)
-    assert difference(made, geometric_jacobian(chain, values)) < 1e-8
+    assert gap(made, geometric_jacobian(chain, values)) < 1e-8
 
 
 def wrapped(angle):
@@ -56,7 +56,7 @@ def test_the_task_jacobian_is_the_derivative_of_the_pose(case):
             + [wrapped(getattr(ends[0], f"{turn}_rad") - getattr(ends[1], f"{turn}_rad")) / 2e-5
                for turn in ("pitch", "roll")]
         )  # fmt: skip
-    assert difference(transposed(task_jacobian(arm, joints)), columns) < 1e-4
+    assert gap(transposed(task_jacobian(arm, joints)), columns) < 1e-4
 
 
 @given(arm_and_posture)
@@ -167,8 +167,8 @@ def test_five_axes_miss_what_they_have_no_axis_for():
     ("rates", "options", "message"),
     [
         ((1.0,), {}, "6 tip rates are needed, not 1"),
-        ((0.0,) * 6, {"length_mm": 0.0}, "length_mm must be above zero"),
-        ((0.0,) * 6, {"threshold": -1.0}, "threshold must be above zero"),
+        ((0.0,) * 6, {"length_mm": 0.0}, "length_mm must be more than 0"),
+        ((0.0,) * 6, {"threshold": -1.0}, "threshold must be more than 0"),
         ((math.nan,) * 6, {}, "a tip rate must be a finite number"),
     ],
 )

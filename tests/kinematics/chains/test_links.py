@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from chain_cases import QUARTER, angles, difference, lengths
+from chain_cases import QUARTER, angles, gap, lengths
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,15 +21,15 @@ def test_the_a_matrix_is_the_product_of_its_four_moves(theta, d, a, alpha):
     along_z, along_x = translation(0.0, 0.0, d), translation(a, 0.0, 0.0)
     standard = compose(turn, along_z, along_x, twist)
     craig = compose(twist, along_x, turn, along_z)
-    assert difference(a_matrix(theta, d, a, alpha), standard) < 1e-9
-    assert difference(a_matrix(theta, d, a, alpha, Convention.CRAIG), craig) < 1e-9
+    assert gap(a_matrix(theta, d, a, alpha), standard) < 1e-9
+    assert gap(a_matrix(theta, d, a, alpha, Convention.CRAIG), craig) < 1e-9
 
 
 @given(angles, lengths, lengths, angles)
 def test_the_two_conventions_are_each_other_read_backwards(theta, d, a, alpha):
     standard = a_matrix(theta, d, a, alpha)
     craig = a_matrix(-theta, -d, -a, -alpha, Convention.CRAIG)
-    assert difference(invert(standard), craig) < 1e-9
+    assert gap(invert(standard), craig) < 1e-9
 
 
 def test_a_quarter_turn_of_twist_leaves_exact_zeros():

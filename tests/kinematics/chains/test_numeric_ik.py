@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 
 import pytest
-from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, PUMA, difference
+from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, PUMA, gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,7 +43,7 @@ def postures(chain, inset=1.0):
 
 def holds(chain, solution, frame):
     """The claim of a solution, checked by the product of the matrices."""
-    assert difference(chain.fk(solution.joints), frame) < 1e-3
+    assert gap(chain.fk(solution.joints), frame) < 1e-3
     assert not chain.violations(solution.joints)
 
 
@@ -210,7 +210,7 @@ def test_no_answer_is_wrong_and_not_flagged(chain):
     frames += [chain.fk(chain.clamp(values)) for values in (chain.zero, bent)]
     for frame in frames:
         solution = solve_frame_ik(chain, frame, effort=Effort(starts=3))
-        off = difference(chain.fk(solution.joints), frame)
+        off = gap(chain.fk(solution.joints), frame)
         assert solution.ok == (off < 1e-3)
         assert not chain.violations(solution.joints)
         assert solution.residual_mm == pytest.approx(

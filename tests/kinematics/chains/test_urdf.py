@@ -1,20 +1,31 @@
-"""The URDF text of an arm means the same arm, to its own reader and to other tools."""
+"""URDF text of an arm means the same arm, here and to other tools; what cannot be used is told."""
 
+import contextlib
 import math
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, postures
 
+from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.chains.urdf import urdf_of_chain
+from kinematics.chains.urdf import (
+    DEEPEST,
+    MOST_CHARACTERS,
+    MOST_ELEMENTS,
+    MOST_JOINTS,
+    STRAIGHT_RAD,
+    read_urdf,
+    urdf_of_chain,
+)
 from kinematics.errors import KinematicsError
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
-from kinematics.frames.transforms import compose, transform
+from kinematics.frames.transforms import compose, position_of, transform
+from kinematics.spaces import Joints
 from kinematics.textbook.efficiency import Ledger
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.systems.mini_movers import urdf_of_arm
@@ -148,3 +159,389 @@ def test_yourdfpy_reads_the_same_arm(name, tmp_path):
     found = np.array(robot.get_transform("tool", "base_link"))
     found[:3, 3] *= 1000.0
     assert_same(found.tolist(), chain.fk(values))
+
+
+TURNS = '<limit lower="-2" upper="2"/>'
+
+
+def joint(name, parent, child, kind="revolute", inside=TURNS):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f"{inside}</joint>"
+    )
+
+
+def urdf(*joints, links="", more=""):
+    """Return a document with these joints and the links a, b, c and d, or others."""
+    made = "".join(f'<link name="{name}"/>' for name in links.split() or "abcd")
+    return f'<robot name="test">{made}{"".join(joints)}{more}</robot>'
+
+
+def two(inside=TURNS, kind="revolute"):
+    """Return a document of two joints, the second of which is the one in question."""
+    return urdf(joint("one", "a", "b"), joint("two", "b", "c", kind, inside), links="a b c")
+
+
+# The same arm: against the specification, written out here, and against other readers.
+
+
+def fk_by_the_specification(placed, values):
+    """Return the tip's frame: of each joint its origin first, then its motion about its axis."""
+    frame = transform(rot_x(0.0), (0.0, 0.0, 0.0))
+    for (xyz, (roll, pitch, yaw), axis), value in zip(placed, values, strict=True):
+        turn = multiply(rot_z(yaw), rot_y(pitch), rot_x(roll))
+        frame = compose(frame, transform(turn, tuple(1000.0 * one for one in xyz)))
+        x, y, z = np.array(axis) / np.linalg.norm(axis)
+        skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        motion = np.eye(3) + math.sin(value) * skew + (1.0 - math.cos(value)) * skew @ skew
+        turned = tuple(map(tuple, motion.tolist()))
+        frame = compose(frame, transform(turned, (0.0, 0.0, 0.0)))
+    return frame
+
+
+def text_of(placed):
+    words = [[" ".join(map(repr, part)) for part in (xyz, rpy, axis)] for xyz, rpy, axis in placed]
+    links = " ".join(f"l{number}" for number in range(len(placed) + 1))
+    return urdf(
+        *(
+            joint(
+                f"j{number}",
+                f"l{number}",
+                f"l{number + 1}",
+                inside=f'<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>{TURNS}',
+            )
+            for number, (xyz, rpy, axis) in enumerate(words)
+        ),
+        links=links,
+    )
+
+
+triples = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+quarters = st.sampled_from((0.0, math.pi / 2, -math.pi / 2, math.pi))
+directions = st.sampled_from(
+    ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
+) | triples.filter(lambda axis: np.linalg.norm(axis) > 0.1)
+placings = st.lists(
+    st.tuples(
+        triples, st.tuples(quarters, quarters, quarters) | st.tuples(*[st.floats(-3, 3)] * 3),
+        directions,
+    ),
+    min_size=1,
+    max_size=7,
+)  # fmt: skip
+
+
+@given(placings, st.data())
+def test_the_chain_is_the_arm_of_the_specification(placed, data):
+    arm = read_urdf(text_of(placed))
+    values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(placed)))
+    assume(not any("parallel" in sentence for sentence in arm.unused))
+    for ours, theirs in zip(
+        arm.chain.fk(values), fk_by_the_specification(placed, values), strict=True
+    ):
+        assert ours == pytest.approx(theirs, abs=1e-5)  # mm; axes may be kilometres apart
+
+
+@given(
+    st.lists(
+        st.builds(
+            DHLink,
+            st.floats(-3.0, 3.0),
+            st.floats(-300.0, 300.0),
+            st.floats(-300.0, 300.0),
+            st.sampled_from((-math.pi / 2, 0.0, math.pi / 2, 0.7)),
+        ),
+        min_size=1,
+        max_size=6,
+    ),
+    st.sampled_from(Convention),
+    st.data(),
+)
+def test_what_is_written_is_read_again(links, convention, data):
+    chain = Chain(tuple(links), convention, tool=transform(rot_x(1.1), (5.0, 0.0, 7.0)))
+    again = read_urdf(urdf_of_chain(chain)).chain
+    values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(links)))
+    assert again.joint_names == chain.joint_names
+    for ours, theirs in zip(again.fk(values), chain.fk(values), strict=True):
+        assert ours == pytest.approx(theirs, abs=1e-5)
+
+
+SIX = [
+    ((0.0, 0.0, 0.12), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    ((0.04, 0.0, 0.06), (1.5708, 0.0, 0.0), (0.0, 0.0, -1.0)),
+    ((0.0, 0.22, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)),
+    ((0.1, 0.0, 0.0), (0.0, 1.5708, 0.0), (0.0, 0.0, 1.0)),
+    ((0.0, 0.0, 0.12), (0.0, -1.5708, 0.0), (0.0, 0.0, -1.0)),
+    ((0.05, 0.0, 0.0), (0.0, 1.5708, 0.0), (0.0, 0.0, 1.0)),
+]
+VALUES = (0.3, 0.5, -0.7, 0.2, -0.4, 0.6)
+
+
+def test_yourdfpy_reads_the_text_as_it_is_read_here(tmp_path):
+    yourdfpy = pytest.importorskip("yourdfpy", reason="yourdfpy is not installed")
+    path = tmp_path / "six.urdf"
+    path.write_text(text_of(SIX), encoding="utf-8")
+    robot = yourdfpy.URDF.load(str(path), build_scene_graph=True, load_meshes=False)
+    arm = read_urdf(text_of(SIX))
+    robot.update_cfg(dict(zip(arm.chain.joint_names, VALUES, strict=True)))
+    found = np.array(robot.get_transform(arm.tip, arm.base))[:3, 3] * 1000.0
+    assert tuple(robot.actuated_joint_names) == arm.chain.joint_names
+    # it takes 1.5708 as it stands: 4e-6 rad at each of four joints of an arm of half a metre
+    assert found == pytest.approx(np.array(position_of(arm.chain.fk(VALUES))), abs=0.01)
+
+
+def test_rounded_quarter_turns_make_a_plain_link_table():
+    rows = read_urdf(text_of(SIX)).chain.links
+    quarter = math.pi / 2
+    assert [(link.d_mm, link.a_mm, link.alpha_rad) for link in rows[:5]] == [
+        (pytest.approx(60.0), pytest.approx(40.0), pytest.approx(-quarter)),
+        (0.0, pytest.approx(220.0), 0.0),
+        (0.0, 0.0, pytest.approx(-quarter)),
+        (pytest.approx(220.0), 0.0, pytest.approx(quarter)),
+        (0.0, 0.0, pytest.approx(-quarter)),
+    ]
+    arm = ChainArm(read_urdf(text_of(SIX)).chain)
+    assert max(map(max, arm.points(Joints(VALUES, arm.joint_names)))) < 600.0
+
+
+@pytest.mark.parametrize(
+    ("word", "degrees"),
+    [
+        ("1.5708", 90.0),
+        ("1.57079", 90.0),  # cut off
+        ("1.57", 90.0),
+        ("-3.14", -180.0),
+        ("3.1416", 180.0),
+        ("0.7854", 45.0),
+        ("-0.5236", -30.0),
+        ("1.58", math.degrees(1.58)),
+        ("1.56", math.degrees(1.56)),
+        ("1.6", math.degrees(1.6)),
+        ("0.79", math.degrees(0.79)),  # too short to be sure
+        ("0.52", math.degrees(0.52)),
+        ("1.5709", math.degrees(1.5709)),
+        ("1.57e0", math.degrees(1.57)),
+        ("0", 0.0),
+    ],
+)
+def test_an_angle_is_read_as_the_one_that_it_rounds(word, degrees):
+    arm = read_urdf(two(f'<origin rpy="0 0 {word}"/><axis xyz="0 0 1"/>{TURNS}'))
+    frame = arm.chain.fk((0.0, 0.0))
+    assert math.remainder(
+        math.atan2(frame[1][0], frame[0][0]) - math.radians(degrees), math.tau
+    ) == (pytest.approx(0.0, abs=1e-12))
+    changed = abs(math.radians(degrees) - float(word)) > 1e-9
+    assert any(f"{word} as {degrees:g}°" in sentence for sentence in arm.unused) == changed
+
+
+@pytest.mark.parametrize("off", [1e-11, 1e-8, 1e-6, 1e-4, 0.9 * STRAIGHT_RAD])
+def test_axes_that_are_meant_to_be_parallel_are_and_the_note_says_so(off):
+    rpy = f"{off!r} 0.0 0.0"
+    text = two(f'<origin xyz="0.2 0 0" rpy="{rpy}"/><axis xyz="0 0 1"/>{TURNS}').replace(
+        TURNS, f'<axis xyz="0 0 1"/>{TURNS}', 1
+    )
+    arm = read_urdf(text)
+    assert arm.chain.links[0].alpha_rad == 0.0
+    assert arm.chain.links[0].a_mm == pytest.approx(200.0)
+    assert any("taken as parallel" in sentence for sentence in arm.unused)
+
+
+def test_parallel_axes_say_how_far_they_move_the_tip():
+    near = [*SIX]
+    near[2] = ((0.0, 0.22, 0.0), (1e-3, 0.0, 0.0), (0.0, 0.0, -1.0))
+    arm = read_urdf(text_of(near))
+    (sentence,) = (one for one in arm.unused if "move the tip" in one)
+    said_mm = float(sentence.split()[-2])
+    assert 0.01 < said_mm < 1.0
+    off = np.subtract(
+        position_of(arm.chain.fk(VALUES)), position_of(fk_by_the_specification(near, VALUES))
+    )
+    assert np.linalg.norm(off) < 3.0 * said_mm + 0.01
+
+
+# Which part of a URDF is the arm.
+
+GRIPPER = (
+    joint("one", "a", "b"),
+    joint("two", "b", "c"),
+    joint("left", "c", "l", "prismatic", '<limit lower="0" upper="0.03"/>'),
+    joint("right", "c", "r", "prismatic", '<mimic joint="left"/><limit lower="0" upper="0.03"/>'),
+)
+
+
+@pytest.mark.parametrize(
+    ("joints", "links", "tip", "names"),
+    [
+        (GRIPPER, "a b c l r", "c", ("one", "two")),
+        ((*GRIPPER, joint("t", "c", "tool0", "fixed")), "a b c l r tool0", "tool0", ("one", "two")),
+        ((joint("one", "a", "b"), joint("w", "b", "c", "fixed")), "a b c", "c", ("one",)),
+        (
+            (
+                joint("one", "a", "b"),
+                joint("x", "b", "cam", "fixed"),
+                joint("y", "b", "f", "fixed"),
+            ),
+            "a b cam f", "b", ("one",),
+        ),
+        (
+            (joint("x", "a", "cam", "fixed"), joint("one", "a", "b"), joint("two", "b", "c")),
+            "a b c cam", "c", ("one", "two"),
+        ),
+        ((joint("w", "world", "a", "fixed"), joint("one", "a", "b")), "world a b", "b", ("one",)),
+        ((joint("x", "a", "tool", "fixed"), joint("one", "a", "b")), "a b tool", "b", ("one",)),
+    ],
+)  # fmt: skip
+def test_the_arm_ends_where_its_joints_branch_or_at_its_tool(joints, links, tip, names):
+    arm = read_urdf(urdf(*joints, links=links))
+    assert (arm.tip, arm.chain.joint_names) == (tip, names)
+
+
+def test_another_end_and_another_beginning_can_be_named():
+    text = urdf(*GRIPPER, links="a b c l r")
+    arm = read_urdf(text, tip="l")
+    assert arm.chain.joint_names == ("one", "two", "left")
+    assert arm.chain.kinds[-1] is JointKind.PRISMATIC
+    assert arm.chain.limits[-1] == (0.0, 30.0)
+    assert position_of(arm.chain.fk((0.0, 0.0, 20.0))) == pytest.approx((20.0, 0.0, 0.0))
+    assert "right" in arm.unused[0]
+    assert read_urdf(text.replace('"c"', '"tool0"'), base="b").tip == "tool0"
+    arm = read_urdf(text, base="b", tip="c")
+    assert (arm.base, arm.chain.joint_names) == ("b", ("two",))
+
+
+def test_names_are_made_words_that_calls_can_use():
+    arm = read_urdf(
+        urdf(joint("Revolute 1", "a", "b"), joint("Revolute-1", "b", "c"), joint("2", "c", "d"))
+    )
+    assert arm.chain.joint_names == ("Revolute_1", "Revolute_1_", "joint_2")
+    assert "joint 'Revolute 1' is called Revolute_1 here" in arm.unused
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (two(""), "joint 'two' gives no limits"),
+        (two('<limit lower="0" upper="0"/>'), "joint 'two' gives no limits"),
+        (two('<limit effort="1"/>'), "joint 'two' gives no limits"),
+        (two('<limit lower="-1" upper="1"/>', "continuous"), "continuous: URDF ignores its limits"),
+        (urdf(*GRIPPER, links="a b c l r"), "joints that are not part of it: left, right"),
+        (two(f"{TURNS}<dynamics damping='1'/><dynamics/>"), "<dynamics> (2)"),
+        (two(f"{TURNS}<safety_controller/>"), "<safety_controller> (1)"),
+        (urdf(joint("j", "a", "b"), links="a b", more="<transmission/>"), "transmissions (1)"),
+        (urdf(joint("j", "a", "b"), links="a b", more="<gazebo/><gazebo/>"), "<gazebo> (2)"),
+        (
+            urdf(joint("j", "a", "b"), links="a b").replace(
+                '<link name="a"/>',
+                '<link name="a"><inertial/><collision/><visual><geometry><mesh '
+                'filename="package://x/a.stl"/></geometry></visual></link>',
+            ),
+            "mesh files (1), named by package:// paths",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_not_used_is_named(text, said):
+    assert any(said in sentence for sentence in read_urdf(text).unused)
+
+
+def test_an_arm_of_plain_parts_leaves_nothing_to_say():
+    assert read_urdf(two()).unused == ()
+    assert read_urdf(two()).meshes == ()
+
+
+# What is refused.
+
+BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">
+<!ENTITY c "&b;&b;&b;&b;&b;&b;&b;&b;">]><robot name="&c;"/>"""
+OUTSIDE = '<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot name="&a;"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "not valid XML: no element found"),
+        ("six.urdf", "not valid XML: syntax error: line 1"),
+        ("<robot>", "not valid XML"),
+        ("<robot>\0</robot>", "not valid XML"),
+        ("<robot>\ud800</robot>", "not valid XML"),
+        ("<sdf/>", "outer element is <robot>, not <sdf>"),
+        ("<robot/>", "describes no link"),
+        (BOMB, "declares a document type"),
+        (OUTSIDE, "declares a document type"),
+        ("<robot>&x;</robot>", "not valid XML: undefined entity"),
+        ("<r>" * (DEEPEST + 1), f"more than {DEEPEST} deep"),
+        (f"<robot>{'<link/>' * MOST_ELEMENTS}</robot>", f"more than {MOST_ELEMENTS} elements"),
+        (" " * (MOST_CHARACTERS + 1), f"at most {MOST_CHARACTERS} characters"),
+        (
+            urdf(*(joint(f"j{n}", "a", "b", "fixed") for n in range(MOST_JOINTS + 1))),
+            f"at most {MOST_JOINTS} joints",
+        ),
+        ('<robot xmlns:xacro="x"><xacro:macro name="arm"/></robot>', "is a xacro file"),
+        (two('<limit lower="${-pi}" upper="1"/>'), "is a xacro file"),
+        (urdf(joint("j", "a", "b", "hinge")), "is of the type 'hinge'"),
+        (urdf(joint("", "a", "b")), "a joint without a name"),
+        (urdf('<joint name="j" type="fixed"><parent link="a"/></joint>'), "link is its child"),
+        (urdf(joint("j", "a", "bb")), "joins a link 'bb', which the URDF does not describe"),
+        (urdf(joint("j", "a", "b"), joint("j", "b", "c")), "several joints named 'j'"),
+        (urdf(links="a b b"), "several links named 'b'"),
+        (urdf(joint("j", "a", "b")), "several bases (a, c, d): name one as base_link"),
+        (urdf(joint("j", "a", "b"), joint("k", "a", "b"), links="a b"), "is moved by two joints"),
+        (urdf(joint("j", "a", "b"), joint("k", "b", "a"), links="a b"), "form a loop"),
+        (urdf(joint("j", "a", "b", "fixed"), links="a b"), "no joint from 'a' on that moves"),
+        (
+            urdf(joint("j", "a", "b"), joint("k", "a", "c"), links="a b c"),
+            "branches at link 'a', to 'b', 'c'",
+        ),
+        (two(kind="floating"), "'two' is floating: an arm's joints turn or slide"),
+        (two(kind="planar"), "'two' is planar"),
+        (two(f'<mimic joint="one"/>{TURNS}'), "'two' follows joint 'one' (mimic)"),
+        (two('<limit lower="2" upper="-2"/>'), "its lower limit 2 is above its upper one -2"),
+        (two(f'<axis xyz="0 0 0"/>{TURNS}'), "axis xyz 0 0 0 has no direction"),
+        (two(f'<axis xyz="0 1"/>{TURNS}'), "axis xyz has three numbers, not '0 1'"),
+        (two(f'<axis xyz="0 1 up"/>{TURNS}'), "'up' is not a number"),
+        (two(f'<origin xyz="nan 0 0"/>{TURNS}'), "'nan' is not a number"),
+        (two(f'<origin xyz="1e400 0 0"/>{TURNS}'), "is not a number"),
+        (two(f'<origin rpy="0 1_0 0"/>{TURNS}'), "'1_0' is not a number"),
+        (two('<limit lower="-inf" upper="1"/>'), "'-inf' is not a number"),
+    ],
+    ids=lambda text: text[:24],
+)  # fmt: skip
+def test_what_describes_no_chain_is_refused_in_a_sentence(text, said):
+    with pytest.raises(KinematicsError) as caught:
+        read_urdf(text)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("named", "said"),
+    [
+        ({"tip": "cc"}, "no link 'cc' for tip_link"),
+        ({"base": "x"}, "no link 'x' for base_link"),
+        ({"base": "c", "tip": "a"}, "no joints lead from link 'c' to link 'a'"),
+        ({"base": "a", "tip": "a"}, "no joint between 'a' and 'a' that moves"),
+    ],
+)
+def test_a_link_that_is_not_there_is_named(named, said):
+    with pytest.raises(KinematicsError) as caught:
+        read_urdf(two(), **named)
+    assert said in str(caught.value)
+
+
+@given(st.text(max_size=200) | st.binary(max_size=200).map(lambda data: data.decode("latin-1")))
+@example("<robot name='x'><link name='a'/><joint/></robot>")
+def test_any_text_is_read_or_refused(text):
+    with contextlib.suppress(KinematicsError):
+        read_urdf(text)
+
+
+@given(st.data())
+def test_a_damaged_document_is_read_or_refused(data):
+    text = text_of(SIX)
+    start = data.draw(st.integers(0, len(text)))
+    end = min(start + data.draw(st.integers(0, 30)), len(text))
+    damaged = text[:start] + data.draw(st.text("<>/=\"' az019.e-", max_size=8)) + text[end:]
+    try:
+        chain = read_urdf(damaged).chain
+    except KinematicsError:
+        return
+    assert all(math.isfinite(entry) for row in chain.fk(chain.zero) for entry in row)

@@ -8,11 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import (
+    HALF_TURNS,
     TEACHMOVER,
     UNEVEN,
     arm_and_posture,
     distance_mm,
     goals,
+    postures,
     same_pose,
     turn_between,
 )
@@ -31,6 +33,12 @@ from kinematics import (
     Unreachable,
 )
 from kinematics.presets import PRESETS
+
+FREE = FiveAxisArm(150.0, 120.0, 120.0, 80.0, (JointRange.of(-400, 400),) * 5)
+"""Every joint turns more than once, so that each angle has several turns to choose from."""
+
+arms = st.sampled_from((TEACHMOVER, UNEVEN, FREE, HALF_TURNS))
+seeds = st.tuples(*[st.floats(-4.0, 4.0)] * 5)
 
 
 def test_the_zero_posture_stretches_forward_at_shoulder_height():
@@ -80,7 +88,7 @@ def test_the_posture_itself_is_among_the_branches_of_its_pose(case):
     assert nearest < 1e-5
 
 
-@given(arm_and_posture)
+@given(arms.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))))
 def test_ik_returns_a_posture_within_limits_for_every_pose_that_one_has(case):
     arm, joints = case
     pose = arm.fk(joints)
@@ -280,3 +288,22 @@ def test_solving_on_bare_floats_is_the_same_as_solving_poses(case):
     goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
     assert arm.solve_angles(goal, joints.angles_rad) == arm.solve(pose, joints).angles_rad
     assert arm.solve_angles((2000.0, *goal[1:]), joints.angles_rad) is None
+
+
+def best_of_all(arm, goal, seed):
+    """The least sum of squared changes of any branch within limits, or None."""
+    inside = [one.joints for one in arm.branches(goal, seed) if one.within_limits]
+    return min((change(joints, seed) for joints in inside), default=None)
+
+
+def change(joints, seed):
+    return sum((a - b) ** 2 for a, b in zip(joints, seed, strict=True))
+
+
+@given(arms, goals, seeds)
+def test_no_branch_within_limits_is_nearer_to_the_seed(arm, goal, angles):
+    seed = Joints((arm.limits[0].clamp(angles[0]), *angles[1:]))
+    found, least = arm.solve(goal, seed), best_of_all(arm, goal, seed)
+    assert (found is None) == (least is None)
+    if found is not None and least is not None:
+        assert math.isclose(change(found, seed), least, rel_tol=1e-9, abs_tol=1e-9)

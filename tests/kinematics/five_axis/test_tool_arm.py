@@ -8,6 +8,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from kinematics_cases import TEACHMOVER as BARE
+from kinematics_cases import postures, same_pose
 
 from kinematics import (
     FiveAxisArm,
@@ -17,25 +19,14 @@ from kinematics import (
     Pose,
     Unreachable,
     line_path,
-    preset,
 )
 from kinematics.five_axis.tool_arm import ToolArm, holding
 from kinematics.frames.vectors import cross
 from kinematics.geometry import Tool
 
-BARE = preset("teachmover").arm
 LENGTHS = st.floats(-80.0, 80.0)
 TOOLS = st.builds(Tool, along_mm=st.floats(0.0, 120.0), up_mm=LENGTHS, side_mm=LENGTHS)
-POSTURES = st.tuples(*(st.floats(bounds.low_rad, bounds.high_rad) for bounds in BARE.limits)).map(
-    Joints
-)
-
-
-def near(a: Pose, b: Pose) -> bool:
-    turns = (a.pitch_rad - b.pitch_rad, a.roll_rad - b.roll_rad)
-    return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm)) < 1e-3 and all(
-        abs(math.remainder(turn, math.tau)) < 1e-6 for turn in turns
-    )
+POSTURES = postures(BARE)
 
 
 @given(POSTURES, TOOLS)
@@ -46,19 +37,19 @@ def test_what_the_inverse_finds_holds_the_tool_where_it_was(joints: Joints, tool
     assume(abs(outwards) > 1.0)  # over the base axis no direction is outwards
     found = arm.solve(pose, joints)
     assert found is not None
-    assert near(arm.fk(found), pose)
+    assert same_pose(arm.fk(found), pose, mm=1e-3)
 
 
 @given(POSTURES)
 def test_no_tool_changes_nothing(joints: Joints) -> None:
     arm = ToolArm(BARE, Tool())
-    assert near(arm.fk(joints), BARE.fk(joints))
+    assert same_pose(arm.fk(joints), BARE.fk(joints), mm=1e-3)
 
 
 @given(POSTURES, st.floats(0.0, 150.0))
 def test_a_tool_along_the_hand_is_a_longer_hand(joints: Joints, along_mm: float) -> None:
     longer = replace(BARE, hand_mm=BARE.hand_mm + along_mm)
-    assert near(ToolArm(BARE, Tool(along_mm)).fk(joints), longer.fk(joints))
+    assert same_pose(ToolArm(BARE, Tool(along_mm)).fk(joints), longer.fk(joints), mm=1e-3)
 
 
 def test_up_is_up_and_side_is_to_the_right_of_a_level_hand() -> None:
@@ -106,15 +97,15 @@ def test_a_line_of_an_offset_tool_is_straight() -> None:
         way = (goal.x_mm - first.x_mm, goal.y_mm - first.y_mm, goal.z_mm - first.z_mm)
         across = cross(off, way)
         assert math.hypot(*across) / math.hypot(*way) < 0.2, index
-    assert near(pose, goal)
-    assert near(line.pose(1.0), goal)
+    assert same_pose(pose, goal, mm=1e-3)
+    assert same_pose(line.pose(1.0), goal, mm=1e-3)
 
 
 def test_a_point_nearer_to_the_axis_than_the_tool_is_refused_with_one_in_reach() -> None:
     arm = ToolArm(BARE, Tool(side_mm=50))
     with pytest.raises(Unreachable, match="beside the arm's plane") as refusal:
         arm.ik(Pose.of(x_mm=20, y_mm=0, z_mm=300, pitch_deg=0))
-    assert near(arm.fk(arm.ik(refusal.value.nearest)), refusal.value.nearest)
+    assert same_pose(arm.fk(arm.ik(refusal.value.nearest)), refusal.value.nearest, mm=1e-3)
 
 
 def test_a_pose_out_of_reach_is_refused_with_one_in_reach() -> None:
@@ -122,7 +113,7 @@ def test_a_pose_out_of_reach_is_refused_with_one_in_reach() -> None:
     with pytest.raises(Unreachable) as refusal:
         arm.ik(Pose.of(x_mm=700, y_mm=0, z_mm=100, pitch_deg=0))
     nearest = refusal.value.nearest
-    assert near(arm.fk(arm.ik(nearest)), nearest)
+    assert same_pose(arm.fk(arm.ik(nearest)), nearest, mm=1e-3)
 
 
 @given(TOOLS, st.floats(0.0, 700.0), st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0))

@@ -3,7 +3,8 @@
 import math
 
 import pytest
-from frame_cases import directed, gap, vectors
+from chain_cases import gap
+from frame_cases import directed, vectors
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -6,14 +6,12 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import PUMA, START, TABLE, TEACHMOVER, distance_mm, same_pose
+from kinematics_cases import LAMP, PUMA, START, TABLE, TEACHMOVER, VICE, distance_mm, same_pose
 
 from kinematics import Guards, Joints, Pose, nearest_allowed
 from kinematics.guards.guards import AngleSum
 from kinematics.guards.shapes import Box
 
-VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
-LAMP = Box("lamp", (250.0, -250.0, 250.0), (330.0, -120.0, 700.0))
 BOXED = Guards(radii_mm=(35.0, 30.0, 25.0), boxes=(VICE, LAMP))
 BASED = replace(BOXED, boxes=(), base_radius_mm=60.0, base_top_mm=150.0)
 LEVEL = AngleSum(

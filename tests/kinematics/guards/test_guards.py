@@ -6,13 +6,11 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, distance_mm, goals, postures, same_pose
+from kinematics_cases import LOOSE, TEACHMOVER, distance_mm, goals, postures, same_pose
 
-from kinematics import Guards, JointRange, Joints, Pose, nearest_allowed
+from kinematics import Guards, Joints, Pose, nearest_allowed
 
 GUARDS = Guards()
-LOOSE = replace(TEACHMOVER, limits=(JointRange.of(-180, 180),) * 5)
-"""The same links with nothing in their way: guards are tried where limits would keep it out."""
 
 
 def at(x_mm, z_mm, pitch_deg, elbow="up", arm=LOOSE):

@@ -6,14 +6,13 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, postures
+from kinematics_cases import LOOSE, TEACHMOVER, VICE, postures
 
-from kinematics import PRESETS, Guards, JointRange, Joints, KinematicsError, Pose, preset, system
+from kinematics import PRESETS, Guards, Joints, KinematicsError, Pose, preset, system
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.frames.transforms import translation
-from kinematics.guards.guards import AngleSum
-from kinematics.guards.links import link_names
+from kinematics.guards.guards import AngleSum, link_names
 from kinematics.guards.shapes import Box
 
 OPEN = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None, table=False)
@@ -21,7 +20,6 @@ OPEN = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=N
 
 THICK = replace(OPEN, radii_mm=(35.0, 30.0, 25.0))
 BASED = replace(THICK, base_radius_mm=60.0, base_top_mm=150.0)
-VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
 BOXED = replace(THICK, boxes=(VICE,))
 FOREARM = AngleSum(
     "forearm elevation",
@@ -29,7 +27,6 @@ FOREARM = AngleSum(
     math.radians(-100.0),
     math.radians(45.0),
 )
-LOOSE = replace(TEACHMOVER, limits=(JointRange.of(-180, 180),) * 5)
 DOWN = -math.pi / 2
 
 

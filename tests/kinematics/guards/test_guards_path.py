@@ -7,16 +7,13 @@ import pytest
 from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kinematics_cases import MINI, PUMA, TEACHMOVER, UNEVEN, postures
+from kinematics_cases import LAMP, TEACHMOVER, UNEVEN, VICE, postures
 
 from kinematics import Guards, JointPath, Joints, Pose, first_violation, line_path
 from kinematics.guards.guards import AngleSum
-from kinematics.guards.path import turns_upright
 from kinematics.guards.shapes import Box
 
-VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
 WALL = Box("wall", (-500.0, 200.0, -10.0), (500.0, 204.0, 600.0))
-LAMP = Box("lamp", (250.0, -250.0, 250.0), (330.0, -120.0, 700.0))
 FOREARM = AngleSum("forearm elevation", (("shoulder", 1.0), ("elbow", 1.0)), -1.8, 0.8)
 EVERYTHING = Guards(
     radii_mm=(35.0, 30.0, 25.0),
@@ -139,18 +136,8 @@ def test_a_few_looks_prove_a_long_line_in_the_open():
     end = Pose.of(x_mm=300, y_mm=110, z_mm=150, pitch_deg=-90)
     waypoints = line_path(TEACHMOVER, start, end)
     arm = Counting(TEACHMOVER)
-    turns_upright(arm)
-    arm.looks = 0
     assert first_violation(arm, POINTS, waypoints) is None
     assert arm.looks <= 3 * len(waypoints)
-
-
-def test_only_an_arm_that_turns_about_the_vertical_of_the_origin_is_upright():
-    assert all(turns_upright(arm) for arm in (TEACHMOVER, UNEVEN, MINI, PUMA))
-    chain = MINI.chain
-    ((a, b, c, _), *others) = chain.base
-    beside = replace(MINI, chain=replace(chain, base=((a, b, c, 50.0), *others)))
-    assert not turns_upright(beside)
 
 
 @given(st.floats(-60.0, -2.0), st.floats(-1.0, 1.0), st.floats(-0.6, 0.6))

@@ -9,7 +9,8 @@ import pytest
 from amounts import amount
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, UNEVEN, same_pose
+from kinematics_cases import PUMA, TEACHMOVER, UNEVEN, same_pose
+from kinematics_cases import START as PUMA_START
 from route_cases import START, at, point, pose, poses, sharpest_deg, tip
 
 from kinematics import (
@@ -18,17 +19,12 @@ from kinematics import (
     PathBroken,
     arc_path,
     line_path,
-    system,
 )
-from kinematics.chains.arm import ChainArm
 from kinematics.five_axis.tool_arm import ToolArm
-from kinematics.frames.transforms import translation
 from kinematics.frames.vectors import cross, dot, subtract, unit
 from kinematics.geometry import Tool
 from kinematics.paths.curves import round_through
 
-PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
-PUMA_START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
 POINTS = st.tuples(*[st.floats(-400.0, 400.0)] * 3)
 SHARES = st.floats(0.0, 1.0)
 

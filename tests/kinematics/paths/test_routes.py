@@ -7,9 +7,9 @@ import pytest
 from amounts import amount
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from kinematics_cases import TEACHMOVER, UNEVEN, same_pose
+from kinematics_cases import PUMA, TEACHMOVER, UNEVEN, same_pose
+from kinematics_cases import START as PUMA_START
 from route_cases import START, point, pose, poses, reached, sharpest_deg, tip
-from test_arcs import PUMA, PUMA_START
 
 from kinematics import (
     ArcPart,

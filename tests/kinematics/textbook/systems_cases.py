@@ -1,8 +1,8 @@
 """Strategies and comparisons for the named systems."""
 
 import math
-from itertools import chain as joined
 
+from chain_cases import gap
 from hypothesis import strategies as st
 
 from kinematics.chains.links import JointKind
@@ -26,13 +26,6 @@ def postures(system):
     return st.tuples(
         *(_values(*limits, kind) for limits, kind in zip(chain.limits, chain.kinds, strict=True))
     )
-
-
-def gap(a, b):
-    """The largest difference of two matrices or two tuples, entry by entry."""
-    if isinstance(a[0], tuple):
-        a, b = tuple(joined(*a)), tuple(joined(*b))
-    return max(abs(x - y) for x, y in zip(a, b, strict=True))
 
 
 def symbols_gap(symbolic, numeric, values):

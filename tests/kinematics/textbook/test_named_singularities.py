@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from kinematics.chains.tables import chain_of_rows
+from kinematics.chains.chain import chain_of_rows
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import rotation_of
 from kinematics.textbook.study import (

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from chain_cases import difference
+from chain_cases import gap
 
 from armdrive.config.link_model import read_model
 from kinematics import preset
@@ -76,8 +76,8 @@ def test_every_name_has_its_matrices_their_product_and_the_posture_among_its_sol
     found, chain = study(subject, values), subject.chain
     assert len(found.matrices) == len(chain) == len(found.jacobian[0])
     assert not found.violations
-    assert difference(found.frame, subject.system.fk(values)) < 1e-9
-    assert difference(found.frame, compose(chain.base, *found.matrices, chain.tool)) < 1e-9
+    assert gap(found.frame, subject.system.fk(values)) < 1e-9
+    assert gap(found.frame, compose(chain.base, *found.matrices, chain.tool)) < 1e-9
     assert found.branches[found.here].joints == pytest.approx(values)
     for branch in found.branches:
         assert found.comes_to(branch) == pytest.approx(found.goal, abs=1e-9)
@@ -172,7 +172,7 @@ def test_a_table_with_a_closed_form_has_all_its_solutions(scara):
     assert [branch.name for branch in found.branches] == [f"solution {n}" for n in range(1, 9)]
     assert found.branches[found.here].joints == pytest.approx(values)
     for branch in found.branches:
-        assert difference(table.chain.fk(branch.joints), found.frame) < 1e-5
+        assert gap(table.chain.fk(branch.joints), found.frame) < 1e-5
         assert branch.violations == table.chain.violations(branch.joints)
     text = text_of(found, 200)
     assert "class: spherical wrist: the last three axes meet in one point" in text

@@ -3,10 +3,11 @@
 import math
 
 import pytest
+from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import Dual
-from systems_cases import gap, postures, same_goal, same_joints
+from systems_cases import postures, same_goal, same_joints
 
 from kinematics.chains.links import JointKind
 from kinematics.errors import BadNumber, KinematicsError, OutOfReach, UnknownSystem

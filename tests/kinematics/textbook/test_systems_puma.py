@@ -3,9 +3,10 @@
 import math
 
 import pytest
+from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
-from systems_cases import gap, postures, same_joints
+from systems_cases import postures, same_joints
 
 from kinematics.chains.closed_form import closed_form
 from kinematics.errors import OutOfReach

@@ -3,9 +3,10 @@
 import math
 
 import pytest
+from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
-from systems_cases import gap, postures
+from systems_cases import postures
 
 from kinematics.chains.links import JointKind
 from kinematics.errors import OutOfReach

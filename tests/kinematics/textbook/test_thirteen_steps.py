@@ -3,13 +3,12 @@
 import math
 
 import pytest
-from chain_cases import difference
+from chain_cases import ALPHA_II_AXES, ALPHA_II_TOOL, gap, joint_axes
 from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics.chains.assignment import (
     JointAxis,
-    ZeroPosition,
     assign_frames,
     tip_frame,
     zero_position,
@@ -27,17 +26,6 @@ BOTH = pytest.mark.parametrize("convention", Convention)
 UP = JointAxis((0, 0, 0), (0, 0, 1))
 TOOL = tip_frame(UP, (0, 0, 300))
 
-ALPHA_II = ZeroPosition(
-    (
-        JointAxis((0, 0, 0), (0, 0, 1), name="base"),
-        JointAxis((0, 0, 215), (0, 1, 0), name="shoulder"),
-        JointAxis((177.8, 0, 215), (0, 1, 0), name="elbow"),
-        JointAxis((355.6, 0, 215), (0, 1, 0), name="pitch"),
-        JointAxis((355.6, 0, 215), (1, 0, 0), name="roll"),
-    ),
-    tip_frame(JointAxis((355.6, 0, 215), (1, 0, 0)), (485.1, 0, 215), normal=(0, 0, 1)),
-)
-
 
 def assigned(axes, tool=TOOL, convention=Convention.STANDARD):
     return assign_frames(axes, tool, convention)
@@ -53,7 +41,7 @@ def step(found, number, index):
 @BOTH
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_every_step_is_taken_once_for_each_frame_and_link(count, convention):
-    found = assigned(ALPHA_II.axes[:count], ALPHA_II.tool, convention)
+    found = assigned(ALPHA_II_AXES[:count], ALPHA_II_TOOL, convention)
     taken = [(one.number, one.known.index) for one in assignment_steps(found)]
     frames = [(number, k) for k in range(1, count) for number in range(3, 8)]
     links = [(number, k) for k in range(1, count + 1) for number in range(9, 14)]
@@ -61,7 +49,7 @@ def test_every_step_is_taken_once_for_each_frame_and_link(count, convention):
 
 
 def test_the_points_b_are_where_the_lecture_has_them():
-    found = assigned(ALPHA_II.axes, ALPHA_II.tool)
+    found = assigned(ALPHA_II_AXES, ALPHA_II_TOOL)
     shoulder, elbow, wrist, tip = ((x, 0.0, 215.0) for x in (0.0, 177.8, 355.6, 485.1))
     for point, expected in zip(found.points, (shoulder, shoulder, elbow, wrist, tip), strict=True):
         assert point == pytest.approx(expected)
@@ -91,7 +79,7 @@ def test_the_points_b_are_where_the_lecture_has_them():
     ],
 )
 def test_a_step_of_the_alpha_ii_states_what_it_gives(number, index, standard, craig, convention):
-    found = assigned(ALPHA_II.axes, ALPHA_II.tool, convention)
+    found = assigned(ALPHA_II_AXES, ALPHA_II_TOOL, convention)
     said = " ".join(step(found, number, index).lines)
     assert said.startswith(f"{number}. ")
     assert (standard if convention is Convention.STANDARD else craig) in said
@@ -132,7 +120,7 @@ def test_a_slide_has_no_place_of_its_own(convention):
 
 
 def test_a_frame_is_known_part_by_part():
-    steps = assignment_steps(assigned(ALPHA_II.axes, ALPHA_II.tool))
+    steps = assignment_steps(assigned(ALPHA_II_AXES, ALPHA_II_TOOL))
     known = [
         (each.parts, len(one.known.frames))
         for one in steps
@@ -141,14 +129,14 @@ def test_a_frame_is_known_part_by_part():
     ]
     assert known == [("z", 3), ("zo", 3), ("zox", 3), ("zoxy", 3), ("zoxy", 3)]
     assert [len(one.known.points) for one in steps if one.number == 9] == [1, 2, 3, 4, 5]
-    craig = assignment_steps(assigned(ALPHA_II.axes, ALPHA_II.tool, Convention.CRAIG))
+    craig = assignment_steps(assigned(ALPHA_II_AXES, ALPHA_II_TOOL, Convention.CRAIG))
     base = [next(f.parts for f in one.known.frames if f.number == 0) for one in craig[1:]]
     assert set(base[:20]) == {"z"}  # frame 0 is frame 1, which is found later
     assert base[-1] == "zoxy"
 
 
 def test_what_is_given_and_what_is_found_are_listed():
-    found = assigned(ALPHA_II.axes, ALPHA_II.tool, Convention.CRAIG)
+    found = assigned(ALPHA_II_AXES, ALPHA_II_TOOL, Convention.CRAIG)
     given_lines = list(axes_lines(found))
     assert given_lines[2:4] == [
         "joint 2, shoulder: revolute", "  at (0, 0, 215) along (0, 1, 0)",
@@ -159,13 +147,6 @@ def test_what_is_given_and_what_is_found_are_listed():
     result = "\n".join(result_lines(found))
     assert "frame 0 in the world" in result
     assert "tool in the last frame" in result
-
-
-coordinates = st.sampled_from([0.0, 100.0, -40.0])
-directions = st.tuples(*[st.sampled_from([0.0, 1.0, -1.0, 0.3])] * 3).filter(any)
-joint_axes = st.builds(
-    JointAxis, st.tuples(*[coordinates] * 3), directions, st.sampled_from(JointKind)
-)
 
 
 @given(st.lists(joint_axes, min_size=1, max_size=6), st.sampled_from(Convention))
@@ -194,7 +175,7 @@ def test_the_axes_of_every_system_give_an_arm_that_moves_as_it_does(name, conven
     again = assign_frames(zero.axes, zero.tool, convention).chain
     for share in (0.0, 0.4, 1.0):
         values = tuple(share * value for value in example_posture(chain))
-        assert difference(again.fk(values), chain.fk(values)) < 1e-9
+        assert gap(again.fk(values), chain.fk(values)) < 1e-9
     assert again.joint_names == chain.joint_names
     assert again.limits == chain.limits
 

@@ -9,7 +9,7 @@ import pytest
 from armdrive.cli.learn.models import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
-from kinematics.chains.tables import rows_of
+from kinematics.chains.chain import rows_of
 from kinematics.textbook.study import example_posture
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS

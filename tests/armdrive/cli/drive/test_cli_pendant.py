@@ -1,9 +1,9 @@
 """`armdrive pendant`: a program out of the arm, into a file, and back."""
 
-import io
 import sys
 
 import pytest
+from cli_calls import Terminal
 
 from armdrive.dialects.teachmover.pendant import FIRST_LINE
 from armdrive.motion import device as program_memory
@@ -44,11 +44,7 @@ def test_a_file_that_is_there_is_not_overwritten_unless_said(call, rows):
 
 @pytest.mark.parametrize(("answer", "code"), [("no\n", 3), ("\n", 3), ("yes\n", 0)])
 def test_writing_asks_first(call, rows, monkeypatch, answer, code):
-    class Person(io.StringIO):
-        def isatty(self):
-            return True
-
-    monkeypatch.setattr(sys, "stdin", Person(answer))
+    monkeypatch.setattr(sys, "stdin", Terminal(answer))
     call("pendant", "write", str(rows), code=code)
     assert words(call) == (WORDS if code == 0 else [])
 

@@ -10,8 +10,8 @@ import pytest
 from recorder_bench import recorded_arm
 
 from armdrive import Arm, ArmError
-from armdrive.connect.control_socket import serve
-from armdrive.storage.arm_lock import hold
+from armdrive.cli.chosen_arm import connect_remembered
+from armdrive.connect.target import simulated_config
 from armdrive.storage.files import recordings
 from armdrive.storage.lock_client import ask_holder
 
@@ -90,19 +90,13 @@ def test_a_broken_file_is_one_sentence(call, tmp_path):
 
 
 def test_the_holder_of_an_arm_writes_on_request(call, tmp_path):
-    arm = Arm.connect("sim:teachmover")
-    holding = hold("sim:teachmover")
-    serve(holding, arm)
-    try:
+    with connect_remembered(simulated_config("teachmover")):
         (file,) = [each["recording"] for each in call("record", "--json", code=0).json_lines]
         assert Path(file).parent == recordings()
         copy = str(tmp_path / "copy.jsonl")
         call("record", "--sim", "teachmover", "--output", copy, code=0)
         assert call("replay", copy, "--quiet", code=0)
         assert "path" not in ask_holder("sim:teachmover", "record")
-    finally:
-        holding.release()
-        arm.close()
 
 
 def test_nothing_held_is_nothing_to_record(call):
@@ -110,16 +104,10 @@ def test_nothing_held_is_nothing_to_record(call):
 
 
 def test_a_recording_that_cannot_be_written_says_why(call):
-    arm = Arm.connect("sim:teachmover")
-    holding = hold("sim:teachmover")
-    serve(holding, arm)
-    recordings().parent.mkdir(parents=True, exist_ok=True)
-    recordings().write_text("a file where the folder belongs")
-    try:
+    with connect_remembered(simulated_config("teachmover")):
+        recordings().parent.mkdir(parents=True, exist_ok=True)
+        recordings().write_text("a file where the folder belongs")
         assert "cannot be written" in call.refused("record", code=1)
-    finally:
-        holding.release()
-        arm.close()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")

@@ -1,7 +1,5 @@
-"""What a run shows: one line that is rewritten, lines, or events; and what loads nothing of it."""
+"""What a run shows: one line that is rewritten, lines, or events."""
 
-import subprocess
-import sys
 import threading
 
 import pytest
@@ -152,19 +150,6 @@ def test_what_waits_for_a_person_ends_with_the_run(arm):
     assert arm.paused  # whoever ended the run says what becomes of the arm
 
 
-@pytest.mark.parametrize("words", [["--help"], ["status"], ["run", "--help"]])
-def test_nothing_of_programs_is_loaded_before_one_runs(words):
-    program = (
-        "import sys\nfrom armdrive.cli import main\n"
-        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
-        "print(*sys.modules, file=sys.stderr)"
-    )
-    loaded = subprocess.run(
-        [sys.executable, "-c", program, *words], capture_output=True, text=True, check=True
-    ).stderr.split()
-    assert not [name for name in loaded if name.startswith(("lark", "armdrive.programs"))]
-
-
 def test_a_display_is_updated_at_each_percent_and_each_second():
     view = {"state": "moving", "trust_for_s": 3, "program": {"line": 2, "percent": 3.0}}
 
@@ -200,8 +185,3 @@ def test_watchers_are_updated_at_a_new_line_and_not_as_time_passes():
 )
 def test_a_line_is_shown_without_its_comment(text, shown):
     assert line_words(3, text) == f"line 3: {shown}"
-
-
-def test_times_are_written_in_what_they_are_counted_in():
-    times = {4.26: "4.3 s", 42.4: "42 s", 100.0: "1 min 40 s", 7500.0: "2 h 5 min"}
-    assert {time_s: duration(time_s) for time_s in times} == times

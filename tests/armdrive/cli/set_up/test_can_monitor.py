@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import threading
 
 import pytest
-from can_setup_bench import ServedBus
+from can_bench import frames_of
+from can_setup_bench import ServedBus, another_program
 from hypothesis import given
 from hypothesis import strategies as st
 from waiting import LONG_S, at_last
@@ -17,7 +19,7 @@ from armdrive.dialects.mks.words import MksFrameDescriber
 from armdrive.errors import NoAnswer
 from armdrive.transports.opening import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import (
     Code,
     EnabledRead,
@@ -105,23 +107,9 @@ def bus(tmp_path):
 
 @needs_pty
 def test_a_second_adapter_shows_both_sides_and_sends_nothing(call, bus):
-    master = open_link(bus.port, 0)
-    heard = threading.Event()
-
-    def speak():
-        while not heard.wait(0.02):
-            master.write(pack(encode(3, ReadEncoder())), 0.0)
-            master.write(pack(encode(1, ReadEncoder())), 0.0)
-
-    speaking = threading.Thread(target=speak, daemon=True)
-    speaking.start()
-    try:
+    with another_program(bus.port, encode(3, ReadEncoder()), encode(1, ReadEncoder())):
         lines = call("can", "monitor", bus.beside, "--id", "3", "--count", "6", "--json", code=0)
         told = call("can", "monitor", bus.beside, "--count", "4", code=0).out
-    finally:
-        heard.set()
-        speaking.join()
-        master.close()
     views = lines.json_lines
     assert {each["id"] for each in views} == {3}
     assert {each["kind"] for each in views} == {"request", "answer"}
@@ -132,17 +120,11 @@ def test_a_second_adapter_shows_both_sides_and_sends_nothing(call, bus):
 
 @needs_pty
 def test_frames_sent_by_a_second_program_reach_the_first_one(bus):
-    first, second = open_link(bus.port, 0), open_link(bus.beside, 0)
-    try:
+    first = open_link(bus.port, 0)
+    second = open_link(bus.beside, 0)
+    with contextlib.closing(first), contextlib.closing(second):
         second.write(pack(encode(4, ReadEncoder())), 0.0)
-        unpacker, found = Unpacker(), []
-        while len(found) < 2:
-            first.wait(5.0)
-            found += unpacker.feed(first.read(0.0))
-        assert found == [encode(4, ReadEncoder()), encode(4, EncoderRead(0))]
-    finally:
-        first.close()
-        second.close()
+        assert frames_of(first, 2) == [encode(4, ReadEncoder()), encode(4, EncoderRead(0))]
 
 
 @needs_pty
@@ -189,22 +171,10 @@ def test_a_silent_bus_is_explained_and_ends_in_time(call, bus):
 
 @needs_pty
 def test_frames_of_another_protocol_suggest_that_protocol(call, bus):
-    port, beside = open_link(bus.port, 0), ["can", "monitor", bus.beside, "--count", "2"]
-    ended = threading.Event()
-
-    def speak():
-        while not ended.wait(0.02):
-            port.write(pack(Heartbeat(5, NodeState.OPERATIONAL).frame), 0.0)
-
-    speaking = threading.Thread(target=speak, daemon=True)
-    speaking.start()
-    try:
+    beside = ["can", "monitor", bus.beside, "--count", "2"]
+    with another_program(bus.port, Heartbeat(5, NodeState.OPERATIONAL).frame):
         wrong = call(*beside, code=0).out
         right = call(*beside, "--protocol", "canopen", "--id", "5", code=0).out
-    finally:
-        ended.set()
-        speaking.join()
-        port.close()
     assert "2 of 2 frames are not from MKS drives: try --protocol canopen" in wrong
     assert "node 5: heartbeat: operational" in right
     assert "try" not in right
@@ -212,11 +182,8 @@ def test_frames_of_another_protocol_suggest_that_protocol(call, bus):
 
 @needs_pty
 def test_a_busy_adapter_is_reported_with_an_alternative(call, bus):
-    link = open_link(bus.beside, 0)
-    try:
+    with contextlib.closing(open_link(bus.beside, 0)):
         said = call.refused("can", "monitor", bus.beside, code=4)
-    finally:
-        link.close()
     assert "in use" in said
     assert "a second adapter" in said
 

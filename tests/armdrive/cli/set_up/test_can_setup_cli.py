@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from can_setup_bench import NAMES, arm
-from cli_calls import state_files, write_arm_file
+from cli_calls import Terminal, state_files, typed, write_arm_file
 
 from armdrive.cli.set_up import can_setup
 from armdrive.dialog.conversation import About
@@ -22,19 +22,6 @@ from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder
 
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
-
-
-class Lines:
-    """A terminal at which these lines are typed."""
-
-    def __init__(self, *lines: str) -> None:
-        self.lines = list(lines)
-
-    def isatty(self) -> bool:
-        return True
-
-    def readline(self) -> str:
-        return f"{self.lines.pop(0)}\n" if self.lines else ""
 
 
 @pytest.fixture
@@ -64,7 +51,7 @@ def drives(monkeypatch):
 
 
 def type_in(monkeypatch, *lines):
-    monkeypatch.setattr(sys, "stdin", Lines(*lines))
+    monkeypatch.setattr(sys, "stdin", Terminal(typed(*lines)))
 
 
 def test_practice_needs_no_drives_and_writes_nothing(call):

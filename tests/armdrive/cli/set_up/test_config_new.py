@@ -28,14 +28,6 @@ from armdrive.storage.files import StateFiles
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 
 
-@pytest.fixture
-def typing(monkeypatch):
-    def types(*lines):
-        monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
-
-    return types
-
-
 def arm_path(name):
     return places.arm_files() / f"{name}.toml"
 

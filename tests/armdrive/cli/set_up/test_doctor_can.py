@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import sys
-import threading
 from dataclasses import replace
 from functools import partial
 
 import pytest
-from can_setup_bench import READING, Bench, ServedBus
+from can_setup_bench import READING, Bench, ServedBus, another_program
 from cli_calls import write_arm_file
 from waiting import looks
 
@@ -21,9 +20,7 @@ from armdrive.errors import BadRequest
 from armdrive.setup import survey as can_findings
 from armdrive.setup.bus_survey import ids_of
 from armdrive.transports.can_health import BusHealth, BusState
-from armdrive.transports.opening import open_link
 from armdrive.transports.ports import CanPort
-from firmware_protocol.frames import pack
 from firmware_protocol.mks import (
     EncoderRead,
     Mode,
@@ -216,24 +213,11 @@ def test_trying_rates_distinguishes_an_empty_bus_from_a_wrong_rate(call, served)
 @needs_pty
 def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, served, monkeypatch):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.4))
-    other = open_link(served.beside, 0)
-    ended = threading.Event()
-
-    def command():
-        while not ended.wait(0.01):
-            other.write(pack(encode(2, ReadEncoder())), 0.0)
-
-    commanding = threading.Thread(target=command, daemon=True)
-    commanding.start()
-    try:
+    with another_program(served.beside, encode(2, ReadEncoder())):
         for _ in looks("the other program was never heard"):  # it may be kept from its work
             called = call("doctor", "--can", served.port)
             if "nothing passed" not in called.out:
                 break
-    finally:
-        ended.set()
-        commanding.join()
-        other.close()
     assert called.code == 1
     assert "another program commands drives (drive 2: read encoder" in called.out
     assert "answer" not in called.out.replace("answers", "")

@@ -6,6 +6,7 @@ import pytest
 from cia402_rig import Rig, steps
 
 from armdrive.tasks import ClearFault, Done, Halted, MoveAlong, MoveBy, RequestRejected, SwitchOn
+from firmware_protocol.canopen import Service, cob_id
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
 STRATEGIES = pytest.mark.parametrize("strategy", ["cyclic", "profile"])
@@ -52,7 +53,7 @@ def test_a_blocked_shaft_is_held_where_it_stands_once_its_drive_answers_again(st
     comes_free(rig)
 
 
-@pytest.mark.parametrize("blocked_s", [0.005, 0.03, 0.1, 0.7])
+@pytest.mark.parametrize("blocked_s", [0.005, 0.03, 0.1, 0.5])
 @pytest.mark.parametrize("rate_hz", [20_000.0, 1000.0], ids=["fast", "slow"])
 def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time(
     blocked_s, rate_hz
@@ -69,6 +70,32 @@ def test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_
     assert rig.reply() == Halted()
     assert not rig.alerts()
     comes_free(rig)
+
+
+@pytest.mark.parametrize("rate_hz", [20_000.0, 2000.0, 300.0])
+def test_a_blocked_shaft_is_found_in_the_same_time_at_any_speed(rate_hz):
+    """A slow drive's error grows slowly, so that its own limit would take seconds."""
+    rig = Rig().ready()
+    rig.begin(MoveAlong((MoveBy(steps(300), rate_hz) for _ in range(400)), 0.3))
+    rig.run(0.5)
+    rig.twin.world.stalled.add(0)
+    began_s, reply = rig.now_s, rig.finish()
+    assert isinstance(reply, RequestRejected)
+    assert "drive 1 (base)" in reply.reason
+    assert rig.now_s < began_s + 1.0
+    comes_free(rig)
+
+
+def test_a_drive_that_sends_no_reports_but_answers_questions_ends_the_motion():
+    rig = Rig().ready()
+    rig.begin(MoveAlong((MoveBy(steps(1000, -500), 20_000.0) for _ in range(100)), 0.3))
+    rig.run(0.3)
+    rig.loses = lambda frame, host: not host and frame.can_id == cob_id(Service.TPDO1, 1)
+    began_s, reply = rig.now_s, rig.finish()
+    assert isinstance(reply, RequestRejected)
+    assert reply.silent
+    assert "drive 1 (base)" in reply.reason
+    assert rig.now_s < began_s + 1.0
 
 
 def test_a_shaft_that_blocks_the_last_burst_of_a_jog_is_held_where_it_stands():

@@ -358,7 +358,7 @@ def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
 
 def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     rig = Rig().ready()
-    rig.device.board.errors().ail(1, 0x4310)
+    rig.device.board.ail(1, 0x4310)
     rig.run(0.5)
     (alert,) = rig.alerts()
     assert alert.kind is AlertKind.SWITCHED_OFF
@@ -367,7 +367,7 @@ def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
     refused = rig.do(ClearFault())
     assert isinstance(refused, RequestRejected)
     assert "does not leave it" in refused.reason
-    rig.device.board.errors().mend(1, 0x4310)
+    rig.device.board.mend(1, 0x4310)
     assert rig.do(ClearFault()) == Done()
     assert rig.node(2).states.state is canopen.DriveState.DISABLED
     rig.ready()
@@ -376,7 +376,7 @@ def test_a_fault_at_rest_is_reported_in_words_and_cleared_by_reset():
 
 def test_a_drive_in_fault_stops_the_others_which_hold():
     rig = moving(steps(60_000, 30_000))
-    rig.device.board.errors().ail(1, 0x2310)
+    rig.device.board.ail(1, 0x2310)
     there, reply = rig.positions[0], rig.finish()
     assert isinstance(reply, RequestRejected)
     assert "drive 2 (shoulder) is in fault" in reply.reason

@@ -9,7 +9,7 @@ from grbl_arm import config, found, ready, standing_as_said
 from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
-from armdrive.sim.device import SwitchState
+from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.status import State, Trust
 from kinematics import Joints
 

@@ -188,6 +188,17 @@ def test_homing_goes_group_by_group_and_sets_no_zero():
     assert bench.positions == Motors((0, 0, 0, *STARTS[3:]))
 
 
+@pytest.mark.parametrize(("for_s", "words"), [(0.7, ""), (9.0, "no drive answered for a while")])
+def test_homing_on_a_bus_that_falls_silent_blames_no_drive(for_s, words):
+    bench = MksBench().ready()
+    bench.begin(HomeDevice(((0, 1),)))
+    bench.run(0.05)
+    until_s = bench.now_s + for_s
+    bench.loses = lambda _frame, _host: bench.now_s < until_s
+    reply = bench.finish(30.0)
+    assert reply == Done() if not words else words in reply.reason
+
+
 def test_homing_that_finds_nothing_is_ended():
     bench = MksBench(settings={"homing_s": 1.0}).ready()
     bench.node(5).sim.motor.switch.at = 10**9

@@ -295,6 +295,17 @@ def test_a_drive_that_fails_ends_the_motion_of_all_and_is_named(name, after_s):
     bench.check_stands()
 
 
+def test_a_limit_switch_that_stops_a_burst_is_not_run_against_again():
+    bench = MksBench(settings=BURSTS).ready()
+    bench.begin(MoveBy(Motors((9000, -4000, 0, 0, 0, 0)), 20_000.0))
+    bench.run(0.2)
+    reach_a_switch(bench)
+    began_s, reply = bench.now_s, bench.finish()
+    assert isinstance(reply, RequestRejected)
+    assert [alert.kind for alert in bench.alerts()] == [AlertKind.ALARM_LOST]
+    assert not requests(bench, mks.MoveAbsoluteAxis, node=1, since_s=began_s)
+
+
 def test_disabled_motors_are_not_moved():
     bench = MksBench()
     bench.do(ReadPosition())

@@ -104,3 +104,22 @@ def test_a_stop_is_repeated_until_the_drive_answers(lost_s, hard):
     assert heard_s <= began[0] + lost_s + STOP_POLL_S + SOON_S
     # the other one has said that it brakes, and is told no more
     assert len([at_s for at_s in stops_of(bench, 5) if at_s < began[0] + lost_s]) == 1
+
+
+def test_the_stop_because_of_a_silent_drive_is_repeated_to_one_that_missed_it():
+    bench, lost = begun(straight(30), 0.5), list[float]()
+    bench.node(3).mute = True
+
+    def loses(frame, host):
+        if lost or not host or frame.can_id != 1 or not isinstance(decode_request(frame), Stop):
+            return False
+        lost.append(bench.now_s)
+        return True
+
+    bench.loses = loses
+    while not lost:
+        bench.run(0.001)
+    bench.run(0.004)
+    bench.controller.stop(hard=False)
+    bench.finish()
+    assert stops_of(bench, 1)[1] < lost[0] + 2.0 * STOP_POLL_S

@@ -19,7 +19,7 @@ from armdrive.dialects.robko01.settings import RobkoSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
 from armdrive.registry import dialect
 from armdrive.sim.device import SimDevice
-from armdrive.sim.robko01.device import RobkoQuirks, SimRobkoBoard
+from armdrive.sim.robko01 import RobkoQuirks, SimRobkoBoard
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (

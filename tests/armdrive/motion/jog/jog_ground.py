@@ -61,7 +61,7 @@ class Stand:
         while True:
             angles = (self.draw.uniform(b.low_rad, b.high_rad) for b in self.probe.geometry.limits)
             joints = Joints(tuple(angles))
-            if min(self.probe.guarded.room(joints)) > CLEAR_MM:
+            if self.probe.guarded.room_mm(joints) > CLEAR_MM:
                 return joints, self.draw.uniform(*self.config.model.gripper_range_mm)
 
     def into_limit(self) -> tuple[str, Jog, Joints, float]:
@@ -82,7 +82,7 @@ class Stand:
             near = speed * NEAR_S * self.draw.uniform(0.1, 1.0)
             angle = bounds.high_rad - near if way > 0 else bounds.low_rad + near
             joints = joints.replace(**{name: angle})
-            if min(self.probe.guarded.room(joints)) > CLEAR_MM:
+            if self.probe.guarded.room_mm(joints) > CLEAR_MM:
                 return what, jog, joints, opening_mm
 
     def into_guard(self) -> tuple[str, Jog, Joints, float]:
@@ -111,7 +111,7 @@ class Stand:
         before_mm = self.draw.uniform(2.0, 60.0) * min(self.share, 1.0)
         passed = [joints]
         for there in self.probe.onwards(jog, ArmCoordinates(joints, 0.0), COARSE_MM):
-            if there is None or min(self.probe.guarded.room(there.joints)) <= 0.0:
+            if there is None or self.probe.guarded.room_mm(there.joints) <= 0.0:
                 break
             passed.append(there.joints)
         return passed[max(len(passed) - 1 - math.ceil(before_mm / COARSE_MM), 0)]

@@ -32,7 +32,7 @@ class Probe:
             self.geometry.limits, self.transmission.inverse, joints, strict=False
         ):
             found.append(abs(angle - bounds.clamp(angle)) / sum(map(abs, row)))
-        beyond_mm = -min(self.guarded.room(joints))
+        beyond_mm = -self.guarded.room_mm(joints)
         found.append(beyond_mm / self._step_mm(joints))
         return max(found)
 

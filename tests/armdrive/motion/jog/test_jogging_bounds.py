@@ -3,7 +3,9 @@
 import math
 
 import pytest
+from amounts import amount
 from faults import ready_arm, sim_arm
+from jog_trials import Ground, trials
 
 from armdrive import Jog
 from armdrive.errors import BadRequest, OutOfBounds, WrongState
@@ -163,3 +165,22 @@ def test_what_a_jog_was_answered_is_gone_when_the_next_motion_begins():
     assert "bench" in arm.status.notice
     arm.gripper.open(30.0)
     assert arm.status.notice == ""
+
+
+# -- a sample of the jogs of benchmarks/jog_limits.py ---------------------------------------------
+
+
+SEED = 22
+COUNTS = {"teachmover": 4, "robko01": amount(1, 2), "armdroid": amount(1, 2), "grbl": amount(1, 3)}
+LATER_S = 0.2
+NEAR_STEPS = 3.0
+
+
+@pytest.mark.parametrize("dialect", COUNTS)
+def test_a_jog_at_full_speed_ends_at_its_bound_and_turns_back_at_once(dialect):
+    ground = Ground(dialect, SEED)
+    for one in trials(dialect, SEED, COUNTS[dialect]):
+        assert one.kept, one
+        assert one.left_steps is None or one.left_steps <= NEAR_STEPS, one
+        assert one.back_s <= ground.begins_s + LATER_S, one
+        assert one.stall_s <= ground.stands_s + LATER_S, one

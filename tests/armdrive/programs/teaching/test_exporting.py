@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from cli_calls import Caller
 from faults import OVER_THE_TABLE, ready_arm
 from hypothesis import given
 from hypothesis import strategies as st
@@ -165,8 +164,8 @@ def test_a_sequence_that_no_program_can_express_is_refused(steps, sentence):
         exported(StepList(steps))
 
 
-def test_the_command_writes_a_file_that_is_a_program(capsys, tmp_path):
-    call, path = Caller(capsys), tmp_path / "fetch.arm"
+def test_the_command_writes_a_file_that_is_a_program(call, tmp_path):
+    path = tmp_path / "fetch.arm"
     config = find("sim:teachmover").config
     book = points_of(config.name, config.model.arm)
     for name, point in POINTS.items():

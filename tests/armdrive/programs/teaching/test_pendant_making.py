@@ -1,13 +1,13 @@
 """A sequence as rows of the arm's own memory: they lead where it leads, or it is refused."""
 
 import pytest
-from cli_calls import Caller
 from hypothesis import given
 from hypothesis import strategies as st
+from pages import blocks, page
 
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
-from armdrive.dialects.teachmover.pendant import taught_by
+from armdrive.dialects.teachmover.pendant import parse_pendant, taught_by
 from armdrive.errors import OutOfBounds, Refused
 from armdrive.programs.teaching.export import rows_of
 from armdrive.storage.point_file import points_of
@@ -82,8 +82,8 @@ def test_without_a_reference_there_are_no_rows():
         rows_of(CONFIG, StepList((Step("above"),)), POINTS, None)
 
 
-def test_the_arm_itself_runs_what_was_taught(capsys, tmp_path):
-    call, path = Caller(capsys), tmp_path / "fetch.pendant"
+def test_the_arm_itself_runs_what_was_taught(call, tmp_path):
+    path = tmp_path / "fetch.pendant"
     call("home", code=0)
     book = points_of(CONFIG.name, CONFIG.model.arm)
     book["above"], book["pick"] = POINTS["above"], POINTS["pick"]
@@ -97,3 +97,10 @@ def test_the_arm_itself_runs_what_was_taught(capsys, tmp_path):
         assert device.registers == arm.read_pendant_program().rows[-1].positions
         tip = CONFIG.model.arm.fk(POINTS["pick"].joints)
         assert device.world.tip == pytest.approx((tip.x_mm, tip.y_mm, tip.z_mm), abs=1.0)
+
+
+def test_the_rows_of_the_page_read():
+    (shown,) = [text for text in blocks(page("teachmover")) if text.startswith("armdrive pendant")]
+    program = parse_pendant(shown)
+    assert [row.number for row in program.rows] == [1, 2, 3]
+    assert program.origin is not None

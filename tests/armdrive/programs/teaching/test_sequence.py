@@ -139,24 +139,6 @@ def test_a_stop_between_two_steps_ends_it_too(arm, stepper):
     assert at(arm, "left")
 
 
-def test_a_stop_while_a_motion_is_planned_lets_it_not_begin(arm):
-    """There is nothing to stop yet, and the motion must not come behind the stop."""
-    before = arm.status.acknowledged
-    require = arm.core.require_reference
-
-    def slow():
-        arm.request_stop()
-        arm.sleep(1.0)  # the stop has been heard, and is over
-        require()
-
-    arm.core.require_reference = slow
-    with pytest.raises(Stopped, match="before the motion started"):
-        arm.move_j(base_deg=30)
-    arm.core.require_reference = require
-    assert arm.status.acknowledged == before
-    arm.move_j(base_deg=30)
-
-
 def test_a_stop_before_the_motion_of_a_step_is_handed_over_stops_it(arm, stepper):
     start = arm.start
 

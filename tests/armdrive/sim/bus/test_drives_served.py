@@ -14,8 +14,9 @@ from served import ServedDevice
 from waiting import LONG_S
 
 from armdrive.registry.simulate import simulate_device
+from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.cia402.kind import KIND as CIA402
-from armdrive.sim.device import DrivesOnBus, SaysEmergencies
+from armdrive.sim.device import SaysEmergencies
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.mks.kind import KIND as MKS
 from armdrive.sim.serving.loop import make_server
@@ -99,6 +100,7 @@ def test_its_adapter_leaves_the_bus_until_it_is_opened_anew(served):
         served.tell("fault alone")
         say(bus, ask)
         assert hear(bus, 0.1) is None
+        assert served.server.adapter.refused == 1
         served.tell("fault off")
         say(bus, ask)
         assert answer(bus).code is mks.Code.ENCODER
@@ -169,7 +171,7 @@ def test_the_list_tells_its_settings_and_faults(capsys, dialect, option, fault, 
 
 @pytest.mark.parametrize(
     ("kind", "needs", "begins"),
-    [(MKS, DrivesOnBus, ""), (CIA402, SaysEmergencies, "# CiA 402 drives")],
+    [(MKS, DrivesBoard, ""), (CIA402, SaysEmergencies, "# CiA 402 drives")],
 )
 def test_the_page_tells_every_setting_and_every_fault_of_the_drives(kind, needs, begins):
     text = page("simulating")

@@ -21,7 +21,7 @@ from cia402_sim import (
 
 from armdrive.config.sections import HomingSettings
 from armdrive.registry.simulate import simulate
-from armdrive.sim.device import SwitchState
+from armdrive.sim.mechanics.switches import SwitchState
 from firmware_protocol import canopen
 from kinematics import Motors
 
@@ -271,11 +271,11 @@ class TestStalls:
         assert profile.board.nodes[1].motor.holding
 
     def test_a_fault_is_reset_by_a_rising_edge_alone(self, profile):
-        profile.board.errors().ail(0, 0x4310)
+        profile.board.ail(0, 0x4310)
         profile.run(0.1)
         profile.write(1, canopen.CONTROLWORD, 0x80)
         assert profile.state(1).state is canopen.DriveState.FAULT  # still too hot
-        profile.board.errors().mend(0, 0x4310)
+        profile.board.mend(0, 0x4310)
         profile.write(1, canopen.CONTROLWORD, 0x80)
         assert profile.state(1).state is canopen.DriveState.FAULT  # no edge
         profile.write(1, canopen.CONTROLWORD, 0)
@@ -393,7 +393,7 @@ class TestSaving:
     def test_one_that_does_nothing_more_is_made_again_so(self, profile, state):
         profile.write(1, canopen.QUICK_STOP_OPTION, canopen.QuickStopOption.QUICK_RAMP_AND_STAY)
         if state == "fault":
-            profile.board.errors().ail(0, 0x4310)
+            profile.board.ail(0, 0x4310)
         else:
             profile.write(1, canopen.CONTROLWORD, QUICK_STOP)
         profile.run()

@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry.simulate import simulate
-from armdrive.sim.device import DrivesOnBus, SaysEmergencies, SimDevice, SwitchState
+from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.device import SaysEmergencies, SimDevice
 from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.table import FAULTS, Faults, faults_of
-from armdrive.sim.teachmover.device import TeachMoverBoard
+from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import (
     Next,
     Nth,
@@ -221,7 +223,7 @@ def test_what_cannot_be_done_when_its_time_comes_is_kept_to_be_told():
 
 
 def test_a_kind_of_device_can_have_what_it_is_made_for():
-    of_drives = (DrivesOnBus, SaysEmergencies)
+    of_drives = (DrivesBoard, SaysEmergencies)
     on_a_bus = {name for name, kind in FAULTS.items() if kind.needs in of_drives}
     assert on_a_bus
     assert {kind.name for kind in faults_of(Board)} == set(FAULTS) - on_a_bus

@@ -6,7 +6,8 @@ import pytest
 from grbl_bench import MACHINE, SLOPE, Bench, with_switches_ahead
 
 from armdrive.errors import BadRequest
-from armdrive.sim.device import HasSwitches, Resettable, SwitchState
+from armdrive.sim.device import HasSwitches, Resettable
+from armdrive.sim.mechanics.switches import SwitchState
 from firmware_protocol.grbl import State
 
 HOLD, RESUME, RESET, DOOR = "!", "~", "\x18", "\x84"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
-from grbl_bench import HOMING, Bench, config_of, homing_bench
+from grbl_bench import HOMING, Bench, config_of, homing_bench, stands_at
 
 from armdrive.config.sections import HomingSettings
-from armdrive.sim.device import SwitchState
-from armdrive.sim.grbl.hardware import LimitInput
+from armdrive.sim.mechanics.switches import LimitSwitch, SwitchState
 from firmware_protocol.grbl import State
 
 RESET = "\x18"
@@ -25,13 +25,13 @@ def test_homing_over_a_hundred_units_takes_three_and_a_half_seconds():
     assert bench.now_s - began_s == pytest.approx(3.6, abs=0.2)
     assert bench.ask().machine_position == (-1.0,) * 6
     assert bench.reports[-1].state is State.IDLE
-    expected = [switch.trip_steps - 10 for switch in bench.board.switches.by_axis.values()]
+    expected = [switch.at - 10 for switch in bench.board.switches.by_axis.values()]
     assert list(bench.device.world.motors) == expected
 
 
 def test_an_axis_homes_alone_and_downwards_where_its_bit_says_so():
     bench = homing_bench({**HOMING, 23: 1})
-    low = LimitInput(0, -300, -1)
+    low = LimitSwitch(partial(stands_at, bench, 0), -300, -1)
     bench.board.switches.by_axis = {**bench.board.switches.by_axis, 0: low}
     bench.say("$HX", 20.0)
     assert bench.ask().machine_position == (-199.0, 0, 0, 0, 0, 0)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest
-from armdrive.sim.mechanics.motors import DEFAULT_RATES, MotorRack, checked_error, rate_hz
+from armdrive.sim.mechanics.motors import DEFAULT_RATES, MotorRack, MotorSpeed, rate_hz
 
 steps = st.tuples(*[st.integers(-2000, 2000)] * 6)
 
@@ -65,4 +65,4 @@ def test_speeds_lie_on_straight_lines_between_the_known_ones(speed, hz):
 @pytest.mark.parametrize("error", [-1.0, math.nan, math.inf, 1000.0])
 def test_a_speed_error_that_no_arm_has_is_refused(error):
     with pytest.raises(BadRequest):
-        checked_error(error)
+        MotorSpeed(0.0).set(error)

@@ -11,7 +11,7 @@ from mks_sim import TURN, Bench, arm_config
 from mks_sim import outcomes as said
 
 from armdrive.config.sections import HomingSettings
-from armdrive.sim.device import SwitchState
+from armdrive.sim.mechanics.switches import SwitchState
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Joints

@@ -11,7 +11,7 @@ from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import parse_option
 from armdrive.sim.faults.table import check_faults
-from armdrive.sim.teachmover.device import TeachMoverBoard
+from armdrive.sim.teachmover import TeachMoverBoard
 from firmware_protocol import mks
 
 CARRIED_OUT, GIVEN_UP = [mks.Started, mks.Done], [mks.Started, mks.Failed]

@@ -8,7 +8,7 @@ import pytest
 
 from armdrive.sim.device import SimDevice
 from armdrive.sim.serving.console import COMMANDS, Console
-from armdrive.sim.teachmover.device import TeachMoverBoard
+from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import PacedDevice
 from firmware_protocol.teachmover import Key
 

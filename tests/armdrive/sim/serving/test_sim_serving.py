@@ -22,7 +22,7 @@ from armdrive.errors import PortUnavailable
 from armdrive.sim.device import SimDevice
 from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
-from armdrive.sim.teachmover.device import TeachMoverBoard
+from armdrive.sim.teachmover import TeachMoverBoard
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminals; TCP is the way there"

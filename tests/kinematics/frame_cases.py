@@ -21,15 +21,3 @@ rotations = (
     .map(lambda q: Quaternion.of(*q).rotation())
 )
 transforms = st.builds(transform, rotations, vectors)
-
-
-def entries(matrix):
-    return [entry for row in matrix for entry in row]
-
-
-def gap(a, b):
-    """The largest difference of two vectors or two matrices, entry by entry."""
-    if isinstance(a[0], tuple):
-        a, b = entries(a), entries(b)
-    assert len(a) == len(b)
-    return max(abs(x - y) for x, y in zip(a, b, strict=True))

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, Option, Options, lacks
-from armdrive.sim.mechanics.motors import MotorDrive, MotorRack, MotorSpeed, checked_error
+from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive, MotorRack, MotorSpeed
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Form, Json, whole
@@ -76,13 +75,6 @@ class ArmdroidQuirks:
     greets: bool = True
     resets_on_open: bool = False
     speed_error: float = 0.0
-
-    def __post_init__(self) -> None:
-        checked_error(self.speed_error)
-        for name, most in (("character_s", 1.0), ("boot_s", 60.0)):
-            value = getattr(self, name)
-            if not 0.0 <= value <= most:
-                raise BadRequest(f"{name} must be from 0 to {most:g}, not {value:g}")
 
     def interval_s(self, rpm: int) -> float:
         """Return the time between two steps: whole milliseconds, by integer division."""
@@ -278,10 +270,17 @@ KIND = SimDeviceKind(
     board=ArmdroidBoard,
     make=_make,
     options=(
-        Option("speed_error", 0.0, "0.2: motors a fifth slower than the sketch says"),
-        Option("character_s", _USUAL.character_s, "seconds to process a character"),
+        Option(
+            "speed_error",
+            0.0,
+            "0.2: motors a fifth slower than the sketch says",
+            bounds=SPEED_ERRORS,
+        ),
+        Option(
+            "character_s", _USUAL.character_s, "seconds to process a character", bounds=(0.0, 1.0)
+        ),
         Option("room_bytes", _USUAL.room_bytes, "size of the receive buffer"),
-        Option("boot_s", _USUAL.boot_s, "duration of a reset in seconds"),
+        Option("boot_s", _USUAL.boot_s, "duration of a reset in seconds", bounds=(0.0, 60.0)),
         Option("greets", _USUAL.greets, "native USB: sends Welcome when its port is opened"),
         Option("resets_on_open", _USUAL.resets_on_open, "restarts when its port is opened"),
     ),

@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest
 from armdrive.sim.device import Board, Option, Options
-from armdrive.sim.mechanics.motors import MotorDrive, checked_error
+from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world.arm import World
@@ -82,6 +81,7 @@ PAYLOAD_BYTES = {
 }
 """How many payload bytes an operation reads, whatever was sent; other operations read none."""
 
+_KNOWN = frozenset(Op)
 _HEADER, _CHECK = 4, 2
 
 
@@ -139,7 +139,7 @@ class FirmwareReader:
 
     def _request(self, op: int, payload: bytes) -> bytes:
         self._payload[: len(payload)] = payload
-        if op not in ECHOED and op in tuple(Op):
+        if op not in ECHOED and op in _KNOWN:
             payload = bytes(self._payload[: PAYLOAD_BYTES.get(Op(op), 0)])
         return frame_bytes(Kind.REQUEST, op, payload)
 
@@ -428,15 +428,12 @@ AS_THE_ARM_FILE = "file"
 def _make(config: ArmConfig, world: World, options: Options) -> SimRobkoBoard:
     chosen = options.text("board")
     board = config.device.board if chosen == AS_THE_ARM_FILE else chosen
-    acceleration, watchdog_s = options.number("acceleration"), options.number("watchdog_s")
-    if acceleration < 0.0 or watchdog_s < 0.0:
-        raise BadRequest("acceleration and watchdog_s must be 0 or above")
     quirks = RobkoQuirks(
         board,
-        acceleration or ACCELERATIONS_STEPS_S2[board],
+        options.number("acceleration") or ACCELERATIONS_STEPS_S2[board],
         GRIDS_S[board],
-        checked_error(options.number("speed_error")),
-        watchdog_s,
+        options.number("speed_error"),
+        options.number("watchdog_s"),
         options.flag("rearms"),
         TOP_SPEEDS_HZ[board],
     )
@@ -449,9 +446,24 @@ KIND = SimDeviceKind(
     make=_make,
     options=(
         Option("board", AS_THE_ARM_FILE, "avr, esp32, or the arm file's", ("file", AVR, ESP32)),
-        Option("acceleration", 0.0, "steps/s^2 of every axis; 0: 700 of avr, 75 of esp32"),
-        Option("speed_error", 0.0, "0.2: motors a fifth slower than they should be"),
-        Option("watchdog_s", 0.0, "seconds without ping, inputs or position; 0: no watchdog"),
+        Option(
+            "acceleration",
+            0.0,
+            "steps/s^2 of every axis; 0: 700 of avr, 75 of esp32",
+            bounds=(0.0, math.inf),
+        ),
+        Option(
+            "speed_error",
+            0.0,
+            "0.2: motors a fifth slower than they should be",
+            bounds=SPEED_ERRORS,
+        ),
+        Option(
+            "watchdog_s",
+            0.0,
+            "seconds without ping, inputs or position; 0: no watchdog",
+            bounds=(0.0, math.inf),
+        ),
         Option("rearms", False, "any frame switches the motors on again, as over UDP"),
     ),
 )

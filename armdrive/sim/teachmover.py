@@ -22,10 +22,10 @@ from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Board, Option, Options
 from armdrive.sim.mechanics.motors import (
     DEFAULT_RATES,
+    SPEED_ERRORS,
     CoordinatedDrive,
     MotorSpeed,
     RateTable,
-    checked_error,
     rate_hz,
 )
 from armdrive.sim.simulated_arm import SimDeviceKind
@@ -82,9 +82,6 @@ class TwinSettings:
     keeps_input_while_moving: bool = False
     delay_unit_s: float = 0.001
     grip_bit: int = 0
-
-    def __post_init__(self) -> None:
-        checked_error(self.speed_error)
 
 
 class StoredProgram:
@@ -330,7 +327,12 @@ KIND = SimDeviceKind(
     board=TeachMoverBoard,
     make=_make,
     options=(
-        Option("speed_error", 0.0, "0.2: motors a fifth slower than the driver's table says"),
+        Option(
+            "speed_error",
+            0.0,
+            "0.2: motors a fifth slower than the driver's table says",
+            bounds=SPEED_ERRORS,
+        ),
         Option("keeps_input_while_moving", False, "keep bytes that arrive during a motion"),
         Option("delay_unit_s", 0.001, "seconds that one count of @DELAY is worth"),
     ),

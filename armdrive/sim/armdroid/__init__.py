@@ -1,3 +1,0 @@
-"""armdroid: its simulated device."""
-
-from armdrive.sim.armdroid.device import KIND as KIND

@@ -1,3 +1,0 @@
-"""teachmover: its simulated device."""
-
-from armdrive.sim.teachmover.device import KIND as KIND

@@ -1,3 +1,0 @@
-"""The simulated Tutor board."""
-
-from armdrive.sim.tutor.device import KIND as KIND
