@@ -103,7 +103,7 @@ def held_arm():
 @pytest.mark.parametrize(
     ("command", "otherwise"),
     [
-        *((command, "every arm that your programs are driving") for command in OF_A_HOLDER),
+        *((command, "every arm that your programs are driving") for command in sorted(OF_A_HOLDER)),
         ("watch", "the only arm that your programs are driving"),
     ],
 )
