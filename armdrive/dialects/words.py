@@ -79,7 +79,7 @@ def _value(value: object) -> str:
         return _name(value.name)
     if isinstance(value, bytes):
         return value.hex(" ")
-    if is_dataclass(value):
+    if is_dataclass(value) or isinstance(value, Frame):
         return plain(value)
     if isinstance(value, tuple):
         return " ".join(_value(each) for each in value)

@@ -77,7 +77,7 @@ ROWS: tuple[_Row, ...] = (
     (BOARD, MOVING, (PROFILE,), ExpectedError(RESTARTED, f"{RESET}|{CHECK_BUS}")),
     (RESTARTS, STANDING, ("cia402",), ExpectedError(RESTARTED, RESET)),
     (STALLED, MOVING, ("mks",), ExpectedError(FAULT, r"drive 1 \(base\)")),
-    (STALLED, MOVING, ("cia402",), ExpectedError(FAULT, r"drive 1 \(base\).*following error")),
+    (STALLED, MOVING, ("cia402",), ExpectedError(FAULT, r"drive 1 \(base\).*it is blocked")),
     (STALLED, MOVING, (PROFILE,), ExpectedError(FAULT, r"drive 1 \(base\).*it is blocked")),
     (BUS_OFF, MOVING, DRIVES, ExpectedError(LOST, "bus-off.*resistors and the bit rate")),
     (BUS_OFF, STANDING, DRIVES,

@@ -34,12 +34,13 @@ NO_ERRORS = {
 
 
 def kinds() -> set[type]:
-    """Return every class of errors of the three rooms, in whichever file it stands."""
+    """Return every public class of errors of the three rooms, in whichever file it stands."""
     for room in (armdrive, kinematics, firmware_protocol):
         for found in pkgutil.walk_packages(room.__path__, f"{room.__name__}."):
             if not found.name.startswith("armdrive.cli") and not found.name.endswith("__main__"):
                 importlib.import_module(found.name)
-    return {kind for root in (ArmError, KinematicsError, ProtocolError) for kind in below(root)}
+    found = {kind for root in (ArmError, KinematicsError, ProtocolError) for kind in below(root)}
+    return {kind for kind in found if not kind.__name__.startswith("_")}
 
 
 def below(kind: type) -> set[type]:

@@ -85,7 +85,7 @@ class BenchDrive:
 
     def _done(self) -> None:
         """Make the board collect the frames and events of the drive."""
-        self._board._loop.collect()
+        self._board.collect()
 
     @property
     def index(self) -> int:
