@@ -483,7 +483,7 @@ MUTANTS = (
         new="return None if run.trip.held_back() else Signal.LOCATED\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_busy.py",
-            "test_repeated_delays_make_no_drive_seem_elsewhere_or_weak[there_and_back-well_s0-late_s0-lates0-0]",
+            "test_repeated_delays_make_no_drive_seem_elsewhere_or_weak[there_and_back-well_s0-late_s0-lates0-186]",
         ),
     ),
     Mutant(
