@@ -329,7 +329,7 @@ MUTANTS = (
         name="a drive that homed by itself begins its next motion elsewhere",
         promise="a healthy drive is not blamed",
         path="armdrive/dialects/bus/observer.py",
-        old="        self.course.rest_at(goal, now_s)\n        self.orders.rest_at(goal, now_s)\n",
+        old="        self._rest_courses_at(self.goal, now_s)\n",
         new="",
         tests=tests_of(
             "tests/armdrive/dialects/bus/test_observer.py",
@@ -414,7 +414,7 @@ MUTANTS = (
         name="a drive that obeys late is judged only by the course that its readings move",
         promise="a drive that obeys late within the bound is never blamed",
         path="armdrive/dialects/bus/observer.py",
-        old="for each in (self.course, self.orders))\n\n    def _reaches",
+        old="for each in (self.course, self.ordered))\n\n    def _reaches",
         new="for each in (self.course,))\n\n    def _reaches",
         tests=tests_of("tests/armdrive/dialects/bus/test_observer.py", "test_a_case"),
     ),

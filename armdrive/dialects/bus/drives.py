@@ -43,8 +43,8 @@ ALL_SILENT = (
 )
 """What to check if no drive on the bus answers."""
 BUS_REMEDY = "Check the bus's wiring, its load and its adapter"
-NONE_HEARD = f"no drive answered for a while. {BUS_REMEDY}"
 """What to check if drives did not answer for a while, and answer again."""
+NONE_HEARD = f"no drive answered for a while. {BUS_REMEDY}"
 
 
 def not_heard_words(who: str) -> str:

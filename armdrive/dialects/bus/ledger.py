@@ -71,6 +71,7 @@ class Ledger:
         """When its position was asked for last."""
         self._questions: deque[float] = deque(maxlen=MOST_QUESTIONS)
         self._waits_s: deque[float] = deque(maxlen=RECENT_REPLIES)
+        """How long it took for its latest replies whose question is certain."""
         self._polled_s = -math.inf
         self._owed = self._owed_before = self._missed = 0
         self._retried_s = -math.inf

@@ -28,10 +28,11 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
     reach       from the last reading within reach: as far as any order in force lets the drive
                 turn since then; also wherever its orders had it lately (a blocked shaft springs
                 there when it comes free), plus the give of a loaded shaft
-    following   where its orders had it between q - late_s and r, plus a corridor: on the course
-                that it has if all orders are equally late, or on one that its readings move
+    following   where its orders had it between q - late_s and r, plus a corridor. It has two
+                courses: one if all its orders are equally late, one that its readings move
     from zero   as far as any order in force lets it turn since it may have restarted
-    rest        after a stop: between where its orders had it and its target, plus a corridor
+    rest        after a stop: between where its orders had it, its target and, if it was silent,
+                where it was read last, plus a corridor
 
 After an outage the orders that a drive has received, and when, are not known. So its course begins
 again at its reading, at the speed that two prompt readings show, and it is judged from there on.
@@ -179,7 +180,7 @@ class ObservedDrive:
         self.node, self.name, self.bounds = node, name, bounds
         self.course = Course()
         """Where it probably is: where its orders have it, moved towards its readings."""
-        self.orders = Course()
+        self.ordered = Course()
         """Where its orders have it; moved only as far as no delay within the bound explains."""
         self.ledger = Ledger()
         self.rejections = Rejections()
@@ -232,7 +233,7 @@ class ObservedDrive:
     def order(self, goal: int, speed: float, slope: float, now_s: float) -> None:
         """Record an order with its speed and ramp."""
         self.course.order(goal, speed, slope, now_s)
-        self.orders.order(goal, speed, slope, now_s)
+        self.ordered.order(goal, speed, slope, now_s)
         self.moving, self.fresh = True, False
         if goal not in self.sent:
             self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
@@ -251,8 +252,7 @@ class ObservedDrive:
 
     def rest_at(self, count: int, now_s: float) -> None:
         """Record that the drive stands at a count."""
-        self.course.rest_at(count, now_s)
-        self.orders.rest_at(count, now_s)
+        self._rest_courses_at(count, now_s)
         self.moving = self.fresh = False
         self.sent, self._rest = Interval(count, count), Interval(-math.inf, math.inf)
         self.ledger.forget()
@@ -266,10 +266,12 @@ class ObservedDrive:
         if self.moving or not self.is_near:
             self.rest_at(self.count or 0, now_s)
             return
-        goal = self.goal
-        self.course.rest_at(goal, now_s)
-        self.orders.rest_at(goal, now_s)
+        self._rest_courses_at(self.goal, now_s)
         self._restart_comparison(now_s)
+
+    def _rest_courses_at(self, place: int, now_s: float) -> None:
+        for course in (self.course, self.ordered):
+            course.rest_at(place, now_s)
 
     def resume_from_reading(self, now_s: float) -> None:
         """Let its course continue from the last reading, at its time; the target stays.
@@ -278,7 +280,7 @@ class ObservedDrive:
         """
         self.verdict = None
         at, speed = float(self.count or 0), self.measured_speed or 0.0
-        for course in (self.course, self.orders):
+        for course in (self.course, self.ordered):
             course.put(at, speed, self.asked_s)
             course.advance(now_s)
         self._restart_comparison(now_s)
@@ -301,7 +303,7 @@ class ObservedDrive:
         """Record its count and conclude what that means."""
         course = self.course
         course.advance(now_s)
-        self.orders.advance(now_s)
+        self.ordered.advance(now_s)
         self.asked_s = self.ledger.located(now_s)
         self.count, self.read_s = count, now_s
         if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
@@ -388,8 +390,8 @@ class ObservedDrive:
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
             course.correct(CORRECTION_GAIN * course.off(count, self.ledger.asked_s))
-            unexplained = self.orders.off(count, self._ordered_from_s)
-            self.orders.correct(CORRECTION_GAIN * unexplained)
+            unexplained = self.ordered.off(count, self._ordered_from_s)
+            self.ordered.correct(CORRECTION_GAIN * unexplained)
         self._met = _Look(count, course.place, now_s)
 
     def _note_share(self, turned: float, ran: float, now_s: float) -> None:
@@ -422,7 +424,7 @@ class ObservedDrive:
         of its own, it leaves that course, but stays near the one that follows its readings.
         """
         since_s = self._ordered_from_s
-        return min(abs(each.off(count, since_s)) for each in (self.course, self.orders))
+        return min(abs(each.off(count, since_s)) for each in (self.course, self.ordered))
 
     def _reaches(self, place: int, now_s: float) -> bool:
         """Return whether the shaft can have turned to a place since its last reading in reach."""
@@ -434,7 +436,7 @@ class ObservedDrive:
         brakes = self.course.braking
         high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes(up), 0.0))
         low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes(down), 0.0))
-        lately = [each.hull(self._ordered_from_s) for each in (self.course, self.orders)]
+        lately = [each.hull(self._ordered_from_s) for each in (self.course, self.ordered)]
         low = min(low, *(each.low for each in lately))
         high = max(high, *(each.high for each in lately))
         return Interval(low, high).beyond(place) <= self.bounds.give

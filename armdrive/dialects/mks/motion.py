@@ -174,7 +174,7 @@ class MotionRun:
 
         A silent one may reply again while all brake: then it is judged where it comes to rest.
         """
-        wire, silence = self.wire, self._is_silence
+        wire, silence = self.wire, self._silence is not None
         self._silent = [each for each in wire.drives if each.frame_s < wire.now_s - MAX_DELAY_S]
         self.braking = self.stops.brake(wire.under_way, judged=self._judged or silence)
         if not silence:
@@ -183,13 +183,14 @@ class MotionRun:
     def _hold(self) -> Action:
         """Have each drive hold where it stands; then look for drives that fell silent."""
         yield from self.stops.hold(self.braking, judged=self._judged)
-        if isinstance(self.trouble, Verdict) and self._is_silence:
-            yield from self._report((yield from self._find_silent(self.trouble)))
+        if (silence := self._silence) is not None:
+            yield from self._report((yield from self._find_silent(silence)))
 
     @property
-    def _is_silence(self) -> bool:
-        silent = (DriveFinding.MUTE, DriveFinding.SILENT, DriveFinding.LATE)
-        return isinstance(self.trouble, Verdict) and self.trouble.finding in silent
+    def _silence(self) -> Verdict | None:
+        """The trouble, if it is that drives do not reply, or reply late."""
+        trouble, silent = self.trouble, (DriveFinding.MUTE, DriveFinding.SILENT, DriveFinding.LATE)
+        return trouble if isinstance(trouble, Verdict) and trouble.finding in silent else None
 
     def _report(self, trouble: Verdict | Alert | None) -> Action:
         """Find out why a drive is off its path, and report what is wrong."""
