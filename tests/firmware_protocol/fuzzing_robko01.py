@@ -3,6 +3,7 @@
 import random
 
 from fuzzing import FuzzCase
+from robko01_strategies import PLAIN
 
 from firmware_protocol import robko01
 from firmware_protocol.robko01.messages import encode_answer, encode_request
@@ -21,17 +22,6 @@ def _axes(rng: random.Random) -> robko01.Axes:
     return robko01.Axes(*six)
 
 
-PLAIN = (
-    robko01.Stop,
-    robko01.Disable,
-    robko01.Enable,
-    robko01.Clear,
-    robko01.Inputs,
-    robko01.IsMoving,
-    robko01.Position,
-    robko01.SavePosition,
-    robko01.LoadPosition,
-)
 REQUESTS = (
     lambda rng: rng.choice(PLAIN)(),
     lambda rng: rng.choice((robko01.Ping, robko01.SetRobotId, robko01.GetRobotId))(_some(rng)),
