@@ -6,7 +6,7 @@ from armdrive.sim.bus.board import DrivesBoard
 
 from .injection import DEVICE, HOST, CampaignFault, inject, motor
 from .missed_orders import excuse_cut_off, orders_ignored
-from .power_loss import next_poll_by_s
+from .power_loss import RESET_S, next_poll_by_s
 from .stage import Stage
 
 NEAR_ZERO = 64
@@ -58,20 +58,24 @@ def _mute_drive(stage: Stage) -> str:
 
 
 def _dead_drive(stage: Stage) -> str:
-    number = motor(stage)
-    _drive_restarts(stage, number)
-    return inject(stage, f"drive-dead {number} --for {stage.draw.choice((0.1, 0.6, 4.0))}")
+    number, for_s = motor(stage), stage.draw.choice((0.1, 0.6, 4.0))
+    _drive_restarts(stage, number, for_s)
+    return inject(stage, f"drive-dead {number} --for {for_s}")
 
 
 def _reset_drive(stage: Stage) -> str:
     number = motor(stage)
-    _drive_restarts(stage, number)
+    _drive_restarts(stage, number, RESET_S)
     return inject(stage, f"drive-reset {number}")
 
 
-def _drive_restarts(stage: Stage, number: int) -> None:
-    """Note that the count of a drive falls to zero; excuse it if the count was near zero."""
+def _drive_restarts(stage: Stage, number: int, for_s: float) -> None:
+    """Note that the count of a drive falls to zero; excuse it if the count was near zero.
+
+    The drive starts again after `for_s`.
+    """
     stage.look()
+    stage.note_drive_restarts((number - 1,), for_s)
     stage.watch.excuse_restart(stage.now_s)
     stage.watch.note_change(stage.now_s, next_poll_by_s(stage))
     if abs(stage.twin.device.registers[number - 1]) <= NEAR_ZERO:

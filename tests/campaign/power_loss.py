@@ -13,6 +13,8 @@ LOOK_S = 0.5
 """A poll that is due has begun within this time, whatever its result."""
 BOOT_S = 2.0
 """A board that sends a greeting has sent it within this time."""
+RESET_S = 0.15
+"""A simulated MKS drive that is reset holds its shaft again after this time (`boot_ms`)."""
 
 
 def next_poll_by_s(stage: Stage) -> float:
@@ -25,6 +27,7 @@ def note_power_loss(stage: Stage, for_s: float = 0.0) -> None:
     stage.look()
     stage.watch.excuse_restart(stage.now_s)
     stage.watch.note_change(stage.now_s, next_poll_by_s(stage))
+    stage.note_drive_restarts(range(len(stage.world.motors)), for_s or RESET_S)
     if not stage.twin.device.registers.largest or stage.reads_zero:
         _registers_stay_zero(stage, for_s)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -50,6 +50,8 @@ from .excuses import LostTargets, fastest_hz
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
+RESTART_SHOWN_S = 0.1
+"""Two readings of an MKS drive that has restarted show that, within this time."""
 BOX = Box("post", (-60.0, 300.0, 0.0), (60.0, 360.0, 120.0))
 RADII_MM = (10.0, 10.0, 10.0)
 """An obstacle next to the arm, and the thickness of its links, in half of the missions."""
@@ -157,6 +159,8 @@ class Stage:
         """Until when frames of the host may come a period late."""
         self._pause_promised = False
         """Whether the last bound was that of a pause."""
+        self.restart_known_by_s: dict[int, float] = {}
+        """By when a program knows that a drive restarted that goes on by itself, by its motor."""
         self.no_hold_until_s: dict[int, float] = {}
         """Until when the driver cannot order a drive to hold, by its motor, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s
@@ -415,15 +419,31 @@ class Stage:
             self.add_bound(what, bound.time_s, bound.distance_mm)
 
     def add_silence_bound(self, what: str, more_s: float = 0.0) -> None:
-        """Add the bound that the status announces for a program that falls silent now."""
+        """Add the bound that the status announces for a program that falls silent now.
+
+        A drive that counts from a new zero, which the program does not know yet, turns to the last
+        target from there. So how far it turns is not announced, only until when.
+        """
         if self.arm is not None:
             bound = self.arm.core.stop_bound()
             if self.arm.core.state is not State.DISCONNECTED:
                 self.watch.clear_bounds()  # a silent program does not request the stop any more
-            self.add_bound(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
+            astray = {at for at, by_s in self.restart_known_by_s.items() if self.now_s < by_s}
+            self.watch.slipped |= astray
+            distance_mm = math.inf if astray else bound.silent_distance_mm
+            self.add_bound(what, bound.silent_time_s + more_s, distance_mm)
 
     def _add_killed_bound(self) -> None:
         self.add_silence_bound("the program was killed")
+
+    def note_drive_restarts(self, motors: Iterable[int], for_s: float) -> None:
+        """Note that MKS drives restart: with a new zero they obey the next order without a word.
+
+        Two readings show that (docs/controllers/can.md). CiA 402 drives wait to be enabled.
+        """
+        if self.config.connection.dialect == "mks":
+            by_s = self.now_s + for_s + RESTART_SHOWN_S
+            self.restart_known_by_s |= dict.fromkeys(motors, by_s)
 
     def _step_mm(self) -> float:
         """Return how far the tip is off at most if every motor is one step off."""

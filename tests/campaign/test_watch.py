@@ -15,6 +15,7 @@ from .goals import certain_goal, place_near_limits
 from .laws import FRESH_S, Broken, call, check_arrival
 from .mission import Mission
 from .physical import Bound, Command
+from .power_loss import RESET_S
 from .speeds import SPEED_TOLERANCE, WINDOW_S
 from .stage import VARIANTS, Stage
 
@@ -334,6 +335,26 @@ def test_how_far_the_tip_moves_is_not_judged_once_a_stepper_has_slipped(slips, b
     stage.add_bound("a stop", 1.0, 1.0)
     stage.world.drive(steps(base=2000), stage.now_s)
     assert any("it went" in each for each in stage.watch.broken) is broken
+
+
+@pytest.mark.parametrize(
+    ("dialect", "later_s", "judged"),
+    [("mks", 0.24, False), ("mks", 0.26, True), ("cia402", 0.24, True)],
+)
+def test_a_drive_is_not_judged_if_the_program_dies_before_it_can_see_a_restart(
+    dialect, later_s, judged
+):
+    """Mission mks 420001887: restarted at a count of 701, the drive turned 701 counts too far."""
+    stage = a_stage(dialect)
+    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    stage.sleep(1.0)
+    stage.note_drive_restarts((SHOULDER,), RESET_S)
+    stage.sleep(later_s)
+    stage.add_silence_bound("the program was killed")
+    assert (SHOULDER not in stage.watch.excused_motors) is judged
+    assert not stage.watch.unknown_motors  # where it stands is still judged
+    stage.world._shift(steps(base=200_000), stage.now_s)
+    assert any("it went" in each for each in stage.watch.broken) is judged
 
 
 def test_a_late_message_is_excused_until_it_has_come():
