@@ -30,7 +30,7 @@ from armdrive.sim.device import Option
 from armdrive.sim.mks.kind import KIND as MKS
 from armdrive.sim.mks.kind import QUIRKS as MKS_QUIRKS
 from armdrive.trace.entries import EntryKind
-from tui.gamepad import map as pad_map
+from tui.keys import gamepad_map as pad_map
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
 from tui.keys.table import SCREENS
 from tui.settings import LOOKS

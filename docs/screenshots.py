@@ -31,9 +31,9 @@ from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 from kinematics.textbook.study import named_subject
 from tui.desk import Desk
+from tui.model_desk import ModelDesk
 from tui.program.screen import ProgramScreen
 from tui.startup import SCREENS
-from tui.theory.model import ModelDesk
 from tui.watch import Watching
 
 FOLDER = Path(__file__).parent / "pictures"

@@ -29,8 +29,7 @@ from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp, Outcome, action_call
 from tui.arm_view import SpaceView, move_cameras
 from tui.dialogs import FirstScreen, PostureScreen, commands
-from tui.gamepad.jogging import Gamepad
-from tui.gamepad.reader import EvdevPad
+from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of, titled

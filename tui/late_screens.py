@@ -10,7 +10,7 @@ from types import MappingProxyType
 from tui.desk import DeskScreen
 from tui.program.screen import ProgramScreen
 from tui.setup.screen import SetupScreen
-from tui.theory.panel import TheoryScreen
+from tui.theory import TheoryScreen
 
 LATE_SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
     {each.place: each for each in (SetupScreen, TheoryScreen, ProgramScreen)}

@@ -14,11 +14,11 @@ from types import MappingProxyType
 from armdrive import Arm
 from armdrive.render.canvas import can_braille
 from tui.desk import Desk, DeskScreen
-from tui.gamepad.reader import EvdevPad, check_gamepads, open_gamepad
+from tui.gamepad import EvdevPad, check_gamepads, open_gamepad
 from tui.jog.screen import JogScreen
 from tui.keys.keyboard import Keyboard
 from tui.keys.remap import load_keys
-from tui.log.screen import LogScreen
+from tui.log import LogScreen
 from tui.move.screen import MoveScreen
 from tui.points.screen import PointsScreen
 from tui.settings import memory_file

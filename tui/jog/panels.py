@@ -19,7 +19,7 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
 from tui.desk import Desk
-from tui.gamepad.jogging import PAD
+from tui.gamepad import PAD
 from tui.jog.jogging import DeskJogging
 from tui.keys.table import MM_AXES, JogPair, words
 from tui.settings import JogSettings

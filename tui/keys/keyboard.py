@@ -13,7 +13,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_
 
 from armdrive.errors.actions import desk_words, presented
 from kinematics.errors import suggestion
-from tui.gamepad.map import DEFAULT_PAD, PadMap
+from tui.keys.gamepad_map import DEFAULT_PAD, PadMap
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled, words
 
 KEYS_OFFERED = 12

@@ -4,7 +4,7 @@ layout = "azerty"           # or qwerty, qwertz, dvorak, colemak
 [keys]
 arm = "f9"                  # a row's id: a key, as printed or by its name ...
 finer = [",", "f10"]        # ... or several
-[gamepad]                   # see gamepad/map.py
+[gamepad]                   # see gamepad_map.py
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from armdrive.errors import KeyFileError
 from armdrive.storage import files as places
 from armdrive.text.reading import is_there, read_toml
 from kinematics.errors import suggestion
-from tui.gamepad.map import read_pad
+from tui.keys.gamepad_map import read_pad
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, key_named, label
 from tui.keys.table import SCREENS, STOP, TABLE, DeskKey
 

@@ -20,9 +20,8 @@ from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.move.planned import progress_bar
-from tui.program.files import ProgramFiles
 from tui.program.lines import LinesToShow, ProgramLines
-from tui.program.running import DeskRun, ProgramRehearsal, reason
+from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
 from tui.widgets import ChoiceList, Span, panels
 
 WARN = "$warning"

@@ -22,10 +22,10 @@ from armdrive.status import State, coded
 from armdrive.storage import files as places
 from armdrive.text.reading import read_text
 from kinematics.textbook.systems import MODEL_NAMES, system
-from tui.gamepad.reader import check_gamepads
+from tui.gamepad import check_gamepads
 from tui.keys.keyboard import Keyboard, as_rows, as_text
 from tui.keys.remap import load_keys
-from tui.theory.model import run_model
+from tui.model_desk import run_model
 
 
 def jog(options: argparse.Namespace) -> Outcome:

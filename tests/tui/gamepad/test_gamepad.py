@@ -11,13 +11,11 @@ import pytest
 from desk_session import Session
 from waiting import until_seen
 
+import tui.gamepad as pad_evdev
 from armdrive.errors import BadRequest, KeyFileError
 from armdrive.moves import Jog, Space
 from armdrive.status import State
-from tui.gamepad import map as pad_map
-from tui.gamepad import reader as pad_evdev
-from tui.gamepad.map import BUTTONS, DEFAULT_PAD, STICKS
-from tui.gamepad.reader import (
+from tui.gamepad import (
     Came,
     EvdevPad,
     Gone,
@@ -29,6 +27,8 @@ from tui.gamepad.reader import (
     open_gamepad,
 )
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, STEER_S
+from tui.keys import gamepad_map as pad_map
+from tui.keys.gamepad_map import BUTTONS, DEFAULT_PAD, STICKS
 from tui.keys.remap import load_keys
 
 BUMPER = BUTTONS["left-bumper"]

@@ -13,7 +13,7 @@ from kinematics.textbook.study import named_subject
 from tui.app import action_call
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.table import SCREENS, TABLE
-from tui.theory.model import ModelDesk, model_keys
+from tui.model_desk import ModelDesk, model_keys
 from tui.watch import Watching
 
 SCREEN_KEYS = {entry.id: entry.key for entry in SCREENS}

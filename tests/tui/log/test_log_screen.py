@@ -15,8 +15,7 @@ from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.table import LOG_DIALOG_KEYS, LOG_KEYS
-from tui.log.lines import PORTION, Window, catalogue_text, cut, log_row, whole_line
-from tui.log.screen import GLANCE_S
+from tui.log import GLANCE_S, PORTION, Window, catalogue_text, cut, log_row, whole_line
 from tui.widgets import PlainText
 
 

@@ -15,7 +15,7 @@ from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.remap import LAYOUTS, _of_layout, load_keys
 from tui.keys.table import TABLE
-from tui.theory.model import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys, model_pairs
+from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys, model_pairs
 from tui.widgets import PlainText
 
 

@@ -13,7 +13,7 @@ from tui.desk import Desk
 from tui.keys.keyboard import label
 from tui.keys.table import THEORY_KEYS
 from tui.startup import SCREENS
-from tui.theory.panel import LOOK_S, READ_ONLY, UNKNOWN_BUILD
+from tui.theory import LOOK_S, READ_ONLY, UNKNOWN_BUILD
 
 
 async def opened(session):

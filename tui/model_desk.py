@@ -23,7 +23,7 @@ from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.remap import checked
 from tui.keys.table import LETTERS, STOP, DeskKey, JogPair, words
 from tui.settings import INCREMENTS, neighbour
-from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
+from tui.theory import TheoryPanel, axis_rows, joint_rows
 from tui.widgets import KeyLine, PlainText
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.

@@ -1,1 +1,0 @@
-"""The log: what passes between the arm and this program, in words."""
