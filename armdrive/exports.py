@@ -61,7 +61,7 @@ from armdrive.storage.points import Point, Step, StepList
 from armdrive.text.json_forms import move_from_json, move_to_json
 from kinematics.errors import KinematicsError, NoArc
 from kinematics.geometry import PathBroken, Unreachable
-from kinematics.paths.parts import ArcPart, JointPart, LinePart, PosePart
+from kinematics.paths.routes import ArcPart, JointPart, LinePart, PosePart
 from kinematics.spaces import Joints, Motors, Pose
 
 __all__ = [

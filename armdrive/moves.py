@@ -21,7 +21,7 @@ from typing import TypedDict, get_args
 from armdrive.errors import BadArgument, BadRequest
 from armdrive.errors.kinematic import checked_number
 from kinematics.errors import finite, suggestion
-from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
+from kinematics.paths.routes import ArcPart, JointPart, LinePart, PathPart, PosePart
 from kinematics.spaces import Joints, Pose
 
 

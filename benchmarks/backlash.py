@@ -21,7 +21,7 @@ from reporting import report
 from armdrive import Arm, Pose
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.status import State
 
 PLAY_STEPS = 12

@@ -18,7 +18,7 @@ from armdrive.motion.execute import Moved
 from armdrive.motion.plan import plan_line, plan_route
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, KinematicsError, Pose
-from kinematics.paths.parts import ArcPart
+from kinematics.paths.routes import ArcPart
 from tests.conformance.observation import Point
 from tests.conformance.rows_moving import off_line_mm
 

@@ -13,7 +13,7 @@ from armdrive import Arm, Pose
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 
 SEED = 1982
 RISE_MM = 80.0

@@ -27,7 +27,7 @@ from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
 from armdrive.motion.execute import Moved
 from kinematics import LinePart, Pose
-from kinematics.paths.parts import ArcPart, PathPart
+from kinematics.paths.routes import ArcPart, PathPart
 
 TIMES, QUICK_TIMES = 5, 1
 PATIENCE_S = 300.0

@@ -8,13 +8,13 @@ from dataclasses import MISSING, Field, fields
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.guards import GuardSettings
 from armdrive.config.link_model import AxisRow, LinkRow, ModelHead, Placement, Tip, UrdfSettings
 from armdrive.config.sections import (
     Connection,
     FingerModel,
     FrameSettings,
     GripperSettings,
+    GuardSettings,
     HomingKeys,
     MotionSettings,
     YawedPostureSettings,

@@ -18,7 +18,7 @@ import reference
 
 from armdrive.cli.commands import COMMANDS, EXIT_CODES
 from armdrive.config.write import complete
-from armdrive.errors.printing import page as errors_page
+from armdrive.errors.table import page as errors_page
 from armdrive.programs.language.words import SHELL, tables
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm

@@ -17,8 +17,7 @@ from textual.screen import ModalScreen
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import printable
-from armdrive.errors.printing import in_full
-from armdrive.errors.table import CatalogueEntry, by_code, found
+from armdrive.errors.table import CatalogueEntry, by_code, found, in_full
 from armdrive.status import Status
 from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader

@@ -38,7 +38,7 @@ from armdrive.status import Status
 from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings
 from armdrive.trace.log import LogReader
-from kinematics.paths.parts import PathPart
+from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 

@@ -63,7 +63,7 @@ from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
 from armdrive.trace.calls import traced
 from kinematics.errors import finite
-from kinematics.paths.parts import PathPart
+from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 

@@ -23,7 +23,7 @@ from armdrive.moves import Jog, Move
 from armdrive.registry import DEFAULT
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.storage.points import Point
-from kinematics.paths.parts import PathPart
+from kinematics.paths.routes import PathPart
 from kinematics.spaces import Joints, Pose
 
 A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"

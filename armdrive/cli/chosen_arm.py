@@ -19,7 +19,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import state_file
 from armdrive.errors import StateFileError
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.clock import PaceChoice
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold

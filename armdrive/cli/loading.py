@@ -66,10 +66,8 @@ def _import(name: str) -> None:
             import armdrive.cli.learn.poses
         case "set_up.arguments":
             import armdrive.cli.set_up.arguments
-        case "set_up.can_monitor":
-            import armdrive.cli.set_up.can_monitor
-        case "set_up.can_setup":
-            import armdrive.cli.set_up.can_setup
+        case "set_up.can":
+            import armdrive.cli.set_up.can
         case "set_up.completion":
             import armdrive.cli.set_up.completion
         case "set_up.config":

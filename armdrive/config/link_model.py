@@ -13,7 +13,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.guards import guards_of
 from armdrive.config.preset import MOST_STEPS, SPEED
 from armdrive.config.sections import (
     OPENING,
@@ -21,6 +20,7 @@ from armdrive.config.sections import (
     TURNING,
     FingerModel,
     GripperSettings,
+    guards_of,
     is_urdf,
     read_posture,
 )

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from armdrive.config.guards import guards_of
-from armdrive.config.sections import read_posture
+from armdrive.config.sections import guards_of, read_posture
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import TomlTable, between, joint_range
 from kinematics.presets import ArmPreset, Reference, cable_transmission, preset

@@ -12,15 +12,16 @@ from dataclasses import fields
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.guards import GuardSettings, guard_table
 from armdrive.config.preset import LENGTHS
 from armdrive.config.sections import (
     OPENING,
     SLIDING,
     TURNING,
     FingerModel,
+    GuardSettings,
     HomingKeys,
     backlash_keys,
+    guard_table,
 )
 from armdrive.text.toml import (
     FORMAT_ENTRY,

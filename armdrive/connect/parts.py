@@ -21,8 +21,7 @@ from armdrive.errors import ArmError, BadRequest, LinkLost, NoAnswer, PortUnavai
 from armdrive.motion import standing
 from armdrive.motion.context import MotionContext, alerted
 from armdrive.motion.plan import SpeedLimits
-from armdrive.registry import dialect
-from armdrive.registry.simulate import simulate
+from armdrive.registry import dialect, simulate
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
 from armdrive.runtime.engine import Engine, Received, call_limit_s

@@ -6,9 +6,9 @@ are imported on demand.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from armdrive.abilities import Abilities, Torque
 
@@ -17,10 +17,37 @@ if TYPE_CHECKING:
     from armdrive.dialects.bus.tools import BusTools
     from armdrive.dialects.bus.words import FrameDescriber
     from armdrive.dialects.controller import Controller
-    from armdrive.dialects.pendant import PendantTools
     from armdrive.dialects.recognition import Recognition
     from armdrive.dialects.words import Describer
+    from armdrive.storage.points import Point, StepList
     from firmware_protocol.frames import Unpacker
+
+
+P = TypeVar("P")
+"""The value of a whole program."""
+
+Origin: TypeAlias = tuple[int, ...] | None
+"""The motor steps at register zero; None if they are unknown."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PendantTools(Generic[P]):
+    """One dialect's programs, converted from the arm's memory, from a file, and back.
+
+    `from_words` decodes the words of every row; `row` creates the row of a motion to absolute
+    registers at a share of the arm's speed. `text` returns a program as a file, with the time at
+    which it was read and the meaning of each row; `parse` reads such a file of at most
+    `largest_bytes`; `view` returns it as plain data. `taught_by` creates points and a sequence with
+    a name and a note.
+    """
+
+    from_words: Callable[[Sequence[Sequence[int]], Origin], P]
+    row: Callable[[ArmConfig, int, float, tuple[int, ...]], Any]
+    parse: Callable[[str], P]
+    text: Callable[[ArmConfig, P, str], str]
+    view: Callable[[ArmConfig, P], dict[str, Any]]
+    taught_by: Callable[[ArmConfig, P, str, str], tuple[dict[str, Point], StepList]]
+    largest_bytes: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,13 +9,14 @@ raised without this table.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.errors import BadRequest
+from armdrive.errors.actions import ACTIONS, PHRASES
 from kinematics.errors import nearest_word
 
 
@@ -138,3 +139,86 @@ def error_view(error: BaseException) -> dict[str, str]:
         "effect": row.effect,
         "remedy": row.remedy,
     }
+
+
+# The catalogue as people read it: a list, one row in full, and docs/reference/errors.md.
+
+_PAGE_BEGINS = """\
+# Every error
+
+What each error means, what it does to the arm, and what to do. The code stands in brackets before
+the message: `armdrive: [E203] planned motion needs ...`. `armdrive errors CODE` prints one row,
+`armdrive errors --find lost,cable` the rows with both words, and `armdrive errors --markdown` this
+page. On the log of the desk (F7) `e` searches it.
+
+In Python, every error of a call of an arm is an `ArmError`, and `error.code` is its code. A refusal
+of the kinematics is both: `move_to` raises an `Unreachable` that is an `ArmError` and a
+`kinematics.Unreachable`. The kinematics alone raise errors of their own, whose row is
+`armdrive.errors.table.entry(error)`.
+
+With `--json` a failing command prints one object on standard error: `code`, `title`, `message`,
+`effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
+
+Text from files, devices and the command line is never printed raw. Characters that a terminal would
+act on, or not show, are printed as escapes: `\\x1b` for the escape character, `\\u202e` for one
+that reverses the direction of writing. That holds for every output: messages, tables, drawings, the
+shell, the desk and the log. A very long line loses its middle. `--json` escapes as JSON does.
+
+If armdrive itself has a fault, it says so in one sentence (E005), writes the traceback to
+`unexpected.txt` in the state folder, and ends with exit code 70. `ARMDRIVE_TRACEBACK=1` in the
+environment prints the traceback instead.
+"""
+
+
+def listing() -> Iterator[str]:
+    """Return a line for each row."""
+    width = max(len(row.title) for row in ENTRIES)
+    for group, rows in GROUPS.items():
+        yield f"{group}:"
+        for row in rows:
+            yield f"  {row.code}  {row.title:<{width}}  {row.name}"
+
+
+INDENT = len("  remedy  ")
+"""Columns before the text of a row that is printed in full."""
+
+
+def in_full(row: CatalogueEntry) -> Iterator[str]:
+    """Return the lines of one row."""
+    yield f"{row.code}: {row.title} ({row.name})"
+    yield f"  cause   {_plain(row.cause)}"
+    yield f"  effect  {_plain(row.effect)}"
+    yield f"  remedy  {_plain(row.remedy)}"
+
+
+def page() -> str:
+    """Return docs/reference/errors.md."""
+    parts = [_PAGE_BEGINS, *_actions()]
+    for group, rows in GROUPS.items():
+        parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")
+        parts.append("|---|---|---|---|---|\n")
+        parts += [
+            f"| {row.code} | **{row.title}** (`{row.name}`) | {row.cause} | {row.effect} | "
+            f"{row.remedy} |\n"
+            for row in rows
+        ]
+    return "".join(parts)
+
+
+def _actions() -> Iterator[str]:
+    yield (
+        "\n## What an error asks for\n\nThis page names actions as a Python program calls them. "
+        "The command line, the shell and the\ndesk show their own words instead:\n\n"
+        "| in Python | on the command line | in `armdrive shell` | at the desk, the key for |\n"
+        "|---|---|---|---|\n"
+    )
+    for row in ACTIONS:
+        key = row.desk.strip("{}")
+        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {key} |\n"
+    for phrase in PHRASES:
+        key = re.sub(r"press \{([a-z-]+)\}", r"\1", phrase.desk)
+        yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {key} |\n"
+
+
+def _plain(text: str) -> str:
+    return text.replace("**", "")

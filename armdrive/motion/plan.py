@@ -23,8 +23,7 @@ from kinematics.guards.guards import GuardViolation, Violation
 from kinematics.guards.path import first_violation
 from kinematics.limits import LimitViolation
 from kinematics.paths.chords import line_path
-from kinematics.paths.parts import LinePart, PathPart, PosePart
-from kinematics.paths.routes import PathSection, Route, route_sections
+from kinematics.paths.routes import LinePart, PathPart, PathSection, PosePart, Route, route_sections
 from kinematics.paths.timing import MotionLimits, Point, timed
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission

@@ -41,7 +41,7 @@ from armdrive.moves import (
     Space,
 )
 from armdrive.runtime.position import ArmCoordinates, alike
-from kinematics.paths.parts import ArcPart, JointPart, PathPart
+from kinematics.paths.routes import ArcPart, JointPart, PathPart
 from kinematics.spaces import Joints, Pose
 
 ALIKE_RAD = math.radians(0.5)  # joints within this angle are in the posture of a saved point

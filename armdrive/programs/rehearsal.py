@@ -46,7 +46,7 @@ from armdrive.programs.progress import (
     line_words,
 )
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.world.table import GripScene, Incident, TableBlock

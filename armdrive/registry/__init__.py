@@ -9,7 +9,7 @@ dialect, or reads its section of a file, is imported when its row is asked for i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -25,9 +25,11 @@ from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.pendant import PendantTools
+    from armdrive.dialects.dialect import PendantTools
     from armdrive.dialects.teachmover.pendant import PendantProgram
-    from armdrive.sim.simulated_arm import SimDeviceKind
+    from armdrive.sim.device import SimDevice, Value
+    from armdrive.sim.simulated_arm import SimDeviceKind, SimulatedArm
+    from armdrive.sim.world.table import Stand, TableBlock
     from firmware_protocol.frames import Frame
 
 
@@ -136,3 +138,35 @@ def likely(frames: Iterable[Frame]) -> Language:
         return sum(describer.describe(frame).foreign for frame in seen)
 
     return min(LANGUAGES.values(), key=foreign)
+
+
+def simulate(
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    blocks: Iterable[TableBlock] = (),
+    play: int | Sequence[int] | None = None,
+    stand: Stand | None = None,
+    **options: Value,
+) -> SimulatedArm:
+    """Build the simulated counterpart of an arm, as `SimDeviceKind.simulate` says."""
+    kind, saved = simulated_kind(config.connection.dialect), _with_dialect(saved)
+    device = kind.simulate(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
+    return kind.twin(config, device)
+
+
+def simulate_device(
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    play: int | Sequence[int] | None = None,
+    settings: Mapping[str, Value] | None = None,
+) -> SimDevice:
+    """Build the simulated device of an arm alone, for a process of its own."""
+    kind = simulated_kind(config.connection.dialect)
+    return kind.simulate(config, _with_dialect(saved), play=play, settings=settings)
+
+
+def _with_dialect(saved: object) -> object:
+    """Return a saved world with its dialect: those of the first versions do not name it."""
+    return {"dialect": DEFAULT, **saved} if isinstance(saved, Mapping) else saved

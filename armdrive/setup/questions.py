@@ -12,9 +12,8 @@ from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any, get_args, get_type_hints
 
-from armdrive.config.guards import GuardSettings
 from armdrive.config.preset import LENGTHS
-from armdrive.config.sections import Connection, FingerModel
+from armdrive.config.sections import Connection, FingerModel, GuardSettings
 from armdrive.config.write import MEANINGS
 from armdrive.dialog.conversation import (
     Question,

@@ -20,7 +20,7 @@ from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
 from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.table import Faults
 from armdrive.sim.simulated_arm import SimulatedArm

@@ -45,7 +45,7 @@ from armdrive.text.form import (
     several,
     tagged,
 )
-from kinematics.paths.parts import ArcPart, JointPart, LinePart, PosePart
+from kinematics.paths.routes import ArcPart, JointPart, LinePart, PosePart
 from kinematics.spaces import Joints, Pose
 
 # The JSON form of moves: an object with the fields of the move, and its kind under `move`.

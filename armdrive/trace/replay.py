@@ -23,8 +23,8 @@ from armdrive.config.sections import is_model_file
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
 from armdrive.errors.printable import reason_of
+from armdrive.registry import simulate_device
 from armdrive.registry.arm_files import parse_arm
-from armdrive.registry.simulate import simulate_device
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
 from armdrive.sim.wire import PacedDevice

@@ -13,7 +13,7 @@ from itertools import pairwise
 from operator import add, sub
 from typing import NamedTuple, cast
 
-from kinematics.errors import KinematicsError, NoArc
+from kinematics.errors import KinematicsError, NoArc, check_fields, finite, not_negative, require
 from kinematics.frames.vectors import add as plus
 from kinematics.frames.vectors import scale
 from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, PathBroken, Point, Unreachable
@@ -38,8 +38,67 @@ from kinematics.paths.curves import (
     beginning,
     straight_between,
 )
-from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
-from kinematics.spaces import Joints
+from kinematics.spaces import JOINTS_EXAMPLE, POSE_EXAMPLE, Joints, Pose
+
+
+@dataclass(frozen=True, slots=True)
+class JointPart:
+    """Every joint turns in proportion, to a posture."""
+
+    goal: Joints
+    blend_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        require("goal", self.goal, Joints, JOINTS_EXAMPLE)
+        check_fields(self, not_negative, "blend_mm")
+
+
+@dataclass(frozen=True, slots=True)
+class _PartToPose:
+    goal: Pose
+    blend_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        require("goal", self.goal, Pose, POSE_EXAMPLE)
+        check_fields(self, not_negative, "blend_mm")
+
+
+class PosePart(_PartToPose):
+    """Every joint turns in proportion, to the nearest posture for a pose."""
+
+    __slots__ = ()
+
+
+class LinePart(_PartToPose):
+    """A straight line to a pose, in x, y, z and the turn of the hand."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ArcPart:
+    """A circular arc through a via point, of which only x, y and z count, to a pose.
+
+    With `sweep_rad` the arc ends after that angle instead, and the goal only gives a third point of
+    the circle and the final orientation of the hand; 2 pi is a full circle.
+    """
+
+    via: Pose
+    goal: Pose
+    blend_mm: float = 0.0
+    sweep_rad: float | None = None
+
+    def __post_init__(self) -> None:
+        require("via", self.via, Pose, POSE_EXAMPLE)
+        require("goal", self.goal, Pose, POSE_EXAMPLE)
+        if self.sweep_rad is not None:
+            check_fields(self, finite, "sweep_rad")
+        check_fields(self, not_negative, "blend_mm")
+
+
+PathPart = JointPart | PosePart | LinePart | ArcPart
+"""One part of a route."""
+
 
 # The parts of a route laid end to end, each from stop to stop: its curve and its chords.
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.status import State
 
 PLAY = 12

@@ -15,7 +15,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, DeviceFault
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import Current, State, Trust

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.tools import IDS, DriveDialog, Listened, frame_script
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import Survey, ask_round
 from armdrive.dialog.conversation import About, AskPerson
-from armdrive.registry.simulate import simulate, simulate_device
+from armdrive.registry import simulate, simulate_device
 from armdrive.setup.commissioning import CommissioningOutcome, one, walk
 from armdrive.setup.dialog_runner import DialogClock, carry_out, drive_dialog
 from armdrive.setup.plan import CommissioningPlan, plan_of

@@ -13,7 +13,7 @@ from uart import Receiver
 
 from armdrive.connect.port import recogniser
 from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate_device
+from armdrive.registry import simulate_device
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.prober import Examination, examine

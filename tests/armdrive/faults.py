@@ -16,7 +16,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import LinkLost
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import State, Trust

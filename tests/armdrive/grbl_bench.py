@@ -8,7 +8,7 @@ from functools import partial
 
 from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate_device
+from armdrive.registry import simulate_device
 from armdrive.sim.mechanics.switches import LimitSwitch
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink

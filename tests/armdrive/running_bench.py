@@ -15,7 +15,7 @@ from armdrive.programs.acts import RunStage
 from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder

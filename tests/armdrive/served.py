@@ -12,7 +12,7 @@ from typing import Any
 from waiting import LONG_S, until
 
 from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate_device
+from armdrive.registry import simulate_device
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import parse_option
 from armdrive.sim.serving.loop import make_server, run_device

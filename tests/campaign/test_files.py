@@ -19,8 +19,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm, parse_arm
-from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder

@@ -14,7 +14,7 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.operator import Operator
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.faults.request import parse_words
 from armdrive.sim.simulated_arm import SimulatedArm

@@ -11,8 +11,16 @@ from dataclasses import asdict
 
 from armdrive.cli.presenter import Outcome, Result, as_json, put
 from armdrive.errors.actions import COMMAND_LINE, presented
-from armdrive.errors.printing import INDENT, in_full, listing, page
-from armdrive.errors.table import ENTRIES, CatalogueEntry, by_code, found
+from armdrive.errors.table import (
+    ENTRIES,
+    INDENT,
+    CatalogueEntry,
+    by_code,
+    found,
+    in_full,
+    listing,
+    page,
+)
 
 
 def errors(options: argparse.Namespace) -> Outcome:

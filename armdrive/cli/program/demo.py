@@ -23,8 +23,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.programs.demo import JOBS, CarriedBlock, Job, blocks_of, misplaced, perform
-from armdrive.registry import DEFAULT
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DEFAULT, simulate
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment, PostureDrawing
 from armdrive.sim.simulated_arm import SimulatedArm

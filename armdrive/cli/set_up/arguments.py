@@ -233,12 +233,12 @@ CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "setup": Action(
             "commission new drives one at a time, and write the arm file",
-            "set_up.can_setup:set_up",
+            "set_up.can:set_up",
             _can_setup,
         ),
         "monitor": Action(
             "show what passes on a bus in words; sends nothing",
-            "set_up.can_monitor:monitor",
+            "set_up.can:monitor",
             _can_monitor,
         ),
     }

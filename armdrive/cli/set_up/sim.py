@@ -11,8 +11,7 @@ from pathlib import Path
 from armdrive.cli.presenter import put_error, say, say_lines
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.registry import DIALECTS, simulated_kind
-from armdrive.registry.simulate import simulate_device
+from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.bus.line import BITRATE
 from armdrive.sim.device import Options, Value

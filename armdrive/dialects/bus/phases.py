@@ -1,4 +1,4 @@
-"""Lead the drives of one arm through a motion: one table of phases and signals for every dialect.
+"""Lead the drives of one arm through a motion: its phases and signals, for every dialect.
 
 A motion is in one phase at a time. The phase's stage sends the frames that are due and reports a
 signal when something has changed. The table gives the next phase and the action on the way there.
@@ -7,13 +7,16 @@ A signal that the table does not list for a phase changes nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+import math
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
-from armdrive.dialects.exchange import ScriptIO
-from armdrive.tasks import never
+from armdrive.dialects.bus.drives import Obstructed
+from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.exchange import ListenedTime, Script, ScriptIO
+from armdrive.tasks import Done, Reply, RequestRejected, Timeout, never
 
 H = TypeVar("H")
 
@@ -137,3 +140,161 @@ def run_phases(
         if following not in (phase, Phase.ENDED):
             stage = stages[following]()
         phase = following
+
+
+D = TypeVar("D")
+D_contra = TypeVar("D_contra", contravariant=True)
+
+
+# What every dialect goes through: the end of an earlier motion, braking, homing. A dialect supplies
+# the frames and says what it has seen of each drive. Deadlines are in listened time, so a late
+# computer blames no drive.
+
+
+class Brakes(Protocol[D_contra]):
+    """How one dialect's drives are stopped."""
+
+    def step(self, left: Sequence[D_contra], now_s: float) -> float:
+        """Repeat the stop and ask the drives that do not stand; return when to call again."""
+
+    def has_looked(self, now_s: float) -> bool:
+        """Return whether there is news about the drives."""
+
+    def stands(self, drive: D_contra) -> bool:
+        """Return whether a drive has been seen to stand."""
+
+    def settle(self, drive: D_contra, now_s: float) -> None:
+        """Record that a drive stands."""
+
+    def is_mute(self, drive: D_contra) -> bool:
+        """Return whether a drive has left too many questions unanswered."""
+
+    def absence(self, mute: Sequence[D_contra]) -> Timeout | RequestRejected:
+        """Return the reply that names drives that fell silent while they braked."""
+
+
+class Braking(Generic[D]):
+    """The stopping stage: the stop is repeated until every drive is seen to stand."""
+
+    def __init__(
+        self, brakes: Brakes[D], drives: Iterable[D], listened: ListenedTime, patience_s: float
+    ) -> None:
+        self._brakes, self._listened = brakes, listened
+        self.left = list(drives)
+        """The drives that have not been seen to stand."""
+        self.standing: list[D] = []
+        self._mute: list[D] = []
+        self._given_up_s = listened.s + patience_s
+
+    def step(self, now_s: float) -> float:
+        """Repeat the stop."""
+        return self._brakes.step(self.left, now_s)
+
+    def signal(self, now_s: float) -> Signal | None:
+        """Return whether all drives stand, or that this will not be known."""
+        brakes = self._brakes
+        if not brakes.has_looked(now_s):
+            return None
+        for drive in tuple(self.left):
+            if brakes.stands(drive):
+                self.left.remove(drive)
+                self.standing.append(drive)
+                brakes.settle(drive, now_s)
+        if not self.left:
+            return Signal.STOPPED
+        self._mute = [drive for drive in self.left if brakes.is_mute(drive)]
+        over = self._listened.s >= self._given_up_s
+        return Signal.NOT_STOPPED if over or len(self._mute) == len(self.left) else None
+
+    def unstopped(self) -> Timeout | RequestRejected | None:
+        """Return why some drives are not known to stand; None if all are."""
+        if not self.left:
+            return None
+        if len(self._mute) == len(self.left):
+            return self._brakes.absence(self._mute)
+        return RequestRejected(f"{self.left[0]} did not come to rest after a stop")
+
+
+EARLIER_MOTION_S = 1.0
+"""How long drives may turn that an earlier program left moving, and again after their stop."""
+
+
+def end_earlier_motion(
+    listened: ListenedTime,
+    turning: Callable[[], Script[Any, list[D]]],
+    stop: Callable[[list[D]], Script[Any, None]],
+) -> Script[Any, None]:
+    """Wait for the end of a motion that an earlier program left running, then stop it.
+
+    `turning` returns the drives that turn, and takes the time between two looks. Raises
+    `Obstructed` if a drive still turns after its stop.
+    """
+    began_s, stopped_s = listened.s, math.inf
+    while drives := (yield from turning()):
+        if listened.s > stopped_s + EARLIER_MOTION_S:
+            raise Obstructed(f"{drives[0]} turns, and did not come to rest after a stop")
+        if listened.s > began_s + EARLIER_MOTION_S and math.isinf(stopped_s):
+            yield from stop(drives)
+            stopped_s = listened.s
+
+
+OVERTRAVEL = 1.1
+"""A search that covers more than this share of a motor's whole range will find no switch."""
+
+
+class HomingStatus(Enum):
+    """What a drive reports of its search."""
+
+    SEARCHING = "searching"
+    FOUND = "found"
+    FAILED = "failed"
+
+
+class HomingSearch:
+    """The drives of one group that search for their switches, and what went wrong."""
+
+    def __init__(
+        self,
+        ranges: Mapping[ObservedDrive, float],
+        tolerance: float,
+        listened: ListenedTime,
+        timeout_s: float,
+    ) -> None:
+        self.left = list(ranges)
+        """The drives that are still searching."""
+        self.wrong = ""
+        """What went wrong, in words."""
+        self._starts = {drive: drive.count or 0 for drive in ranges}
+        self._most = {drive: OVERTRAVEL * each + tolerance for drive, each in ranges.items()}
+        self._listened, self._given_up_s = listened, listened.s + timeout_s
+
+    def note(self, drive: ObservedDrive, status: HomingStatus) -> None:
+        """Record what a drive reports. A search that has left the motor's range has failed."""
+        travel = abs((drive.count or 0) - self._starts[drive])
+        if status is HomingStatus.FOUND:
+            self.left.remove(drive)
+        elif status is HomingStatus.FAILED:
+            self.wrong = self.wrong or f"{drive} did not find its switch or stop"
+        elif travel > self._most[drive]:
+            self.wrong = self.wrong or f"{drive} found no switch within its joints' limits"
+
+    def signal(self) -> Signal | None:
+        """Return whether all have found their switches, or one never will."""
+        if not self.wrong and self.left and self._listened.s > self._given_up_s:
+            self.wrong = f"{self.left[0]} found no switch in time"
+        if self.wrong:
+            return Signal.TROUBLE
+        return None if self.left else Signal.ARRIVED
+
+
+def home_in_groups(
+    groups: tuple[tuple[int, ...], ...],
+    drives: Sequence[D],
+    home_group: Callable[[tuple[D, ...]], Script[Any, Reply]],
+) -> Script[Any, Reply]:
+    """Home group after group; without groups, one drive after the other."""
+    for group in groups or tuple((motor,) for motor in range(len(drives))):
+        reply = yield from home_group(tuple(drives[motor] for motor in group))
+        if not isinstance(reply, Done):
+            return reply
+    return Done()

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NoReturn
 
 from armdrive.dialects.bus.drives import Obstructed
-from armdrive.dialects.bus.stages import end_earlier_motion
+from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.cia402.exchange import (
     STOP,
     TRIES,

@@ -14,8 +14,7 @@ from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import Obstructed, not_heard_words
 from armdrive.dialects.bus.observer import DriveFinding
-from armdrive.dialects.bus.phases import Act, Phase, Signal, Stages, run_phases
-from armdrive.dialects.bus.stages import Braking
+from armdrive.dialects.bus.phases import Act, Braking, Phase, Signal, Stages, run_phases
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     STOP,

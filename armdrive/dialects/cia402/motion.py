@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
-from armdrive.dialects.bus.phases import Phase, Signal
-from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
+from armdrive.dialects.bus.phases import HomingSearch, HomingStatus, Phase, Signal, home_in_groups
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     Script,

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import ObservedDrive
-from armdrive.dialects.bus.stages import end_earlier_motion
+from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.mks.inquiry import MksInquiry, Words, firmware_of, shared_words
 from armdrive.dialects.mks.stops import MksStops, pushing_words
 from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript, setting_of

@@ -9,8 +9,16 @@ from collections.abc import Sequence
 
 from armdrive.dialects.bus.drives import NONE_HEARD
 from armdrive.dialects.bus.observer import DriveFinding, ObservedDrive
-from armdrive.dialects.bus.phases import Act, Phase, Signal, Stages, run_phases
-from armdrive.dialects.bus.stages import HomingSearch, HomingStatus, home_in_groups
+from armdrive.dialects.bus.phases import (
+    Act,
+    HomingSearch,
+    HomingStatus,
+    Phase,
+    Signal,
+    Stages,
+    home_in_groups,
+    run_phases,
+)
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.dialects.mks.wire import MksWire, Script
 from armdrive.tasks import Done, Halted, Progress, RequestRejected

@@ -12,8 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from armdrive.dialects.bus.drives import Obstructed
 from armdrive.dialects.bus.observer import MUTE_POLLS, ObservedDrive
-from armdrive.dialects.bus.phases import Act, Phase, run_phases
-from armdrive.dialects.bus.stages import Braking
+from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.mks.wire import MksWire, WireScript
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (

@@ -232,7 +232,9 @@ DRIVING = (
         ("home", (*OF_OTHERS, "armdrive.programs")),
         ("move --shoulder 10", (*OF_OTHERS, "armdrive.programs")),
         ("status --sim mks", ("firmware_protocol.teachmover", "armdrive.sim.teachmover")),
-        ("status --port /dev/none --dialect grbl", ("armdrive.sim", "armdrive.dialects.pendant")),
+        ("status --port /dev/none --dialect grbl", (
+            "armdrive.sim", "armdrive.dialects.teachmover.pendant",
+        )),
         ("run SCRIPT", (
             *OF_OTHERS, "armdrive.programs.rehearsal", "lark",
             "armdrive.sim.device", "firmware_protocol.teachmover",

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import ArmFileError, Refused
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm, preset_arm
-from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedPace
 from kinematics import KinematicsError, preset
 from kinematics.spaces import Joints

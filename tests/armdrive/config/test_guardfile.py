@@ -8,7 +8,7 @@ import pytest
 from chain_files import six_joints
 from pages import page_path
 
-from armdrive.config.guards import guard_table, guards_of
+from armdrive.config.sections import guard_table, guards_of
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import parse_arm
 from armdrive.text.toml import Problems, TomlTable, value

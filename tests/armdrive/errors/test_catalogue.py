@@ -18,8 +18,7 @@ from armdrive import Arm
 from armdrive.cli import main
 from armdrive.cli.runner import CommandEnded
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoSuchPort, NotReferenced, WrongState
-from armdrive.errors.printing import page
-from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
+from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view, page
 from armdrive.runtime.states import RESULTS
 from armdrive.status import Evidence, Trust
 from firmware_protocol.errors import ProtocolError

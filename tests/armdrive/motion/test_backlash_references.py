@@ -19,8 +19,8 @@ from faults import as_it_stands
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, BadRequest
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import parse_arm
-from armdrive.registry.simulate import simulate
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
 from kinematics import Joints

@@ -11,8 +11,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
-from armdrive.registry import DIALECTS, dialect
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, dialect, simulate
 from armdrive.runtime.arm_state import Core
 from kinematics import Joints, Motors, Pose
 

@@ -15,8 +15,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
 from armdrive.motion.reference import drift_between, judge
 from armdrive.motion.resolve import park_pose
-from armdrive.registry import DIALECTS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import FileRecorder, last_entry, logbook_file
 from kinematics import Motors, preset

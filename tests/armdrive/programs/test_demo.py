@@ -124,7 +124,7 @@ def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
 def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli.program.demo import draw
     from armdrive.connect.target import simulated_config
-    from armdrive.registry.simulate import simulate
+    from armdrive.registry import simulate
 
     said = "armdrive.cli.program.demo.perform"
     monkeypatch.setattr(said, lambda arm, jobs, tell: [tell("turned by 90°")])

@@ -34,8 +34,7 @@ from armdrive.programs.journal import (
 )
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.registry import DIALECTS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, simulate
 
 ACTS = range(1, len(PICK_AND_PLACE) + 1)
 

@@ -9,8 +9,7 @@ from collections.abc import Callable
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
-from armdrive.registry import DIALECTS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.engine import Engine
 from armdrive.sim.simulated_arm import SimulatedArm

@@ -17,8 +17,7 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import ScriptRunner
-from armdrive.registry import DIALECTS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.status import State, Trust
 from armdrive.tasks import ReadPosition, Registers, Timeout

@@ -12,8 +12,7 @@ from armdrive.arm.connected import Handle
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, Stopped
-from armdrive.registry import DIALECTS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
 

@@ -33,7 +33,7 @@ from armdrive.errors import (
     PositionMismatch,
     Stopped,
 )
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.status import Evidence, State, Trust
 from kinematics import KinematicsError
 

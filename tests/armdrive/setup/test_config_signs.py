@@ -15,8 +15,8 @@ from armdrive.cli.set_up.config_new import write
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import Dialog, WrongAnswer
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm
-from armdrive.registry.simulate import simulate
 from armdrive.setup import arm_checks as finding_signs
 from armdrive.setup.arm_checks import find_signs
 from armdrive.setup.arm_text import files_of

@@ -15,8 +15,8 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import Dialog
 from armdrive.errors import Refused, SettingsDiffer
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm
-from armdrive.registry.simulate import simulate
 from armdrive.setup.arm_checks import (
     SawSwitch,
     all_work,

@@ -15,8 +15,7 @@ from sim_bench import Bench
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry import DIALECTS, simulated_kind
-from armdrive.registry.simulate import simulate, simulate_device
+from armdrive.registry import DIALECTS, simulate, simulate_device, simulated_kind
 from armdrive.sim.device import Option, Options, SimDevice
 from armdrive.sim.robko01 import ESP32, RobkoQuirks
 from armdrive.sim.wire import PacedDevice, WireDevice

@@ -9,7 +9,7 @@ from power_disk import MortalLink, PowerDisk
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.simulated_arm import TITLE
 from armdrive.status import Trust

@@ -10,7 +10,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
 from armdrive.storage.files import file_name

@@ -15,7 +15,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.motion import standing
 from armdrive.moves import Jog, Space
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
 from armdrive.storage.files import StateFiles

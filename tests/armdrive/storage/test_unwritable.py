@@ -14,7 +14,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import StateFileError
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.status import Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles

@@ -11,7 +11,7 @@ from sim_bench import descend, grasp, lift, reach, spread
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import IncidentKind, Stand, Table, TableBlock
 

@@ -8,8 +8,7 @@ from recorder_bench import recorded_arm, saved, written
 from armdrive import Arm, ArmError
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
-from armdrive.registry import DIALECTS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, simulate
 from armdrive.sim.device import state_json
 from armdrive.storage.record import FileRecorder
 from armdrive.trace import replay as replaying

@@ -8,7 +8,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.conversation import ok
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.setup.directions import sight
 from armdrive.setup.ports import ClosedPort
 from armdrive.setup.survey import Report

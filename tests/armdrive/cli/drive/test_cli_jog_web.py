@@ -19,8 +19,8 @@ from served import Served
 from waiting import LONG_S, tried, until, until_seen
 from watched_sim import Watch
 
-from armdrive.cli.drive import web_desk
-from armdrive.cli.drive.web_desk import HOST, Door, Visit
+from armdrive.cli.drive import jog
+from armdrive.cli.drive.jog import HOST, Door, Visit
 from armdrive.connect.target import find
 from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder
@@ -71,11 +71,11 @@ def test_every_desk_has_its_own_unguessable_key():
 
 
 def options(**more):
-    return Namespace(**dict.fromkeys(web_desk.PASSED_ON) | more)
+    return Namespace(**dict.fromkeys(jog.PASSED_ON) | more)
 
 
 def test_the_desk_behind_the_page_is_given_what_was_asked_for_and_no_shell_reads_it():
-    line = web_desk.command(options(arm="a; rm x", ascii=True, reconnect=True, baud=9600))
+    line = jog.command(options(arm="a; rm x", ascii=True, reconnect=True, baud=9600))
     words = shlex.split(line)
     assert words[0] == "exec"
     assert words[2:] == [
@@ -88,14 +88,14 @@ def test_every_option_of_the_desk_is_handed_on(call):
     said = call("jog", "--help", code=0).out
     own = {"help", "web", "web-port", "show-keys", "json"}
     named = set(re.findall(r"--([a-z-]+)", said.partition("options:")[2])) - own
-    assert named - {"setup", "arm", "sim"} <= {*web_desk.PASSED_ON}
-    assert {*web_desk.PASSED_ON} - {"fresh", "setup", "ascii"} <= named
+    assert named - {"setup", "arm", "sim"} <= {*jog.PASSED_ON}
+    assert {*jog.PASSED_ON} - {"fresh", "setup", "ascii"} <= named
 
 
 def test_a_missing_package_or_a_busy_port_is_reported(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "textual_serve.server", None)
     assert "pip install 'armdrive[web]'" in call.refused("jog", "--web", code=2)
-    with web_desk.socket.create_server((HOST, 0)) as taken:
+    with jog.socket.create_server((HOST, 0)) as taken:
         monkeypatch.setitem(sys.modules, "aiohttp", SimpleNamespace(web=None))
         monkeypatch.setitem(sys.modules, "textual_serve.server", SimpleNamespace(Server=None))
         port = taken.getsockname()[1]
@@ -120,7 +120,7 @@ class Browsed:
         write_arm_file("bench", text + 'dialect = "teachmover"\n')
         places.states().mkdir(parents=True, exist_ok=True)
         (places.states() / "desk.json").write_text('{"instructed": true, "screen": "jog"}')
-        words = shlex.split(web_desk.command(options(arm="bench")))[1:]
+        words = shlex.split(jog.command(options(arm="bench")))[1:]
         driver = "textual.drivers.web_driver:WebDriver"
         self.process = subprocess.Popen(
             words,
@@ -237,7 +237,7 @@ def test_a_browser_opens_jogs_and_closes_a_desk(tmp_path):
     pytest.importorskip("textual_serve")
     places.states().mkdir(parents=True, exist_ok=True)
     (places.states() / "desk.json").write_text('{"instructed": true}')
-    with web_desk.socket.create_server((HOST, 0)) as free:
+    with jog.socket.create_server((HOST, 0)) as free:
         port = free.getsockname()[1]
     words = [sys.executable, "-m", "armdrive", "jog", "--sim", "teachmover", "--web"]
     server = subprocess.Popen(
@@ -300,7 +300,7 @@ async def _let_in(aiohttp, browser, socket, own):
 
 def _answers(port):
     try:
-        web_desk.socket.create_connection((HOST, port)).close()
+        jog.socket.create_connection((HOST, port)).close()
     except ConnectionRefusedError:
         return False
     return True

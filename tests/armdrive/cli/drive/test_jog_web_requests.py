@@ -9,7 +9,7 @@ from socket import create_server
 import pytest
 from waiting import ends
 
-from armdrive.cli.drive.web_desk import HOST, Door, guard, runner_of
+from armdrive.cli.drive.jog import HOST, Door, guard, runner_of
 
 web = pytest.importorskip("aiohttp.web")
 

@@ -10,10 +10,10 @@ import pytest
 from can_setup_bench import NAMES, arm
 from cli_calls import Terminal, state_files, typed, write_arm_file
 
-from armdrive.cli.set_up import can_setup
+from armdrive.cli.set_up import can
 from armdrive.dialog.conversation import About
 from armdrive.errors import StateFileError
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.setup import plan as kept
 from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.plan import plan_of
@@ -46,7 +46,7 @@ def drives(monkeypatch):
         return answer(asked)
 
     person.answer = told
-    monkeypatch.setattr(can_setup, "TerminalPerson", lambda name: person)
+    monkeypatch.setattr(can, "TerminalPerson", lambda name: person)
     return seen
 
 

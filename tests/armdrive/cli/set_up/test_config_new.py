@@ -17,8 +17,8 @@ from armdrive.cli.set_up import config_new
 from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm
-from armdrive.registry.simulate import simulate
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
 from armdrive.sim import simulated_arm as twins

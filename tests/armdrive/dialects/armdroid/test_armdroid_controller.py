@@ -11,9 +11,8 @@ from faults import arm_config, driven, honest
 from armdrive import Arm, ArmFileError, DeviceFault, NoAnswer, Refused
 from armdrive.connect.parts import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
-from armdrive.registry import dialect
+from armdrive.registry import dialect, simulate
 from armdrive.registry.arm_files import parse_arm
-from armdrive.registry.simulate import simulate
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 from armdrive.tasks import (

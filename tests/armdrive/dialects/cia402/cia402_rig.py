@@ -9,8 +9,7 @@ from driver_bench import BusBench
 
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.controller import Cia402Controller
-from armdrive.registry import DIALECTS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import DIALECTS, simulate
 from armdrive.tasks import MoveAlong, MoveBy
 from firmware_protocol.canopen import Service, service_of
 from firmware_protocol.frames import Frame

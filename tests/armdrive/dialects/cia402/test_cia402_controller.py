@@ -11,7 +11,7 @@ from cia402_rig import Rig, moving, steps
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.status import Current, State
 from armdrive.tasks import (
     AlertKind,

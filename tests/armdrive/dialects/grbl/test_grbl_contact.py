@@ -9,7 +9,7 @@ from grbl_arm import Disturbed, config, found, ready
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.errors import DeviceFault
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
 

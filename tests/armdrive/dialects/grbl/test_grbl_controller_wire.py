@@ -10,7 +10,7 @@ from grbl_arm import Disturbed, config, found, ready, stands
 from armdrive import Arm, Jog, Pose
 from armdrive.connect.parts import connect_simulated
 from armdrive.errors import DeviceFault, NoAnswer, SettingsDiffer
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Evidence, State, Trust
 

@@ -16,7 +16,7 @@ from typing import Any
 import can
 
 from armdrive.connect.target import simulated_config
-from armdrive.registry.simulate import simulate_device
+from armdrive.registry import simulate_device
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice
 from firmware_protocol.frames import Frame, Unpacker, pack

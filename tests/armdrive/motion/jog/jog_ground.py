@@ -13,7 +13,7 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import State
 from kinematics import Joints

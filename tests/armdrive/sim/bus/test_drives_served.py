@@ -13,7 +13,7 @@ from pages import page
 from served import ServedDevice
 from waiting import LONG_S
 
-from armdrive.registry.simulate import simulate_device
+from armdrive.registry import simulate_device
 from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.cia402.kind import KIND as CIA402
 from armdrive.sim.device import SaysEmergencies

@@ -20,7 +20,7 @@ from cia402_sim import (
 )
 
 from armdrive.config.sections import HomingSettings
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.sim.mechanics.switches import SwitchState
 from firmware_protocol import canopen
 from kinematics import Motors

@@ -18,7 +18,7 @@ from canopen.profiles.p402 import BaseNode402  # noqa: E402
 from cia402_sim import MASTER, arm_config  # noqa: E402
 from waiting import LONG_S, until  # noqa: E402
 
-from armdrive.registry.simulate import simulate_device  # noqa: E402
+from armdrive.registry import simulate_device  # noqa: E402
 from armdrive.sim.bus.line import BusLine  # noqa: E402
 from armdrive.sim.cia402.objects import eds_text  # noqa: E402
 from firmware_protocol.frames import Frame, Unpacker, pack  # noqa: E402

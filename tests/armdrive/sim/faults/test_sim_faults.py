@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
-from armdrive.registry.simulate import simulate
+from armdrive.registry import simulate
 from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.device import SaysEmergencies, SimDevice
 from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import ArmError, ArmFileError
+from armdrive.registry import simulate_device
 from armdrive.registry.arm_files import parse_arm
-from armdrive.registry.simulate import simulate_device
 from kinematics import JOINT_NAMES, KinematicsError
 
 HUGE = 1.7e308

@@ -1,24 +1,29 @@
-"""Commissions the drives of an arm one at a time: ids, settings, directions, gears."""
+"""The bus of an arm with CAN drives: `monitor` shows its frames in words, `setup` its drives."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import sys
+import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 
-from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
+from armdrive.cli.presenter import Outcome, Result, as_json, put_error, say, say_lines, show, tell
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
-from armdrive.connect.target import simulation_forced
+from armdrive.connect.target import find, simulation_forced
+from armdrive.dialects.dialect import Language
 from armdrive.dialog.conversation import Question, WrongAnswer
-from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortInUse
+from armdrive.registry import LANGUAGES, USUAL, language_of, simulate
 from armdrive.registry.arm_files import (
     ENDING,
     arm_path,
@@ -27,19 +32,165 @@ from armdrive.registry.arm_files import (
     preset_arm,
     require_name,
 )
-from armdrive.registry.simulate import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import CommissioningOutcome, walk
-from armdrive.setup.dialog_runner import DialogClock, drive_dialog
+from armdrive.setup.dialog_runner import DialogClock, RealClock, drive_dialog
 from armdrive.setup.filing import after_writing, propose_drives, signs_of
 from armdrive.setup.plan import CommissioningPlan, commissionable, plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import require_writable
+from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
 from armdrive.transports import opening, ports
-from armdrive.transports.address import is_can
+from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.link import Link
+from firmware_protocol.frames import Frame, Unpacker
+
+ONE_PROGRAM = (
+    "Only one program can open a serial adapter: listen with a second adapter on the bus. If an "
+    "armdrive of yours holds the arm, `armdrive can monitor --arm NAME` shows its frames"
+)
+
+
+# `armdrive can monitor` shows the frames on a bus in words. It only listens, and sends nothing.
+
+
+def monitor(options: argparse.Namespace) -> int:
+    """Listen until the time or the count is reached, or Ctrl-C."""
+    config = _watched(options)
+    language = _language(options, config)
+    address = _address(options, config)
+    try:
+        link = opening.open_link(str(address), 0)
+    except PortInUse as error:
+        name = holder_of("" if config is None else config.name, options.port or "")
+        if not name:
+            raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
+        frames = held_frames(name, options.seconds, _passed_over)
+        tell(options, f"{holder_words(name)} holds {name}: these are its frames")
+        shown, foreign = _shown(options, language, frames)
+    else:
+        try:
+            shown, foreign = _shown(options, language, _heard(link, options.seconds))
+        finally:
+            link.close()
+    if explanation := _explanation(language, shown, foreign):
+        tell(options, explanation)
+    return 0
+
+
+def _shown(
+    options: argparse.Namespace, language: Language, frames: Iterator[tuple[float, Frame]]
+) -> tuple[int, int]:
+    """Print frames as they come; return how many, and how many of them were unreadable."""
+    shown = foreign = 0
+    describer, ids = language.describer(), frozenset(options.id)
+    with contextlib.suppress(KeyboardInterrupt):
+        for time_s, frame in frames:
+            message = describer.describe(frame)
+            if ids and message.node not in ids:
+                continue
+            show(Result(message.view(time_s), message.line(time_s)), options)
+            shown, foreign = shown + 1, foreign + message.foreign
+            if shown == options.count:
+                break
+    return shown, foreign
+
+
+def _passed_over(count: int) -> None:
+    put_error(f"{count} exchanges are missing: they came faster than they could be shown\n")
+
+
+def _explanation(language: Language, shown: int, foreign: int) -> str:
+    """Return what it may mean if no frame, or no readable one, came; else an empty text."""
+    if not shown:
+        return (
+            f"no frame came. {language.silence}. A wrong bit rate looks the same: `armdrive doctor "
+            "--can` tells them apart"
+        )
+    if 2 * foreign > shown:
+        others = " or ".join(f"--protocol {name}" for name in LANGUAGES if name != language.name)
+        return f"{foreign} of {shown} frames are not from {language.title}: try {others}"
+    return ""
+
+
+def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language:
+    if options.protocol:
+        return LANGUAGES[options.protocol]
+    return USUAL if config is None else language_of(config.connection.dialect)
+
+
+def _watched(options: argparse.Namespace) -> ArmConfig | None:
+    """Return the arm whose bus is meant; None if a bus is named. Raises `BadRequest`."""
+    if simulation_forced():
+        raise BadRequest("ARMDRIVE_FORCE_SIM is set, so no bus is opened: clear that variable")
+    if bool(options.port) == bool(options.arm):
+        raise BadRequest("name one bus, or an arm file with --arm; `armdrive ports` lists them")
+    return find(options.arm).config if options.arm else None
+
+
+def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddress:
+    port = str(options.port if config is None else PortOpening(config).find())
+    if not is_can(port):
+        raise BadRequest(
+            f"{port} is no CAN bus: write can:INTERFACE:CHANNEL, `armdrive ports` lists them"
+        )
+    return replace(CanAddress.parse(port), ids=frozenset()).listening()
+
+
+def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
+    """Yield the frames as they come, with the time since the bus was opened."""
+    clock, unpacker = RealClock(), Unpacker()
+    began_s = clock.now_s()
+    end_s = math.inf if seconds is None else began_s + seconds
+    while (now_s := clock.now_s()) < end_s:
+        for frame in unpacker.feed(link.read(now_s)):
+            yield now_s - began_s, frame
+        clock.sleep(link, min(end_s, now_s + 1.0))
+
+
+# The frames of an adapter that another program of the same user has open, sent by that program.
+
+EVERY_S = 0.05
+"""How often the other program sends its frames."""
+
+
+def holder_of(arm: str, port: str) -> str:
+    """Return the name under which a program holds the arm or the port; empty if none does.
+
+    The program knows the port as the arm file writes it.
+    """
+    return next((name for name in (arm, port) if name and notice_of(name) is not None), "")
+
+
+def held_frames(
+    name: str, seconds: float | None, missed: Callable[[int], None]
+) -> Iterator[tuple[float, Frame]]:
+    """Yield the frames of the program that holds an arm, with the time since the first one.
+
+    Ends after `seconds`, or when that program closes the arm. `missed` is called with the number of
+    exchanges that came too fast. Raises `ArmError` if the program does not answer.
+    """
+    sides = {"sent": Unpacker(), "heard": Unpacker()}
+    end_s = time.monotonic() + (math.inf if seconds is None else seconds)
+    began_s: float | None = None
+    for message in overhear_holder(name, EVERY_S):
+        if "error" in message:
+            raise ArmError(str(message["error"]))
+        if message.get("missed"):
+            missed(int(message["missed"]))
+            sides = {side: Unpacker() for side in sides}  # half of a frame may be missing
+        for time_s, side, data in message.get("wire", ()):
+            began_s = time_s if began_s is None else began_s
+            for frame in sides[side].feed(bytes.fromhex(data)):
+                yield time_s - began_s, frame
+        if time.monotonic() >= end_s:
+            return
+
+
+# `armdrive can setup` commissions the drives of an arm one at a time: ids, settings, directions,
+# gears.
 
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
