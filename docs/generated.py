@@ -24,11 +24,11 @@ from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.runtime.states import RESULTS
 from armdrive.sim.bus.node import Quirk
-from armdrive.sim.cia402.kind import KIND as CIA402
-from armdrive.sim.cia402.kind import QUIRKS as CIA402_QUIRKS
+from armdrive.sim.cia402 import KIND as CIA402
+from armdrive.sim.cia402 import QUIRKS as CIA402_QUIRKS
 from armdrive.sim.device import Option
-from armdrive.sim.mks.kind import KIND as MKS
-from armdrive.sim.mks.kind import QUIRKS as MKS_QUIRKS
+from armdrive.sim.mks import KIND as MKS
+from armdrive.sim.mks import QUIRKS as MKS_QUIRKS
 from armdrive.trace.entries import EntryKind
 from tui.keys import gamepad_map as pad_map
 from tui.keys.keyboard import DEFAULT_KEYS, as_markdown

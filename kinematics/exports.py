@@ -63,8 +63,8 @@ from kinematics.errors import UnknownFrame as UnknownFrame
 from kinematics.errors import UnknownPreset as UnknownPreset
 from kinematics.errors import UnknownSystem as UnknownSystem
 from kinematics.errors import ZeroVector as ZeroVector
-from kinematics.five_axis.arm import Branch as Branch
-from kinematics.five_axis.arm import FiveAxisArm as FiveAxisArm
+from kinematics.five_axis import Branch as Branch
+from kinematics.five_axis import FiveAxisArm as FiveAxisArm
 from kinematics.five_axis.closed_form import Base as Base
 from kinematics.five_axis.closed_form import Elbow as Elbow
 from kinematics.five_axis.closed_form import FrameSolution as FrameSolution
@@ -121,9 +121,9 @@ from kinematics.geometry import ArmGeometry as ArmGeometry
 from kinematics.geometry import Constraint as Constraint
 from kinematics.geometry import PathBroken as PathBroken
 from kinematics.geometry import Unreachable as Unreachable
+from kinematics.guards import Guards as Guards
+from kinematics.guards import GuardViolation as GuardViolation
 from kinematics.guards.escape import nearest_allowed as nearest_allowed
-from kinematics.guards.guards import Guards as Guards
-from kinematics.guards.guards import GuardViolation as GuardViolation
 from kinematics.guards.path import first_violation as first_violation
 from kinematics.limits import JointRange as JointRange
 from kinematics.limits import LimitViolation as LimitViolation

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from kinematics.errors import UnknownPreset
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.geometry import ArmGeometry
-from kinematics.guards.guards import Guards
+from kinematics.guards import Guards
 from kinematics.limits import JointRange
 from kinematics.spaces import Pose
 from kinematics.transmission import MotorSpec, Transmission

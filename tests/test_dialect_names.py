@@ -32,7 +32,7 @@ EXCEPTIONS: Mapping[str, str] = {
     "armdrive/setup/survey.py": WORDS,
     "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
     "armdrive/setup/commissioning.py": WORDS,
-    "armdrive/sim/world/arm.py": PRESET,
+    "armdrive/sim/world/__init__.py": PRESET,
     "armdrive/testing/plugin.py": EXAMPLE,
     "tui/setup/screen.py": EXAMPLE,
 }

@@ -20,7 +20,7 @@ from armdrive.status import State, Trust
 from kinematics.errors import finite
 
 if TYPE_CHECKING:
-    from armdrive.dialects.dialect import PendantTools
+    from armdrive.dialects import PendantTools
     from armdrive.registry.pendant import PendantProgram
 
 Lines = int | Iterable[int]

@@ -47,7 +47,7 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import Transform, compose, transform, translation
 from kinematics.frames.vectors import unit
-from kinematics.guards.guards import Guards
+from kinematics.guards import Guards
 from kinematics.presets import ArmModel, Reference
 from kinematics.transmission import MotorSpec, Transmission
 

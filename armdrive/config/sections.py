@@ -21,7 +21,7 @@ from armdrive.text.toml import (
 from kinematics.errors import KinematicsError
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import ArmGeometry
-from kinematics.guards.guards import AngleSum, Guards, link_names
+from kinematics.guards import AngleSum, Guards, link_names
 from kinematics.guards.shapes import Box
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose

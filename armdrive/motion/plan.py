@@ -18,8 +18,8 @@ from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates, MotionSegment, joints_between
 from kinematics.errors import finite, suggestion
 from kinematics.geometry import ArmGeometry, Unreachable
+from kinematics.guards import GuardViolation, Violation
 from kinematics.guards.escape import nearest_allowed
-from kinematics.guards.guards import GuardViolation, Violation
 from kinematics.guards.path import first_violation
 from kinematics.limits import LimitViolation
 from kinematics.paths.chords import line_path

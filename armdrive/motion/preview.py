@@ -33,7 +33,7 @@ from armdrive.runtime.position import MotionSegment, alike, joints_between
 from armdrive.runtime.stop_bounds import run_on, stretches
 from armdrive.status import bound_words, joints_view, pose_view, rounded_up, violation_text
 from kinematics.errors import KinematicsError
-from kinematics.five_axis.arm import Posture, postures
+from kinematics.five_axis import Posture, postures
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.path import Clearance, least_clearances
 from kinematics.presets import ArmModel

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.arm import Arm
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import Trust
 from kinematics.spaces import Pose

@@ -40,7 +40,7 @@ from armdrive.programs.program import (
 from armdrive.programs.running import Onlooker, Performer, ProgramRun, RunPerson, RunPlan
 from armdrive.programs.session import PromptEntry, Session
 from armdrive.registry import dialect
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.table import block_of
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.files import DISK, replace_durably

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from armdrive.dialects import Dialect, Language
 from armdrive.dialects.armdroid import ENTRY as ARMDROID
 from armdrive.dialects.cia402 import ENTRY as CIA402
-from armdrive.dialects.dialect import Dialect, Language
 from armdrive.dialects.grbl import ENTRY as GRBL
 from armdrive.dialects.mks import ENTRY as MKS
 from armdrive.dialects.robko01 import ENTRY as ROBKO01
@@ -25,7 +25,7 @@ from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.dialect import PendantTools
+    from armdrive.dialects import PendantTools
     from armdrive.dialects.teachmover.pendant import PendantProgram
     from armdrive.sim.device import SimDevice, Value
     from armdrive.sim.simulated_arm import SimDeviceKind, SimulatedArm

@@ -9,7 +9,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig, ConfigSource, read_arm, read_arm_table, unusable
 from armdrive.config.sections import Connection
-from armdrive.dialects.dialect import Dialect
+from armdrive.dialects import Dialect
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DEFAULT, dialect
 from armdrive.storage import files as places

@@ -15,7 +15,7 @@ from kinematics.frames.rotations import Matrix3, columns
 from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.frames.vectors import Vector
 from kinematics.geometry import ArmGeometry, Point
-from kinematics.guards.guards import Guards
+from kinematics.guards import Guards
 from kinematics.limits import JointRange
 from kinematics.spaces import Joints, Pose
 

@@ -16,10 +16,10 @@ from itertools import product
 from armdrive.render.camera import VIEWS, Camera, Dome, Projection, projection, side_of
 from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Painted, Raster, Stroke, raster
 from armdrive.render.figure import Stance, dome, figure, ghost, stance
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.workspace import section
 from kinematics.geometry import ArmGeometry, Point
-from kinematics.guards.guards import Guards
+from kinematics.guards import Guards
 from kinematics.guards.shapes import Box
 from kinematics.limits import spread_over
 from kinematics.presets import ArmModel

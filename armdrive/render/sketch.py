@@ -11,7 +11,7 @@ from pathlib import Path
 from armdrive.errors import BadRequest
 from armdrive.render.canvas import Ink, raster
 from kinematics.chains.chain import Chain
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.workspace import section
 
 Point = tuple[float, float]

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.link_model import parse_model, read_model
-from armdrive.dialects.dialect import Dialect
+from armdrive.dialects import Dialect
 from armdrive.dialog.conversation import WrongAnswer, plain_number
 from armdrive.errors import ArmError, ArmFileError
 from armdrive.registry import DIALECTS

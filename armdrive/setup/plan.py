@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects import Dialect
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools
 from armdrive.dialects.controller import Controller
-from armdrive.dialects.dialect import Dialect
 from armdrive.dialects.exchange import ScriptLoop
 from armdrive.errors import ArmFileError, BadRequest, StateFileError
 from armdrive.registry import DIALECTS, language_of

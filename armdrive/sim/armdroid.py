@@ -16,7 +16,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.sim.device import Board, Option, Options, lacks
 from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive, MotorRack, MotorSpeed
 from armdrive.sim.simulated_arm import SimDeviceKind
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.saved import Form, Json, whole
 from firmware_protocol.armdroid import (
     RPM_DEFAULT,

@@ -20,7 +20,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import MotorDrive, MotorSpeed
 from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.saved import (
     Form,
     Json,

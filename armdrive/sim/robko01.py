@@ -21,7 +21,7 @@ from armdrive.sim.device import Board, Option, Options
 from armdrive.sim.mechanics.motors import SPEED_ERRORS, MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 from armdrive.sim.simulated_arm import SimDeviceKind
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.saved import BYTE, FLAG, Form, Json, Saved
 from firmware_protocol.events import Overrun, Unreadable
 from firmware_protocol.robko01 import (

@@ -12,7 +12,7 @@ from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Board, Option, Options, SimDevice, Value
 from armdrive.sim.wire import PacedDevice
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Stand, TableBlock

@@ -29,7 +29,7 @@ from armdrive.sim.mechanics.motors import (
     rate_hz,
 )
 from armdrive.sim.simulated_arm import SimDeviceKind
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.saved import BYTE, MEND, Form, Json, Saved
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.events import Unreadable

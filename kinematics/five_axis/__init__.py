@@ -1,1 +1,491 @@
-"""The Mini-mover geometry: closed form, nearest pose, singularities, many poses at once."""
+"""An arm of the Mini-mover's build: forward and inverse kinematics with limits and branches.
+
+Units: mm and rad. Joint angles are relative (facts of the build: base; shoulder = elevation of
+the upper arm; elbow = forearm minus upper arm; wrist pitch = hand minus forearm; wrist roll).
+In the arm's plane, with the shoulder s, elbow e and wrist w,
+r = a2 cos s + a3 cos(s+e) + a4 cos(s+e+w), z = H + the same of sines, pitch = s+e+w.
+
+The pitch of the task space is seen in the vertical plane through base axis and tip, outwards. A
+posture whose tip is behind the base axis (r < 0, "base back") therefore has the task pitch
+pi - (s+e+w), and its roll is the wrist's plus pi, because the hand's roll reference turns over
+with the base: the pose is the one of the front posture that holds the hand in the same way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from kinematics.errors import KinematicsError, check_fields, finite, require
+from kinematics.five_axis import closed_form
+from kinematics.five_axis.closed_form import (
+    Angles,
+    Base,
+    Elbow,
+    FrameSolution,
+    Lengths,
+    branch_name,
+    elbow_triangle,
+    forward_frame,
+    nearest_branch,
+    plane_tip,
+    solve_frame,
+    wrist_distance,
+)
+from kinematics.five_axis.nearest import nearest, span_refusal
+from kinematics.frames.rotations import Matrix3
+from kinematics.frames.transforms import Transform, check_transform, rotation_of
+from kinematics.geometry import AXIS_MM, ArmGeometry, Hand, NotFollowed, Point, Unreachable
+from kinematics.limits import (
+    LIMIT_TOLERANCE_RAD,
+    JointRange,
+    LimitViolation,
+    few_turns_each,
+    refuse_worst,
+    turn_near,
+    widened_to,
+    wrap,
+)
+from kinematics.paths.curves import Line, in_proportion, straight_between
+from kinematics.spaces import (
+    JOINT_NAMES,
+    JOINTS_EXAMPLE,
+    POSE_EXAMPLE,
+    Joints,
+    Pose,
+    refuse_yaw,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One posture that holds the hand at a pose, and the limits it would break."""
+
+    joints: Joints
+    base: Base
+    elbow: Elbow
+    violations: tuple[LimitViolation, ...]
+    base_free: bool = False
+    """True if the tip is on the base axis: any base angle is valid, and the seed's was used."""
+
+    @property
+    def name(self) -> str:
+        """The branch in words."""
+        return branch_name(self.base, self.elbow)
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether the arm can take this posture."""
+        return not self.violations
+
+    @property
+    def excess_rad(self) -> float:
+        """The largest excess over a limit, 0 within the limits."""
+        return max((violation.excess_rad for violation in self.violations), default=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class FiveAxisArm:
+    """Lengths in mm and joint ranges in rad of an arm of the Mini-mover's build.
+
+    `base_height_mm` is the shoulder axis above the table, `hand_mm` the finger tips beyond the
+    wrist. Raises `BadNumber` and `KinematicsError` for lengths or ranges that make no arm.
+    """
+
+    base_height_mm: float
+    upper_arm_mm: float
+    forearm_mm: float
+    hand_mm: float
+    limits: tuple[JointRange, ...]
+    joint_names = JOINT_NAMES
+    moving_points = ("elbow", "wrist", "tip")
+    has_yaw = False
+    """The hand stays in the plane of base axis and tip."""
+
+    def __post_init__(self) -> None:
+        check_fields(self, finite, "base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+        if self.upper_arm_mm <= 0.0 or self.forearm_mm <= 0.0 or self.hand_mm < 0.0:
+            raise KinematicsError(
+                "upper arm and forearm must be longer than 0 mm, the hand not less"
+            )
+        if len(self.limits) != len(JOINT_NAMES):
+            raise KinematicsError(
+                f"a range is needed for each of {', '.join(JOINT_NAMES)}; "
+                f"{len(self.limits)} were given"
+            )
+
+    @property
+    def lengths(self) -> Lengths:
+        """Base height, upper arm, forearm and hand in mm."""
+        return self.base_height_mm, self.upper_arm_mm, self.forearm_mm, self.hand_mm
+
+    @property
+    def meaning(self) -> Lengths:
+        """The lengths, which give joint angles their meaning."""
+        return self.lengths
+
+    def fk(self, joints: Joints) -> Pose:
+        """Return the pose of a posture; pitch and roll within (-pi, pi].
+
+        A wrist roll of more than half a turn is therefore reported as the same direction nearer
+        to zero; `ik` with the posture as its seed finds the turn again.
+        """
+        x, y, z, pitch, roll = closed_form.forward(_directions(joints), self.lengths)
+        return Pose(x, y, z, wrap(pitch), wrap(roll))
+
+    def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
+        """Return base (on the table), shoulder, elbow, wrist and tip as (x, y, z) in mm."""
+        base, shoulder, elbow, wrist, _ = _directions(joints)
+        cos_base, sin_base = math.cos(base), math.sin(base)
+        r, z = 0.0, self.base_height_mm
+        found = [(0.0, 0.0, 0.0), (0.0, 0.0, z)]
+        links = ((self.upper_arm_mm, shoulder), (self.forearm_mm, shoulder + elbow))
+        for length, elevation in (*links, (self.hand_mm, shoulder + elbow + wrist)):
+            r += length * math.cos(elevation)
+            z += length * math.sin(elevation)
+            found.append((r * cos_base, r * sin_base, z))
+        return tuple(found)
+
+    def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
+        """Return the limits that a posture violates."""
+        return _violations(_angles(joints), self.limits)
+
+    def check(self, joints: Joints) -> None:
+        """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
+        refuse_worst(self.violations(joints))
+
+    def branches(
+        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
+    ) -> tuple[Branch, ...]:
+        """Return every posture for a pose: base front and back, elbow up and down.
+
+        Normally four. If the tip is on the base axis there are two: the base is then free and taken
+        from the seed, and the pitch counts with the base in front. There are none if upper arm and
+        forearm cannot span the distance. Postures beyond the limits are included and marked. Each
+        angle is of the turn nearest to the seed (the zero posture by default) that the limits
+        allow. With `facing_rad`, the direction in which a hand leans over the base axis, the base
+        is not free there.
+        """
+        require("a pose", pose, Pose, POSE_EXAMPLE)
+        near = _seed(seed, self.limits)
+        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+        found = closed_form.inverse(goal, self.lengths, near, facing_rad)
+        base_free = facing_rad is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
+        turned = ((base, side, _turned(raw, self.limits, near)) for base, side, raw in found)
+        return tuple(
+            Branch(Joints(angles), base, side, _violations(angles, self.limits), base_free)
+            for base, side, angles in turned
+        )
+
+    def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
+        """Return the posture within limits nearest to the seed, or None: `ik` without reasons.
+
+        Nearest is by the sum of the squares of the joints' changes. On the base axis, where the
+        base is free and no direction is outwards, a pitch and its mirror image are the same
+        elevation of the hand: the mirror image is used if only it can be held.
+        """
+        x, y, z, pitch, roll = pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
+        near = _seed(seed, self.limits)
+        found = nearest_branch((x, y, z, pitch, roll), self, near)
+        if found is None and math.hypot(x, y) <= AXIS_MM:
+            mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
+            found = nearest_branch(mirrored, self, near)
+        return None if found is None else Joints(found)
+
+    def solve_angles(self, goal: Angles, near: Angles) -> Angles | None:
+        """Return the posture for x, y, z, pitch and roll on bare floats, for loops.
+
+        The floats are not checked, and the seed's base must be within its limits. A goal on the
+        base axis is not mirrored as `solve` does.
+        """
+        return nearest_branch(goal, self, near)
+
+    def transform(self, joints: Joints) -> Transform:
+        """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
+        return forward_frame(_directions(joints), self.lengths)
+
+    def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
+        """Return how well a goal given as a full frame can be met, and the posture that does so.
+
+        A direction that five axes cannot give is never changed silently: the answer says by how
+        much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for an invalid frame.
+        """
+        near = _seed(seed, self.limits)
+        return solve_frame(check_transform(goal), self, near)
+
+    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameSolution:
+        """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
+        return solve_frame(goal, self, near)
+
+    def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
+        """Return what `solve` does: the posture within the limits nearest to the seed.
+
+        Raises `Unreachable`, which says which constraint fails, by how much, and which reachable
+        pose is nearest. A wrist roll of more than half a turn is found if the seed is nearer to it.
+        An angle less than 1e-7 rad beyond a limit becomes the limit. Raises `KinematicsError` for
+        a pose with a yaw, which `solve` and `branches` ignore.
+        """
+        require("a pose", pose, Pose, POSE_EXAMPLE)
+        refuse_yaw(pose)
+        joints = self.solve(pose, seed)
+        if joints is None:
+            raise self._refusal(pose, seed)
+        return joints
+
+    def ik_near(self, pose: Pose, seed: Joints) -> Joints:
+        """Return what `ik` does; it is fast enough for every small step."""
+        return self.ik(pose, seed)
+
+    def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
+        """Return what `solve` does; it is fast enough for every small step."""
+        return self.solve(pose, seed)
+
+    def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
+        """Return the reachable pose nearest to this one; see `nearest`."""
+        return nearest(self, pose, seed).pose
+
+    def hand_axes(self, joints: Joints) -> Matrix3:
+        """Return the hand's up, side and along as the columns of a matrix in the base frame."""
+        return rotation_of(forward_frame(_directions(joints), self.lengths))
+
+    def line(self, start: Joints, goal: Pose) -> Line:
+        """Return the straight line from a posture to a pose, on the branch of the posture."""
+        origin = self.fk(start)
+        r, _, _ = plane_tip(start[1], start[2], start[3], self.lengths)
+        follower = FiveAxisFollower(
+            self.lengths,
+            (origin.pitch_rad, start[4]),
+            r < -AXIS_MM,
+            _elbow_sign(wrap(start[2]), self.limits[2]),
+            start[4] - origin.roll_rad,
+            widened_to(self.limits, start),
+        )
+        return straight_between(follower, origin.position_mm, follower.first, goal)
+
+    def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
+        """Return a bound on the travel of any point while the joints turn by this together.
+
+        Each link turns by the sum of the joints before it. If those turn against one another, as on
+        a line along which the hand keeps its pitch, the link travels little.
+        """
+        base, shoulder, elbow, wrist, _ = changes_rad
+        _, upper, fore, hand = self.lengths
+        fore_rad = abs(shoulder + elbow)
+        own_mm = upper * abs(shoulder) + fore * fore_rad + hand * abs(shoulder + elbow + wrist)
+        return own_mm + abs(base) * (upper + fore + hand)
+
+    def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
+        """Return each joint axis's distance from the tip; without joints, of the stretched arm.
+
+        Rolling does not move the tip.
+        """
+        if joints is None:
+            forearm = self.hand_mm + self.forearm_mm
+            whole = forearm + self.upper_arm_mm
+            return whole, whole, forearm, self.hand_mm, 0.0
+        _, shoulder, elbow, wrist, tip = self.points(joints)
+        return (
+            math.hypot(tip[0], tip[1]),
+            math.dist(shoulder, tip),
+            math.dist(elbow, tip),
+            math.dist(wrist, tip),
+            0.0,
+        )
+
+    def _refusal(self, pose: Pose, seed: Joints | None) -> Unreachable:
+        """Return why no posture was found: the violation of the branch that comes closest."""
+        instead = nearest(self, pose, seed).pose
+        branches = self.branches(pose, seed)
+        if not branches:
+            return span_refusal(pose, self.lengths, instead)
+        best = min(branches, key=lambda branch: branch.excess_rad)
+        worst = max(best.violations, key=lambda violation: violation.excess_rad)
+        return Unreachable.by_limit(worst.joint, worst.value_rad, worst.bound_rad, pose, instead)
+
+
+def _angles(joints: Joints) -> Angles:
+    """Return the five angles. Raises if these are not the joints of this build."""
+    require("joints", joints, Joints, JOINTS_EXAMPLE)
+    if len(joints.angles_rad) != len(JOINT_NAMES):
+        raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
+    return joints.angles_rad  # type: ignore[return-value]
+
+
+def _directions(joints: Joints) -> Angles:
+    """Return the five angles, those of many turns as the same direction: formulas add them."""
+    return few_turns_each(_angles(joints))  # type: ignore[return-value]
+
+
+def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
+    """Return the seed's angles, with the base within its limits, because a free base takes it."""
+    near = (0.0, 0.0, 0.0, 0.0, 0.0) if seed is None else _angles(seed)
+    if limits[0].low_rad <= near[0] <= limits[0].high_rad:
+        return near
+    return (limits[0].clamp(near[0]), *near[1:])
+
+
+def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Angles:
+    b, s, e, w, r = (
+        bounds.turned(angle, seed) for angle, bounds, seed in zip(angles, limits, near, strict=True)
+    )
+    if limits[2].clamp(e) != e:  # an elbow turns by half a circle at most: report the turn needed
+        e = angles[2]
+    return b, s, e, w, r
+
+
+def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitViolation, ...]:
+    return tuple(
+        LimitViolation(name, angle, bounds.clamp(angle))
+        for name, angle, bounds in zip(JOINT_NAMES, angles, limits, strict=True)
+        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD
+    )
+
+
+# Every posture that an arm of any build has for a pose, named if the build has names: this build
+# has four, base front or back and elbow up or down. For an arm that is solved numerically, only the
+# posture nearest to the seed is known.
+
+
+@dataclass(frozen=True, slots=True)
+class Posture:
+    """One posture that holds the hand at a pose, and the limits it would violate.
+
+    `name` is empty if the arm's build has no names for its postures.
+    """
+
+    name: str
+    joints: Joints
+    violations: tuple[LimitViolation, ...] = ()
+
+
+@runtime_checkable
+class Branching(Protocol):
+    """An arm that knows all its postures for a pose."""
+
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+        """Return every posture for a pose, those beyond the limits included."""
+
+
+def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:
+    """Return the postures for a pose, each angle of the allowed turn nearest to the seed.
+
+    Postures beyond the limits are included. The result is empty if no posture holds the hand there,
+    whatever the limits; for an arm that is solved numerically, also if no posture within the limits
+    was found.
+    """
+    if isinstance(arm, Branching):
+        found = arm.branches(pose, seed)
+        return tuple(Posture(each.name, each.joints, each.violations) for each in found)
+    joints = arm.solve(pose, seed)
+    return () if joints is None else (Posture("", joints),)
+
+
+# One posture, kept along a straight line or any other curve of the tip.
+# A hand is its pitch (seen outwards, of any turn) and the angle of the wrist roll.
+
+STRAIGHT_RAD = 1e-6
+"""An elbow nearer to straight than this is on neither side; the side allowed by its range is used.
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FiveAxisFollower:
+    """The branch on which a curve is followed.
+
+    `back` says that the tip is behind the base axis, and `elbow_sign` whether the elbow's angle is
+    above or below zero: the branch. `ranges` are the arm's limits, widened to the start where it
+    lies outside them. The wrist roll is the pose's roll and `roll_offset`.
+    """
+
+    lengths: Lengths
+    first: Hand
+    back: bool
+    elbow_sign: float
+    roll_offset: float
+    ranges: tuple[JointRange, ...]
+
+    @property
+    def posture(self) -> str:
+        """The branch in words."""
+        up = (self.elbow_sign < 0.0) != self.back
+        return branch_name(Base.BACK if self.back else Base.FRONT, Elbow.UP if up else Elbow.DOWN)
+
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand: pitch and roll turn the shorter way round.
+
+        The roll takes the longer way if the wrist's range forbids the shorter one.
+        """
+        pitch = turn_near(pose.pitch_rad, near[0])
+        change = wrap(pose.roll_rad + self.roll_offset - near[1])
+        if not self._rolls_to(near[1] + change):
+            other = change - math.copysign(math.tau, change)
+            change = other if self._rolls_to(near[1] + other) else change
+        return pitch, near[1] + change
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn: pitch and roll in proportion."""
+        return in_proportion(a, b, share)
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand, with pitch and roll of any turn."""
+        return Pose(*tip, hand[0], hand[1] - self.roll_offset)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture, with the base's turn nearest to the previous posture.
+
+        Raises `NotFollowed` if the wrist is out of reach or a joint beyond its range.
+        """
+        x, y, z = tip
+        pitch, roll = hand
+        height, upper, fore, length = self.lengths
+        old_base, old_shoulder, old_elbow, old_wrist, _ = before.angles_rad
+        r = math.hypot(x, y)
+        base = old_base
+        if r > AXIS_MM:
+            base += math.remainder(math.atan2(y, x) + math.pi * self.back - base, math.tau)
+        if self.back:
+            r, pitch = -r, math.pi - pitch
+        wrist_r, wrist_z = r - length * math.cos(pitch), z - height - length * math.sin(pitch)
+        pair = elbow_triangle(wrist_r, wrist_z, upper, fore, old_shoulder)
+        if pair is None:
+            raise NotFollowed(self._span(tip, hand[0]))
+        shoulder, elbow = pair[self.elbow_sign > 0.0]
+        shoulder += math.tau * round((old_shoulder - shoulder) / math.tau)
+        elbow += math.tau * round((old_elbow - elbow) / math.tau)
+        wrist = pitch - shoulder - elbow
+        wrist += math.tau * round((old_wrist - wrist) / math.tau)
+        return Joints(self._limited((base, shoulder, elbow, wrist, roll)))
+
+    def _limited(self, angles: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the angles, snapped to limits that they exceed by rounding only."""
+        snapped = []
+        for name, angle, bounds in zip(JOINT_NAMES, angles, self.ranges, strict=True):
+            inside = bounds.clamp(angle)
+            if abs(angle - inside) > LIMIT_TOLERANCE_RAD:
+                raise NotFollowed(
+                    f"the {name.replace('_', ' ')} would pass its limit of "
+                    f"{math.degrees(inside):.1f}°"
+                )
+            snapped.append(inside)
+        return tuple(snapped)
+
+    def _span(self, tip: Point, pitch: float) -> str:
+        x, y, z = tip
+        distance = wrist_distance(math.hypot(x, y), z, pitch, self.lengths)
+        _, upper, fore, _ = self.lengths
+        longest = upper + fore
+        if distance > longest:
+            return f"the wrist would be further away than the {longest:.1f} mm that the arm spans"
+        return f"the wrist would be nearer to the shoulder than {abs(upper - fore):.1f} mm"
+
+    def _rolls_to(self, angle: float) -> bool:
+        return abs(self.ranges[4].clamp(angle) - angle) <= LIMIT_TOLERANCE_RAD
+
+
+def _elbow_sign(elbow: float, bounds: JointRange) -> float:
+    """Return the side to which the forearm is bent: that of the start, or the allowed one."""
+    if abs(elbow) > STRAIGHT_RAD:
+        return math.copysign(1.0, elbow)
+    return -1.0 if bounds.low_rad < -STRAIGHT_RAD else 1.0

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from math import cos, inf, sin, sqrt
 from operator import add, sub
 
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles, Lengths
 from kinematics.geometry import AXIS_MM
 from kinematics.spaces import Jacobian, Joints

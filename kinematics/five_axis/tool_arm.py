@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 from kinematics.errors import KinematicsError
-from kinematics.five_axis.arm import Branch, FiveAxisArm
+from kinematics.five_axis import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
 from kinematics.geometry import ArmGeometry, Constraint, Point, Tool, Unreachable
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap

@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles
 from kinematics.five_axis.nearest import Arc, arcs, plane_problems
 from kinematics.limits import JointRange

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from kinematics.geometry import AXIS_MM, ArmGeometry, Unreachable
-from kinematics.guards.guards import BOX, GuardedArm, Guards, Violation
+from kinematics.guards import BOX, GuardedArm, Guards, Violation
 from kinematics.spaces import Joints, Pose
 
 # Ways out of a guard on the arm's links or on a sum of its joints, as poses to try next. The hand

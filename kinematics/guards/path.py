@@ -15,7 +15,7 @@ from itertools import pairwise
 
 from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry
-from kinematics.guards.guards import GuardedArm, Guards, Reading, Violation, deepest
+from kinematics.guards import GuardedArm, Guards, Reading, Violation, deepest
 from kinematics.paths.curves import JointPath
 from kinematics.spaces import Joints
 

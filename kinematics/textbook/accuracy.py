@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from operator import mul
 
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles
 from kinematics.frames.matrices import times
 from kinematics.frames.transforms import position_of

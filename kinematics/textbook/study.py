@@ -32,7 +32,7 @@ from kinematics.chains.jacobians import (
 )
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, rotation_of

@@ -14,7 +14,7 @@ from waiting import LONG_S, until
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate_device
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults.request import parse_option
+from armdrive.sim.faults import parse_option
 from armdrive.sim.serving.loop import make_server, run_device
 
 

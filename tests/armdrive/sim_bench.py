@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import link_to
 from armdrive.sim.teachmover import TeachMoverBoard
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from firmware_protocol.teachmover import Command, Completed, Host, QDump
 from kinematics.spaces import Pose
 

@@ -18,7 +18,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
 from armdrive.sim.device import Value
-from armdrive.sim.faults.request import parse_words
+from armdrive.sim.faults import parse_words
 from kinematics import Joints, Motors
 
 from .stand import Stand, StopResult

@@ -19,7 +19,7 @@ from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.device import Options, SimDevice, Value
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
 from armdrive.transports.in_process import MemoryLink

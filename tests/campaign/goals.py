@@ -10,7 +10,7 @@ from dataclasses import replace
 from armdrive.arm import Arm
 from armdrive.runtime.position import ArmCoordinates
 from kinematics import Joints, Motors, Pose
-from kinematics.guards.guards import GuardedArm
+from kinematics.guards import GuardedArm
 from tests.conformance.motions import shifted
 
 from .arrival import JointsAim, PoseAim

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board
-from armdrive.sim.faults.request import parse_words
+from armdrive.sim.faults import parse_words
 
 from .stage import Stage
 

@@ -22,10 +22,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Joints, Motors, Transmission
-from kinematics.guards.guards import GuardedArm
+from kinematics.guards import GuardedArm
 from tests.conformance.observation import ON_THE_STEP, Point
 
 from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand, fastest_hz

@@ -16,7 +16,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.dialog.operator import Operator
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
-from armdrive.sim.faults.request import parse_words
+from armdrive.sim.faults import parse_words
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.record import FileRecorder
 

@@ -24,7 +24,7 @@ from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.registry import simulated_kind
 from armdrive.sim.simulated_arm import SimulatedOperator
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody, found_posture
 from armdrive.status import State, Status, Trust
 from kinematics import Joints, Motors

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.table import Point, TableBlock
 from kinematics import Joints
 

@@ -11,8 +11,8 @@ from typing import ClassVar
 from armdrive.arm import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.registry import simulated_kind
-from armdrive.sim.faults.request import parse_words
-from armdrive.sim.world.arm import World
+from armdrive.sim.faults import parse_words
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Motors
 from tests.conformance.observation import Observation

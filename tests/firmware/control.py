@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.errors import BadRequest
-from armdrive.sim.faults.request import FaultRequest
+from armdrive.sim.faults import FaultRequest
 from armdrive.sim.faults.table import BROWN_OUT_S
 from kinematics import Motors
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import serial
 
 from armdrive.config.arm import ArmConfig
-from armdrive.sim.grbl.device import board_axes, motor_letters, well_set_up
+from armdrive.sim.grbl import board_axes, motor_letters, well_set_up
 from armdrive.sim.grbl.firmware import PULL_OFF, STEPS
 
 RESETS_S = 3.0

@@ -12,7 +12,7 @@ import pytest
 from filelock import Timeout
 
 from armdrive.errors import BadRequest
-from armdrive.sim.faults.request import parse_words
+from armdrive.sim.faults import parse_words
 from tests.conformance.behaviour import on_bus
 from tests.conformance.faults import FAULTS
 from tests.conformance.real_time_bench import DeviceProcess, port_lock

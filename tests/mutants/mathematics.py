@@ -184,7 +184,7 @@ MUTANTS = (
     Mutant(
         name="guards measure from the wrong side",
         promise="a guard keeps the arm out",
-        path="kinematics/guards/guards.py",
+        path="kinematics/guards/__init__.py",
         old='yield Reading("outer radius", "tip radius", tip_r, outer, outer - tip_r)',
         new='yield Reading("outer radius", "tip radius", tip_r, outer, tip_r - outer)',
         tests=tests_of(
@@ -195,7 +195,7 @@ MUTANTS = (
     Mutant(
         name="the table is no guard",
         promise="the arm stays above its table",
-        path="kinematics/guards/guards.py",
+        path="kinematics/guards/__init__.py",
         old="        if self.guards.table:\n",
         new="        if False:\n",
         tests=tests_of(

@@ -156,7 +156,7 @@ MUTANTS = (
     Mutant(
         name="joint limits are five degrees wide of the arm's",
         promise="no joint passes its limit",
-        path="kinematics/five_axis/arm.py",
+        path="kinematics/five_axis/__init__.py",
         old="        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD",
         new="        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD + 0.0873",
         tests=tests_of(
@@ -189,7 +189,7 @@ MUTANTS = (
     Mutant(
         name="a line's joints pass their limits",
         promise="no joint passes its limit on a line",
-        path="kinematics/five_axis/arm.py",
+        path="kinematics/five_axis/__init__.py",
         old="            if abs(angle - inside) > LIMIT_TOLERANCE_RAD:",
         new="            if False:",
         tests=tests_of(
@@ -432,7 +432,7 @@ MUTANTS = (
     Mutant(
         name="a line takes another elbow than the one it starts with",
         promise="a line keeps one posture",
-        path="kinematics/five_axis/arm.py",
+        path="kinematics/five_axis/__init__.py",
         old="            _elbow_sign(wrap(start[2]), self.limits[2]),\n",
         new="            -1.0,\n",
         tests=tests_of(
@@ -443,7 +443,7 @@ MUTANTS = (
     Mutant(
         name="a line of an arm that faces away turns its base",
         promise="a line keeps one posture",
-        path="kinematics/five_axis/arm.py",
+        path="kinematics/five_axis/__init__.py",
         old="        r < -AXIS_MM,\n",
         new="        False,\n",
         tests=tests_of(

@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="simulated motors lose no steps",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world/arm.py",
+        path="armdrive/sim/world/__init__.py",
         old="        lost = min(abs(count), self._to_lose.get(motor, 0))\n",
         new="        lost = 0\n",
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="a simulated motor that stalled turns on",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world/arm.py",
+        path="armdrive/sim/world/__init__.py",
         old=("        if motor in self.stalled:\n            return 0\n"),
         new="",
         tests=tests_of(
@@ -41,7 +41,7 @@ MUTANTS = (
     Mutant(
         name="simulated joints have no mechanical stops",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world/arm.py",
+        path="armdrive/sim/world/__init__.py",
         old=("            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:"),
         new="            if False:",
         tests=tests_of(
@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="a simulated arm does not sag",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world/arm.py",
+        path="armdrive/sim/world/__init__.py",
         old=("        self.force(there - self._motors, time_s)\n\n    def _followed"),
         new=("\n    def _followed"),
         tests=tests_of(

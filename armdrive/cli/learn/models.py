@@ -29,7 +29,7 @@ from kinematics.chains.inverse import Solution, solve_goal
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
 from kinematics.errors import OutOfReach, UnknownSystem
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.transforms import Transform, compose, position_of, translation
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose

@@ -13,7 +13,7 @@ from armdrive.cli.learn.branch_table import BranchRow, branch_table, degrees_tex
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
-from kinematics.five_axis.arm import Branch
+from kinematics.five_axis import Branch
 from kinematics.presets import PRESETS, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 

@@ -20,7 +20,7 @@ from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
 from armdrive.connect.target import find, simulation_forced
-from armdrive.dialects.dialect import Language
+from armdrive.dialects import Language
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortInUse
 from armdrive.registry import LANGUAGES, USUAL, language_of, simulate

@@ -15,7 +15,7 @@ from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.bus.line import BITRATE
 from armdrive.sim.device import Options, Value
-from armdrive.sim.faults.request import parse_option
+from armdrive.sim.faults import parse_option
 from armdrive.sim.faults.table import check_faults, faults_of
 from armdrive.sim.simulated_arm import SimDeviceKind
 

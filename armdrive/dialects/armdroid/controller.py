@@ -13,10 +13,10 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities, Switching
+from armdrive.dialects import Driver
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
-from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.words import plain
 from armdrive.errors import Refused

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from armdrive.dialects.dialect import DeviceTools
+from armdrive.dialects import DeviceTools
 from armdrive.dialects.recognition import (
     Certainty,
     Identity,

@@ -9,15 +9,15 @@ Read in this order, after `dialects.bus`:
     leading      what all motions share: beginning, outages, arriving, stopping
     motion       cyclic targets, bursts by profile position, homing
 
-The rest serves people: `settings` and `compare` for the arm file, `objects` for the names and
-values of objects in words, `tools` for surveying a bus and describing its traffic.
+The rest serves people: `settings` and `compare` for the arm file, `survey` asks the nodes of a bus
+what they are, and `words` and `objects` describe frames and objects in words. No motion needs them.
 """
 
 from __future__ import annotations
 
 from armdrive.abilities import Torque, Traffic
-from armdrive.dialects.bus.row import bus_dialect
-from armdrive.dialects.dialect import DeviceTools, Driver
+from armdrive.dialects import DeviceTools, Driver
+from armdrive.dialects.bus import bus_dialect
 
 
 def _driver() -> Driver:
@@ -27,7 +27,7 @@ def _driver() -> Driver:
 
 
 def _tools() -> DeviceTools:
-    from armdrive.dialects.cia402.tools.survey import TOOLS
+    from armdrive.dialects.cia402.survey import TOOLS
 
     return TOOLS
 

@@ -18,6 +18,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.compare import compare, mend
@@ -33,7 +34,6 @@ from armdrive.dialects.cia402.leading import MotionLead
 from armdrive.dialects.cia402.motion import Cia402Homing, CyclicMotion, ProfileMotion
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
-from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
 from armdrive.tasks import (
     DropCurrent,

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
-from armdrive.dialects.dialect import DeviceTools
+from armdrive.dialects import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, lines_of
 from armdrive.dialects.words import AnswerLines, Describer, Message, Sentences, Weight, plain
 from firmware_protocol.errors import RemoteProtocolError

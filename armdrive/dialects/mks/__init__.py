@@ -19,8 +19,8 @@ a bus and its drives, `words` for the traffic on it.
 from __future__ import annotations
 
 from armdrive.abilities import Torque, Traffic
-from armdrive.dialects.bus.row import bus_dialect
-from armdrive.dialects.dialect import DeviceTools, Driver
+from armdrive.dialects import DeviceTools, Driver
+from armdrive.dialects.bus import bus_dialect
 
 
 def _driver() -> Driver:

@@ -12,8 +12,8 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import GripperSettings
+from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
-from armdrive.dialects.dialect import DeviceTools
 from armdrive.dialects.mks.compare import value_words, wanted_settings
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (

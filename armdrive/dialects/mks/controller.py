@@ -12,11 +12,11 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, HOST_S, Obstructed, bus_motors
 from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
-from armdrive.dialects.dialect import Driver
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, mend
 from armdrive.dialects.mks.contact import MksContact

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from armdrive.dialects.dialect import DeviceTools
+from armdrive.dialects import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved, plain, standing
 from firmware_protocol.errors import RemoteProtocolError

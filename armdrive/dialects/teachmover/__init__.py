@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.dialect import DeviceTools, Dialect, Driver
+from armdrive.dialects import DeviceTools, Dialect, Driver
 
 
 def _driver() -> Driver:

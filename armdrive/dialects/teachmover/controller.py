@@ -9,8 +9,8 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
+from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
-from armdrive.dialects.dialect import Driver
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.dialects.words import plain
 from armdrive.errors import Refused

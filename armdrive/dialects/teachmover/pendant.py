@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.dialect import PendantTools
+from armdrive.dialects import PendantTools
 from armdrive.dialects.speed_table import SpeedTable
 from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
 from armdrive.status import joints_view

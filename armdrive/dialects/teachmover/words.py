@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.dialects.dialect import DeviceTools
+from armdrive.dialects import DeviceTools
 from armdrive.dialects.recognition import (
     Certainty,
     Identity,

@@ -14,7 +14,7 @@ from armdrive.moves import Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry, Unreachable
-from kinematics.guards.guards import Violation
+from kinematics.guards import Violation
 from kinematics.guards.path import first_violation
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission

@@ -16,7 +16,7 @@ from armdrive.motion.jog.bounds import JogPath, Kind
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from armdrive.runtime.position import ArmCoordinates
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.rates import Rates, joint_rates, ramped, share_of_limits
 
 STALE_S = 1.0  # an arm whose latest leg ended this long ago is at rest: no exchange takes longer

@@ -13,7 +13,7 @@ from armdrive.sim.bus.node import BusNode
 from armdrive.sim.device import Board
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mechanics.switches import SwitchState
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors

@@ -25,7 +25,7 @@ from armdrive.sim.device import (
     SimDevice,
     lacks,
 )
-from armdrive.sim.faults.request import (
+from armdrive.sim.faults import (
     Cable,
     Fault,
     FaultBench,

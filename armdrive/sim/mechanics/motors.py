@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 from armdrive.errors import BadRequest
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from kinematics.spaces import Motors
 
 _ROUNDING = 1e-6

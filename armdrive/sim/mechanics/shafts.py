@@ -14,7 +14,7 @@ from armdrive.sim.mechanics.profiles import (
     to_goal,
     to_speed,
 )
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import sagged
 from kinematics.spaces import Motors
 

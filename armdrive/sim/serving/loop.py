@@ -16,7 +16,7 @@ from typing import TextIO
 from armdrive.errors.printable import printable_lines
 from armdrive.sim.bus.line import BITRATE, BusLine
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults.request import FaultRequest
+from armdrive.sim.faults import FaultRequest
 from armdrive.sim.serving.console import Console
 from armdrive.sim.serving.servers import (
     Adapter,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.geometry import ArmGeometry
 from kinematics.limits import JointRange

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.table import Incident, IncidentKind, TableBlock
 

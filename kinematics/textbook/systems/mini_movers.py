@@ -17,7 +17,7 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError, OutOfReach
-from kinematics.five_axis.arm import Branch, FiveAxisArm
+from kinematics.five_axis import Branch, FiveAxisArm
 from kinematics.five_axis.closed_form import Lengths
 from kinematics.five_axis.nearest import nearest
 from kinematics.five_axis.rates import from_joints_to_tip, task_jacobian

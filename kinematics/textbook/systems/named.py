@@ -20,7 +20,7 @@ from typing import Any
 from kinematics.chains.chain import Chain, JointViolation
 from kinematics.chains.links import Convention
 from kinematics.errors import KinematicsError, OutOfReach
-from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.numbers import goal_numbers, numbers
 from kinematics.frames.orientations import solve_rpy
 from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate

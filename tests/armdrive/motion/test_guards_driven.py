@@ -13,7 +13,7 @@ from armdrive import Jog
 from armdrive.errors import OutOfBounds
 from armdrive.motion.jog.bounds import Bounds
 from kinematics import Joints, Pose
-from kinematics.guards.guards import AngleSum
+from kinematics.guards import AngleSum
 from kinematics.guards.shapes import Box
 
 RADII = (35.0, 30.0, 25.0)

@@ -14,7 +14,7 @@ from armdrive.render.scene import ArmDrawing, Moment, Studio
 from kinematics import Joints, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import translation
-from kinematics.guards.guards import Guards
+from kinematics.guards import Guards
 from kinematics.guards.shapes import Box
 from kinematics.textbook.systems import system
 

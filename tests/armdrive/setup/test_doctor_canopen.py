@@ -9,8 +9,8 @@ from can_setup_bench import Bench
 from canopen_nodes import NAME, Device, NodesBus
 
 from armdrive.dialects.bus.tools import Answers, Listened, frame_scripts, listen
-from armdrive.dialects.cia402.tools import survey as canopen
-from armdrive.dialects.cia402.tools.survey import (
+from armdrive.dialects.cia402 import survey as canopen
+from armdrive.dialects.cia402.survey import (
     QUESTIONS,
     SERIAL_NUMBER,
     VENDOR,

@@ -12,7 +12,7 @@ from sim_bench import descend, grasp, lift, reach, spread
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import simulate
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.table import IncidentKind, Stand, Table, TableBlock
 
 TALL = TableBlock("A", 250.0, 0.0, 0.0, width_mm=30.0, height_mm=60.0)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from kinematics_cases import LAMP, PUMA, START, TABLE, TEACHMOVER, VICE, distance_mm, same_pose
 
 from kinematics import Guards, Joints, Pose, nearest_allowed
-from kinematics.guards.guards import AngleSum
+from kinematics.guards import AngleSum
 from kinematics.guards.shapes import Box
 
 BOXED = Guards(radii_mm=(35.0, 30.0, 25.0), boxes=(VICE, LAMP))

@@ -12,7 +12,7 @@ from kinematics import PRESETS, Guards, Joints, KinematicsError, Pose, preset, s
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.frames.transforms import translation
-from kinematics.guards.guards import AngleSum, link_names
+from kinematics.guards import AngleSum, link_names
 from kinematics.guards.shapes import Box
 
 OPEN = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None, table=False)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from kinematics_cases import LAMP, TEACHMOVER, UNEVEN, VICE, postures
 
 from kinematics import Guards, JointPath, Joints, Pose, first_violation, line_path
-from kinematics.guards.guards import AngleSum
+from kinematics.guards import AngleSum
 from kinematics.guards.shapes import Box
 
 WALL = Box("wall", (-500.0, 200.0, -10.0), (500.0, 204.0, 600.0))

@@ -8,7 +8,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.sim.device import Board, Options
 from armdrive.sim.mechanics.motors import CoordinatedDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from firmware_protocol.tutor import Device, Failed, Move, Ok, Positions, Where
 from kinematics.spaces import Motors
 

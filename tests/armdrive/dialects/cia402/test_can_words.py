@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.dialects.bus.words import FrameCheck, FrameKind, PackedFrames
+from armdrive.dialects.cia402 import words as messages_canopen
 from armdrive.dialects.cia402.objects import held_words
-from armdrive.dialects.cia402.tools import words as messages_canopen
-from armdrive.dialects.cia402.tools.words import CanopenFrameDescriber
+from armdrive.dialects.cia402.words import CanopenFrameDescriber
 from armdrive.dialects.words import Weight
 from armdrive.registry import DIALECTS, LANGUAGES, language_of, likely
 from firmware_protocol.canopen import (

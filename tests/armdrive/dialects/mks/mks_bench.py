@@ -16,11 +16,10 @@ from armdrive.sim.bus.board import switch_power
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.device import Options, SimDevice
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mks import KIND
-from armdrive.sim.mks.kind import MksBoard
+from armdrive.sim.mks import KIND, MksBoard
 from armdrive.sim.mks.motion import MAKES_UP, Flash
 from armdrive.sim.mks.node import MksNode
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected
 from armdrive.transports.in_process import MemoryLink

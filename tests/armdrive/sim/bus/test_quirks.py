@@ -7,9 +7,9 @@ from pages import page
 
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import Quirk, options_of
-from armdrive.sim.cia402.kind import QUIRKS as CIA402
+from armdrive.sim.cia402 import QUIRKS as CIA402
 from armdrive.sim.device import Options
-from armdrive.sim.mks.kind import QUIRKS as MKS
+from armdrive.sim.mks import QUIRKS as MKS
 
 PAGE = page("simulating")
 EACH = [*(("mks", quirk) for quirk in MKS), *(("cia402", quirk) for quirk in CIA402)]

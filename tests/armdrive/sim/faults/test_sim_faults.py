@@ -13,7 +13,7 @@ from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry import simulate
 from armdrive.sim.bus.board import DrivesBoard
 from armdrive.sim.device import SaysEmergencies, SimDevice
-from armdrive.sim.faults.request import Cable, FaultRequest, parse_option, parse_words
+from armdrive.sim.faults import Cable, FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.table import FAULTS, Faults, faults_of
 from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.teachmover import TeachMoverBoard

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from armdrive.sim.mechanics.motors import MotorDrive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 
 SLOPE = 700.0
 GRID_S = 0.008

@@ -9,7 +9,7 @@ from mks_sim import outcomes as said
 
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults.request import parse_option
+from armdrive.sim.faults import parse_option
 from armdrive.sim.faults.table import check_faults
 from armdrive.sim.teachmover import TeachMoverBoard
 from firmware_protocol import mks

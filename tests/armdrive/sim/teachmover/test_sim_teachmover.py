@@ -9,7 +9,7 @@ from sim_bench import BYTE_S, Bench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.teachmover import TeachMoverBoard, TwinSettings
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import (
     Arm,

@@ -11,7 +11,7 @@ from armdrive.errors import StateFileError
 from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import recalled
 from armdrive.sim.teachmover import TeachMoverBoard
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.saved import world_from_json, world_to_json
 from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step

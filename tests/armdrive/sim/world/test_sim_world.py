@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sim_bench import descend, grasp, lift, reach, spread
 
+import armdrive.sim.world as world_module
 from armdrive.errors import BadRequest
-from armdrive.sim.world import arm as world_module
-from armdrive.sim.world.arm import World
+from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
 from armdrive.sim.world.table import IncidentKind, TableBlock

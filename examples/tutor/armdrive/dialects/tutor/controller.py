@@ -9,8 +9,8 @@ from typing import TypeAlias
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects import Driver
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
-from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
 from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from armdrive.dialects.dialect import DeviceTools
+from armdrive.dialects import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk, lines_of
 from armdrive.dialects.words import AnswerLines, Describer, Sentences, answer, moved, standing
 from firmware_protocol.errors import RemoteProtocolError

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.ledger import SurplusAnswers
 from armdrive.dialects.bus.tools import (
@@ -32,8 +33,7 @@ from armdrive.dialects.cia402.objects import (
     register_words,
     state_words,
 )
-from armdrive.dialects.cia402.tools.words import OF_MASTER, TALK, CanopenFrameDescriber
-from armdrive.dialects.dialect import DeviceTools
+from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
 from armdrive.dialects.exchange import Script
 from armdrive.dialog.conversation import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth
