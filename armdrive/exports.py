@@ -1,6 +1,6 @@
 """The public names of armdrive, each from the module that defines it."""
 
-from armdrive.aio.arm import AsyncArm
+from armdrive.aio import AsyncArm
 from armdrive.aio.calls import AsyncHandle
 from armdrive.arm import Arm
 from armdrive.arm.connected import Handle

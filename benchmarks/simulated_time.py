@@ -10,9 +10,9 @@ from statistics import median
 from measuring import Row, Section
 
 from armdrive import Arm, Pose
+from armdrive.cli.program.demo import JOBS, blocks_of, misplaced, perform
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
 from armdrive.registry import simulate
 
 SEED = 1982

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import armdrive
-from armdrive.arm.gripper import Gripper
+from armdrive.arm.moving import Gripper
 from armdrive.text import json_forms
 
 FOLDER = Path(__file__).parent / "reference"

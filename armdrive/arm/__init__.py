@@ -15,8 +15,7 @@ from armdrive.abilities import Abilities
 from armdrive.arm.arguments import RULES
 from armdrive.arm.connected import Connection, Handle, finished, log_reader
 from armdrive.arm.device import InputsOutputs, Lines, read_pendant_program, write_pendant_program
-from armdrive.arm.gripper import Gripper
-from armdrive.arm.moving import Jogging, Moving, Place, move_to_place
+from armdrive.arm.moving import Gripper, Jogging, Moving, Place, move_to_place
 from armdrive.arm.reference import Accept, GroupReport, Referencing, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
@@ -24,9 +23,7 @@ from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors import NoAnswer, WrongState
 from armdrive.errors.arguments import checked_calls
-from armdrive.motion import device as device_tasks
 from armdrive.motion import standing
-from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
@@ -34,6 +31,7 @@ from armdrive.motion.jog.session import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified
+from armdrive.motion.standing import RowReport
 from armdrive.moves import (
     BASE_FRAME,
     Angles,
@@ -737,7 +735,7 @@ class Arm:
         program: PendantProgram,
         *,
         leave_others: bool = False,
-        report: RowReport = device_tasks.unreported,
+        report: RowReport = standing.unreported,
     ) -> int:
         """Write a program into the arm's memory and read it back; moves nothing.
 
@@ -756,7 +754,7 @@ class Arm:
         Without `lines`, write all those that `status.notice` and `armdrive doctor` show.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        body = device_tasks.mend_settings(self.wire, tuple(chosen))
+        body = standing.mend_settings(self.wire, tuple(chosen))
         return await self.runner.perform(body, PATIENCE_S)
 
     # -- the flight recorder --------------------------------------------------------------------

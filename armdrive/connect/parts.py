@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.blocking import Wait, blocking, coroutine_of
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.reconnect import NewLink, Reconnector
+from armdrive.connect.port import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmError, BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
@@ -33,8 +33,7 @@ from armdrive.storage.record import FileRecorder, PositionRecorder, logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
 from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.recorder import FlightRecorder
-from armdrive.transports.in_process import MemoryLink
-from armdrive.transports.link import Link
+from armdrive.transports.link import Link, MemoryLink
 from kinematics.spaces import Joints, Pose
 
 if TYPE_CHECKING:  # a real arm loads no simulation

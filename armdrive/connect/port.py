@@ -1,23 +1,29 @@
-"""Finds and opens the port of a real arm, and explains a failed connection."""
+"""Finds and opens the port of a real arm, explains a failed connection, and reconnects a lost one."""
 
 from __future__ import annotations
 
 import contextlib
+import math
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from types import MappingProxyType
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
-from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
-from armdrive.registry import DIALECTS
-from armdrive.runtime.engine import NOT_THE_ANSWER, excerpt
+from armdrive.errors import ArmError, DeviceFault, LinkLost, PortUnavailable
+from armdrive.errors.printable import reason_of
+from armdrive.motion.context import MotionContext, without_reset
+from armdrive.motion.standing import recover
+from armdrive.registry import DIALECTS, dialect
+from armdrive.runtime.engine import NOT_THE_ANSWER, Engine, excerpt
+from armdrive.tasks import TaskBody
 from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.transports import opening, ports
 from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
-from armdrive.transports.link import Link
+from armdrive.transports.link import AbsentLink, Link
 
 
 class PortOpening:
@@ -143,3 +149,193 @@ def _doctor(port: str) -> str:
         )
     where, which = (port, "") if port else ("PORT", ", for the port that `armdrive ports` shows,")
     return f"`armdrive doctor {where}`{which} finds out what is there, and moves nothing."
+
+
+# Reconnecting a lost link: attempts to open it again, with increasing pauses. The engine then gets
+# the new link and a new controller, which repeats no request of the old one. Afterwards the arm is
+# in a state in which nothing moves (motion/standing.py).
+
+PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
+"""The pauses before each attempt; the last one repeats. Opening a port can reset a board."""
+LET_GO_S = 3.0
+"""How long an attempt waits for the old link to close: it may still send a stop, and it holds the
+port."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NewLink:
+    """How to reopen a lost link: `open_again` raises `PortUnavailable` while the port is missing.
+
+    With `automatic`, attempts start by themselves. With `in_thread`, each attempt runs in its own
+    thread, because a network can take seconds to refuse a connection.
+    """
+
+    open_again: Callable[[], Link]
+    automatic: bool = False
+    in_thread: bool = False
+
+
+class Opening:
+    """One attempt to open a link, in the caller's thread or its own.
+
+    It first waits for the thread `after`, which closes the old link: until then, this program still
+    holds the port.
+    """
+
+    def __init__(
+        self,
+        rewiring: NewLink,
+        wake: Callable[[], None],
+        after: threading.Thread | None = None,
+    ) -> None:
+        self._open = rewiring.open_again
+        self._wake = wake
+        self._after = after
+        self._lock = threading.Lock()
+        self._outcome: Link | ArmError | None = None
+        self._given_up = False
+        if rewiring.in_thread:
+            threading.Thread(target=self._run, name="armdrive-opening", daemon=True).start()
+        else:
+            self._run()
+
+    @property
+    def outcome(self) -> Link | ArmError | None:
+        """The new link, or the error; None while the attempt is running."""
+        with self._lock:
+            return self._outcome
+
+    def give_up(self) -> None:
+        """Close the link, even if it opens later."""
+        with self._lock:
+            self._given_up = True
+            outcome = self._outcome
+        if outcome is not None and not isinstance(outcome, ArmError):
+            outcome.close()
+
+    def _run(self) -> None:
+        outcome: Link | ArmError
+        if self._after is not None:
+            self._after.join(LET_GO_S)
+        try:
+            outcome = self._open()
+        except ArmError as error:
+            outcome = error
+        except OSError as error:
+            outcome = LinkLost(f"the link cannot be opened ({reason_of(error)})")
+        with self._lock:
+            self._outcome = outcome
+            unwanted = self._given_up
+        if unwanted and not isinstance(outcome, ArmError):
+            outcome.close()
+        self._wake()
+
+
+class Reconnector:
+    """Reconnects one arm. The engine calls it, under its lock, while the link is lost."""
+
+    def __init__(self, wire: MotionContext, rewiring: NewLink) -> None:
+        self.tries = 0
+        """The number of attempts that have ended, successfully or not."""
+        self.trouble: ArmError | None = None
+        """Why the last attempt failed."""
+        self._wire = wire
+        self._rewiring = rewiring
+        self._opening: Opening | None = None
+        self._closing: threading.Thread | None = None
+        self._due_s = math.inf
+        self._lost_s = 0.0
+        self._lost_link = ""
+        self._failures = 0
+
+    @property
+    def automatic(self) -> bool:
+        """Whether attempts start by themselves."""
+        return self._rewiring.automatic
+
+    @property
+    def _engine(self) -> Engine:
+        return self._wire.engine
+
+    def lost(self, now_s: float) -> None:
+        """Close the broken link, which frees its port; schedule an attempt if automatic.
+
+        Called for a link that was lost, and for a new one on which the arm did not answer.
+        """
+        self._lost_s = now_s
+        old = self._engine.link
+        self._lost_link = self._lost_link or old.description
+        self._engine.link = AbsentLink(old.description)
+        if self._rewiring.in_thread:  # closing a socket can take a moment
+            self._closing = threading.Thread(target=old.close, name="armdrive-closing", daemon=True)
+            self._closing.start()
+        else:
+            old.close()
+        if self._rewiring.automatic:
+            self._due_s = now_s + self._pause_s()
+
+    def ask(self, now_s: float) -> int:
+        """Try at once; return the number of attempts that had ended before."""
+        self._due_s = now_s
+        return self.tries
+
+    def close(self) -> None:
+        """Make no more attempts."""
+        self._due_s = math.inf
+        opening, self._opening = self._opening, None
+        if opening is not None:
+            opening.give_up()
+
+    def __call__(self, now_s: float) -> float:
+        """Do all that is due; return when to call again."""
+        if self._opening is None:
+            if now_s < self._due_s:
+                return self._due_s
+            self._due_s = math.inf
+            self._opening = Opening(self._rewiring, self._engine.link.wake, self._closing)
+        outcome = self._opening.outcome
+        if outcome is None:
+            return math.inf
+        self._opening = None
+        if isinstance(outcome, ArmError):
+            self._failed(outcome, now_s)
+        else:
+            self._take(outcome)
+        return self._due_s
+
+    def _take(self, link: Link) -> None:
+        """Continue on a new link, with a controller that remembers nothing of the old one."""
+        core, absent = self._wire.core, self._engine.link
+        core.controller = dialect(core.config.connection.dialect).controller(core.config)
+        self._engine.take(link, core.controller)
+        absent.close()
+        core.diagnostics.notice = f"found {link.description}: checking whether the arm answers"
+        # a motion that was sent before the loss may still be running: wait for its end first
+        runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
+        self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
+
+    def _resume(self) -> TaskBody[None]:
+        """Check that the same arm answers on the new link, and restore its state."""
+        try:
+            yield from recover(self._wire, self._lost_s, self._lost_link)
+        except ArmError as error:
+            self._failed(error, self._wire.now_s)
+            raise LinkLost(
+                f"the port is open again, but the arm is not ready: {without_reset(error)}. "
+                "Nothing moves; reconnect again"
+            ) from None
+        self.tries += 1
+        self._lost_link = ""
+        self._failures, self.trouble = 0, None
+        self._engine.prove()
+
+    def _failed(self, error: ArmError, now_s: float) -> None:
+        self.tries += 1
+        self._failures += 1
+        self.trouble = error
+        self._wire.core.diagnostics.notify(f"could not reconnect: {without_reset(error)}", error)
+        if self._rewiring.automatic:
+            self._due_s = now_s + self._pause_s()
+
+    def _pause_s(self) -> float:
+        return PAUSES_S[min(self._failures, len(PAUSES_S) - 1)]

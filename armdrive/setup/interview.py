@@ -11,9 +11,8 @@ from typing import Any
 from armdrive.dialog.conversation import Question, WrongAnswer
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import arm_path
-from armdrive.setup.arm_text import ArmFiles, files_of
 from armdrive.setup.draft import Draft, Surroundings
-from armdrive.setup.filing import checked
+from armdrive.setup.filing import ArmFiles, checked, files_of
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
 from armdrive.transports import ports as system

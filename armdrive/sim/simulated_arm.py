@@ -16,7 +16,7 @@ from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Stand, TableBlock
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from kinematics.spaces import Joints, Motors
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from armdrive.dialects.controller import Controller
 from armdrive.sim.device import SimDevice
 from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Motors
 

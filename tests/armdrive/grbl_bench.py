@@ -11,7 +11,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate_device
 from armdrive.sim.mechanics.switches import LimitSwitch
 from armdrive.sim.wire import PacedDevice
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
 from firmware_protocol.grbl.answers import decode_answer
 

@@ -22,7 +22,7 @@ from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from kinematics import Joints, Motors
 
 OPENING_MM = 20.0

@@ -17,7 +17,7 @@ from armdrive.abilities import Abilities
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
-from armdrive.connect.reconnect import NewLink
+from armdrive.connect.port import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.controller import Controller
@@ -37,7 +37,7 @@ from armdrive.status import State
 from armdrive.storage.record import FileRecorder
 from armdrive.trace.calls import NO_TRACER
 from armdrive.trace.recorder import FlightRecorder
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from firmware_protocol.canopen import DriveState
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from amounts import amount
 
-from armdrive.arm.gripper import Gripper
+from armdrive.arm.moving import Gripper
 from armdrive.connect.parts import TaskRunner
 from armdrive.errors import OutOfBounds
 from armdrive.motion import execute as motion

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
-from armdrive.connect.reconnect import NewLink
+from armdrive.connect.port import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialog.operator import Operator
 from armdrive.registry import simulate

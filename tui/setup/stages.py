@@ -13,9 +13,8 @@ from pathlib import Path
 from armdrive.errors import ArmError, BadRequest
 from armdrive.registry.arm_files import arm_path
 from armdrive.render.scene import Moment
-from armdrive.setup.arm_text import ArmFiles
 from armdrive.setup.bus_survey import probe
-from armdrive.setup.filing import FileProposal, write
+from armdrive.setup.filing import ArmFiles, FileProposal, write
 from armdrive.setup.interview import Describing
 from armdrive.setup.ports import ClosedPort, closed_ports, look_at
 from armdrive.setup.survey import Report

@@ -7,17 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.arm_options import (
-    EVERY_DRIVEN,
-    add_allow_restored,
-    add_arm_options,
-    add_driven_arm_options,
-)
 from armdrive.cli.options import (
+    EVERY_DRIVEN,
     SPEED_HELP,
     Action,
     Declare,
     add_actions,
+    add_allow_restored,
+    add_arm_options,
+    add_driven_arm_options,
     add_switches,
     count,
     fraction,

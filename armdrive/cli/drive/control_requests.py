@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from armdrive.cli.arm_options import names_arm
+from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest
 from armdrive.storage.lock_client import ask_holder, held_arms

@@ -16,11 +16,10 @@ from typing import Any
 
 import tui
 from armdrive.cli.arm_files import chosen_target, default_arm
-from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
-from armdrive.cli.options import ARM_OPTIONS, typed_again
+from armdrive.cli.options import ARM_OPTIONS, names_arm, typed_again
 from armdrive.cli.presenter import Outcome, Result, agreed, require_screen, say
 from armdrive.cli.program.arguments import PROGRAM
 from armdrive.cli.terminal_person import confirm_simulated

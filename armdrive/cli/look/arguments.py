@@ -7,8 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.arm_options import ONLY_DRIVEN, add_arm_options, add_driven_arm_options
-from armdrive.cli.options import Declare, add_json_option, number, positive
+from armdrive.cli.options import (
+    ONLY_DRIVEN,
+    Declare,
+    add_arm_options,
+    add_driven_arm_options,
+    add_json_option,
+    number,
+    positive,
+)
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import Topic
 

@@ -17,9 +17,9 @@ from typing import Any
 
 import tui
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.arm_options import names_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.drive.control_requests import ask, one_holder
+from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Ink, Inked, Line, Result, require_screen, show, tell, with_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find

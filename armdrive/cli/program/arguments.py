@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.arm_options import add_allow_restored, add_arm_options, add_pace_option
 from armdrive.cli.options import (
     Action,
     Declare,
     add_actions,
+    add_allow_restored,
+    add_arm_options,
+    add_pace_option,
     add_switches,
     count,
     fraction,

@@ -16,8 +16,7 @@ from armdrive.cli.terminal_person import settle_trust
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.programs.teaching import steps as editing
-from armdrive.programs.teaching.record import Choices, StepRecorder, seen_in
-from armdrive.programs.teaching.sequence import Stepper
+from armdrive.programs.teaching.sequence import Choices, Stepper, StepRecorder, seen_in
 from armdrive.programs.teaching.steps import Edited, parse_step
 from armdrive.status import status_view
 from armdrive.storage.lock_client import watch_holder

@@ -36,10 +36,9 @@ from armdrive.setup.arm_checks import (
     record,
     switches_of,
 )
-from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import Signs
 from armdrive.setup.draft import Draft, flattened
-from armdrive.setup.filing import FileProposal, after_writing, checked, propose, write
+from armdrive.setup.filing import FileProposal, after_writing, checked, files_of, propose, write
 from armdrive.setup.interview import Interview, surroundings
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture

@@ -1,18 +1,161 @@
-"""Steps through a taught sequence, forwards and backwards, using the calls of an arm.
-
-Each call carries out one step and waits for its end; `run` carries out the rest. A step that was
-stopped stays the next one until it is asked for. The arm's own `pause` pauses a sequence too.
-"""
+"""A sequence on an arm: recorded from its motions, and stepped through. Units: deg, mm, s."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.errors import BadRequest, Refused, Stopped
-from armdrive.moves import JointMove, LineMove
+from armdrive.errors import BadRequest, NotReferenced, Refused, Stopped
+from armdrive.moves import REST_S, JointMove, LineMove
 from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
+from kinematics.spaces import Joints
+
+# Recording: a step wherever the arm or its fingers come to rest. A recorder is given the arm's
+# statuses and their times; it has no clock and no arm. Places where the arm rests only for a
+# moment, such as between two jogs, do not count.
+
+SAME_DEG = 0.05
+"""The largest difference between equal postures: less than a step of any of these arms."""
+
+SAME_MM = 1.0
+"""The largest difference between equal openings."""
+
+RESTING = "standby"
+TRUSTED = ("referenced", "restored")
+
+
+@dataclass(frozen=True, slots=True)
+class SeenPosture:
+    """The posture in a status; `joints` is None if the arm does not rest."""
+
+    joints: Joints | None
+    opening_mm: float | None = None
+    gripping: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """The options of a recording.
+
+    `how` and `speed` are those of every step to a point; with `waits` the rests become delays.
+    """
+
+    how: str = "joint"
+    speed: float = 1.0
+    waits: bool = False
+    rest_s: float = REST_S
+
+
+def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> SeenPosture:
+    """Read a status as `armdrive watch` prints it. Raises `NotReferenced` without a position."""
+    joints = view.get("joints")
+    trust = str(view.get("trust"))
+    if trust not in TRUSTED or joints is None:
+        raise NotReferenced(
+            f"the arm has no trusted position: it is {trust} "
+            f"({view.get('trust_reason', '')}). Home it, then record"
+        )
+    if view.get("state") != RESTING or view.get("paused"):
+        return SeenPosture(None)
+    angles = (float(joints[f"{name}_deg"]) for name in names)
+    opening = view.get("gripper_mm")
+    return SeenPosture(
+        Joints.of(*angles, names=names),
+        None if opening is None else float(opening),
+        bool(view.get("gripping")),
+    )
+
+
+class StepRecorder:
+    """Makes a sequence of statuses; its points are named `NAME-1` and so on."""
+
+    def __init__(self, name: str, choices: Choices) -> None:
+        self.name = name
+        self.points: dict[str, Point] = {}
+        self.steps: list[Step] = []
+        self._choices = choices
+        self._standing: SeenPosture | None = None
+        self._since_s = 0.0
+        self._kept: SeenPosture | None = None
+
+    def see(self, seen: SeenPosture, now_s: float) -> tuple[Step, ...]:
+        """Take the present status; return the steps that it completes."""
+        before = self._standing
+        if before is not None and seen.joints is not None and _same(before, seen):
+            return ()
+        made = () if before is None else self._rested(before, now_s)
+        self._standing = None if seen.joints is None else seen
+        self._since_s = now_s
+        return made
+
+    def end(self, now_s: float) -> tuple[Step, ...]:
+        """End with the place where the arm stands, however briefly it has rested there."""
+        before, self._standing = self._standing, None
+        return () if before is None else self._rested(before, now_s, enough=True)
+
+    @property
+    def sequence(self) -> StepList:
+        """What has been recorded."""
+        return StepList(tuple(self.steps), "recorded")
+
+    def _rested(self, at: SeenPosture, now_s: float, *, enough: bool = False) -> tuple[Step, ...]:
+        rested_s = now_s - self._since_s
+        if rested_s < self._choices.rest_s and not enough:
+            return ()
+        made = [*self._way(at), *self._fingers(at)]
+        if made and self._choices.waits and not enough:
+            made.append(Step(wait_s=round(rested_s, 1)))
+        if made:
+            self._kept = at
+        self.steps += made
+        return tuple(made)
+
+    def _way(self, at: SeenPosture) -> tuple[Step, ...]:
+        """Return the step to a place, if the arm has moved; a known place keeps its name."""
+        if at.joints is None or (self._kept is not None and _there(self._kept, at)):
+            return ()
+        name = next((n for n, each in self.points.items() if _near(each.joints, at.joints)), "")
+        if not name:
+            name = f"{self.name}-{len(self.points) + 1}"
+            self.points[name] = Point(at.joints, at.opening_mm)
+        return (Step(name, self._choices.how, self._choices.speed),)
+
+    def _fingers(self, at: SeenPosture) -> tuple[Step, ...]:
+        kept = self._kept
+        if at.opening_mm is None or (kept is not None and _held_alike(kept, at)):
+            return ()
+        if at.gripping:
+            return (Step(gripper="grasp"),)
+        return (Step(gripper=round(at.opening_mm, 1)),)
+
+
+def _same(a: SeenPosture, b: SeenPosture) -> bool:
+    return _there(a, b) and _held_alike(a, b)
+
+
+def _there(a: SeenPosture, b: SeenPosture) -> bool:
+    return a.joints is not None and b.joints is not None and _near(a.joints, b.joints)
+
+
+def _near(a: Joints, b: Joints) -> bool:
+    pairs = zip(a.deg.values(), b.deg.values(), strict=True)
+    return all(abs(one - other) <= SAME_DEG for one, other in pairs)
+
+
+def _held_alike(a: SeenPosture, b: SeenPosture) -> bool:
+    if a.gripping and b.gripping:  # the object stays gripped while the fingers press
+        return True
+    if a.opening_mm is None or b.opening_mm is None:
+        return a.opening_mm is b.opening_mm
+    return a.gripping == b.gripping and abs(a.opening_mm - b.opening_mm) < SAME_MM
+
+
+# Stepping, forwards and backwards, using the calls of an arm. Each call carries out one step and
+# waits for its end; `run` carries out the rest. A step that was stopped stays the next one until it
+# is asked for. The arm's own `pause` pauses a sequence too.
 
 SLICE_S = 0.05
 """The longest sleep of a delay: between two sleeps a stop ends it."""

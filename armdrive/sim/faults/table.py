@@ -51,7 +51,7 @@ from armdrive.sim.wire import (
     repeated,
 )
 from armdrive.text.numbers import number, whole
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from kinematics.errors import did_you_mean
 
 BROWN_OUT_S = 0.5

@@ -1,4 +1,4 @@
-"""Write armdrive/aio/arm.pyi, the signatures of the twins, where this file is run.
+"""Write armdrive/aio/__init__.pyi, the signatures of the twins, where this file is run.
 
 The twins are made as they are loaded, so a type checker cannot see them. What stands here is read
 from them and from the calls that they are twins of.
@@ -15,14 +15,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_overloads
 
-from armdrive.aio import arm as twins
+import armdrive.aio as twins
 from armdrive.arm import Arm
-from armdrive.arm import gripper as fingers
-from armdrive.arm.gripper import Gripper
+from armdrive.arm import moving as fingers
+from armdrive.arm.moving import Gripper
 
 FILE = Path(twins.__file__).with_suffix(".pyi")
 
-HEAD = '"""What type checkers read of arm.py, written by tests/armdrive/aio/async_twin.py."""\n'
+HEAD = '"""What type checkers read of this package, from tests/armdrive/aio/async_twin.py."""\n'
 
 
 KINDS = ((twins.AsyncGripper, Gripper), (twins.AsyncArm, Arm))

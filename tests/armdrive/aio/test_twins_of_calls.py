@@ -8,9 +8,9 @@ import async_twin
 import pytest
 
 from armdrive import Arm, AsyncArm, AsyncHandle, Handle
-from armdrive.aio.arm import AsyncGripper
+from armdrive.aio import AsyncGripper
 from armdrive.aio.calls import twin_of
-from armdrive.arm.gripper import Gripper
+from armdrive.arm.moving import Gripper
 
 INNER = {"submit", "finish", "perform", "known", "goal_of"}
 """What the calls are made of: they take and give what only armdrive itself has."""

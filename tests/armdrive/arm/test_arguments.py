@@ -36,9 +36,9 @@ from armdrive import (
     WaitTimeout,
 )
 from armdrive import errors as ours
-from armdrive.aio.arm import AsyncGripper
+from armdrive.aio import AsyncGripper
 from armdrive.arm.arguments import RULES
-from armdrive.arm.gripper import Gripper
+from armdrive.arm.moving import Gripper
 from armdrive.errors import ArmError, arguments, kinematic
 from armdrive.errors.table import entry
 from armdrive.moves import JointMove, LineMove, PoseMove

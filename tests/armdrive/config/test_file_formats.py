@@ -17,8 +17,7 @@ from armdrive.programs.journal import interrupted, journal_file
 from armdrive.programs.running import Performer
 from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
 from armdrive.setup import plan as kept
-from armdrive.setup.arm_text import typed_text
-from armdrive.setup.filing import checked, new_text
+from armdrive.setup.filing import checked, new_text, typed_text
 from armdrive.setup.interview import Describing
 from armdrive.setup.templates import available
 from armdrive.storage import files as places

@@ -11,13 +11,13 @@ from pages import page
 
 from armdrive import Arm, LinkLost, WrongState
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.reconnect import PAUSES_S
+from armdrive.connect.port import PAUSES_S
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, PortUnavailable
 from armdrive.moves import Jog, Space
 from armdrive.registry import DIALECTS
 from armdrive.status import Current, State, Trust
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 
 LONG_S = 8.0
 """Longer than any pause between two tries and the resuming after it."""

@@ -13,9 +13,8 @@ from waiting import LONG_S, until
 
 from armdrive import Arm, LinkLost
 from armdrive.config.sections import Connection
-from armdrive.connect import reconnect as mending
-from armdrive.connect.port import PortOpening
-from armdrive.connect.reconnect import NewLink, Reconnector
+from armdrive.connect import port as mending
+from armdrive.connect.port import NewLink, PortOpening, Reconnector
 from armdrive.connect.target import find
 from armdrive.errors import NoSuchPort, PortInUse, PortUnavailable
 from armdrive.status import State, Trust

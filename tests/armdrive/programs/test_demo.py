@@ -13,8 +13,8 @@ import pytest
 from waiting import LONG_S
 
 from armdrive.cli import main
-from armdrive.programs import demo
-from armdrive.programs.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
+from armdrive.cli.program import demo
+from armdrive.cli.program.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
 
 CURSOR_OFF, CURSOR_ON = b"\x1b[?25l", b"\x1b[?25h"
 PACE = "20"

@@ -14,9 +14,8 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.dialog.conversation import WrongAnswer
 from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import load_arm
-from armdrive.setup.arm_text import files_of
 from armdrive.setup.draft import Surroundings
-from armdrive.setup.filing import checked
+from armdrive.setup.filing import checked, files_of
 from armdrive.setup.interview import Interview
 from armdrive.setup.templates import TEMPLATES, available
 from kinematics import Joints, preset

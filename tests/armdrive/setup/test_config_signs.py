@@ -19,7 +19,6 @@ from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup import arm_checks as finding_signs
 from armdrive.setup.arm_checks import find_signs
-from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import (
     NOTHING,
     OTHER,
@@ -30,6 +29,7 @@ from armdrive.setup.directions import (
     trials,
 )
 from armdrive.setup.draft import Surroundings
+from armdrive.setup.filing import files_of
 from armdrive.setup.interview import Interview
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture

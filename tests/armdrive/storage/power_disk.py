@@ -11,7 +11,7 @@ import itertools
 import math
 
 from armdrive.storage.files import StateFiles, is_leftover
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 
 MOTION = b"@STEP"
 

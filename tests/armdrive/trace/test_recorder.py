@@ -21,7 +21,7 @@ from armdrive.trace import files
 from armdrive.trace.calls import CALLS, NO_TRACER, Tracer
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
 from armdrive.trace.recorder import FlightRecorder
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 
 
 @pytest.fixture

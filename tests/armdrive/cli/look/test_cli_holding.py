@@ -17,7 +17,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.moves import Move
 from armdrive.runtime.engine import Engine
 from armdrive.status import State
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 
 ARM = "sim:teachmover"
 

@@ -10,7 +10,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.program import teach
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
-from armdrive.programs.teaching.record import StepRecorder
+from armdrive.programs.teaching.sequence import StepRecorder
 from armdrive.status import status_view
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point, Step, StepList

@@ -22,7 +22,7 @@ from armdrive.sim.mks.node import MksNode
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from firmware_protocol import mks
 from firmware_protocol.frames import Frame
 from kinematics import Motors, preset

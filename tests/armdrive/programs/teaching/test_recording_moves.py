@@ -4,7 +4,7 @@ import pytest
 
 from armdrive import Arm, Stepper
 from armdrive.errors import NotReferenced
-from armdrive.programs.teaching.record import Choices, SeenPosture, StepRecorder, seen_in
+from armdrive.programs.teaching.sequence import Choices, SeenPosture, StepRecorder, seen_in
 from armdrive.status import status_view
 from armdrive.storage.points import Step
 from kinematics import JOINT_NAMES, Joints, Pose

@@ -14,7 +14,7 @@ from armdrive.errors import LinkLost
 from armdrive.sim.bus.line import BusLine, BusSide, FrameWire
 from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
 from armdrive.transports.can_health import frame_bits
-from armdrive.transports.in_process import MemoryLink
+from armdrive.transports.link import MemoryLink
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 BITRATE = 500_000

@@ -1,4 +1,4 @@
-"""What type checkers read of arm.py, written by tests/armdrive/aio/async_twin.py."""
+"""What type checkers read of this package, from tests/armdrive/aio/async_twin.py."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,18 +7,17 @@ from typing import Literal, Self, Unpack, overload
 from armdrive.abilities import Abilities
 from armdrive.aio.calls import AsyncCalls, AsyncConnection, AsyncHandle, Connecting
 from armdrive.arm.device import Lines
-from armdrive.arm.gripper import Gripper
-from armdrive.arm.moving import Place
+from armdrive.arm.moving import Gripper, Place
 from armdrive.arm.reference import Accept, GroupReport
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import Operator, PostureRequest
-from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog.session import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified
+from armdrive.motion.standing import RowReport
 from armdrive.moves import (
     Angles,
     GraspMove,
