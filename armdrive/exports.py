@@ -36,7 +36,7 @@ from armdrive.errors import (
 )
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
-from armdrive.motion.jog.session import Jogged
+from armdrive.motion.jog import Jogged
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Drift, Verdict, Verified
 from armdrive.moves import (

@@ -12,8 +12,8 @@ from random import Random
 from typing import Any
 
 from armdrive.arm import Arm
+from armdrive.motion import jog as jogging
 from armdrive.motion.dead_man import Action, Increment
-from armdrive.motion.jog import session as jogging
 from armdrive.tasks import TaskBody
 from kinematics import Joints
 from tui.desk import Desk

@@ -21,8 +21,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
-from armdrive.trace.calls import NO_TRACER, Tracer
-from armdrive.trace.recorder import FlightRecorder
+from armdrive.trace.recorder import NO_TRACER, FlightRecorder, Tracer
 
 BARE = "without"
 MOVE_DEG = 8.0

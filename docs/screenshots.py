@@ -32,7 +32,7 @@ from kinematics import Joints
 from kinematics.textbook.study import named_subject
 from tui.desk import Desk
 from tui.model_desk import ModelDesk
-from tui.program.screen import ProgramScreen
+from tui.program import ProgramScreen
 from tui.startup import SCREENS
 from tui.watch import Watching
 

@@ -34,7 +34,7 @@ EXCEPTIONS: Mapping[str, str] = {
     "armdrive/setup/commissioning.py": WORDS,
     "armdrive/sim/world/__init__.py": PRESET,
     "armdrive/testing/plugin.py": EXAMPLE,
-    "tui/setup/screen.py": EXAMPLE,
+    "tui/setup/__init__.py": EXAMPLE,
 }
 """What names a dialect for now, and why. A line is taken out with its reason; none is added."""
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from tui.desk import DeskScreen
-from tui.program.screen import ProgramScreen
-from tui.setup.screen import SetupScreen
+from tui.program import ProgramScreen
+from tui.setup import SetupScreen
 from tui.theory import TheoryScreen
 
 LATE_SCREENS: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(

@@ -19,8 +19,8 @@ from tui.jog.screen import JogScreen
 from tui.keys.keyboard import Keyboard
 from tui.keys.remap import load_keys
 from tui.log import LogScreen
-from tui.move.screen import MoveScreen
-from tui.points.screen import PointsScreen
+from tui.move import MoveScreen
+from tui.points import PointsScreen
 from tui.settings import memory_file
 from tui.terminal import forget_a_closed_terminal
 

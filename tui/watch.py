@@ -20,11 +20,12 @@ from textual.binding import BindingType
 from textual.containers import Container, Horizontal, VerticalScroll
 from textual.screen import Screen
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment
 from armdrive.storage.lock_client import ask_holder, follow_holder
+from armdrive.text.reading import read_text
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 from tui.app import SUSPENDED_S, KeyApp
@@ -32,7 +33,6 @@ from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.remap import load_keys
 from tui.keys.table import STOP
-from tui.program.lines import LINES_SHOWN, ProgramLines, WatchedProgram
 from tui.safety import (
     BADGES,
     DOTS,
@@ -48,7 +48,7 @@ from tui.safety import (
     stopping_text,
 )
 from tui.settings import memory_file, recall
-from tui.widgets import KeyLine, PlainText, panels
+from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels
 
 # What the screen says about the arm, made from the plain data of its status.
 
@@ -229,6 +229,35 @@ POLL_S = 0.05
 GIVEN_BACK = "the program has released the arm"
 COMMON = (STOP, "quit", "look")
 """The rows of the desk that count here too."""
+
+
+class WatchedProgram:
+    """The program that another process runs, read from its file where that can be read here."""
+
+    def __init__(self) -> None:
+        self._file = ""
+        self._lines: tuple[str, ...] = ()
+
+    def lines(self, program: object) -> LinesToShow:
+        """Return its lines; only the current one if the file cannot be read here."""
+        if not isinstance(program, dict) or not program.get("line"):
+            return LinesToShow()
+        current = int(program["line"])
+        self._read(program)
+        if 1 <= current <= len(self._lines):
+            return LinesToShow(self._lines, current)
+        line = str(program.get("text") or program.get("act") or "")
+        return LinesToShow((line,), current, first=current)
+
+    def _read(self, program: View) -> None:
+        file = str(program.get("file", ""))
+        if file == self._file:
+            return
+        self._file = file
+        try:
+            self._lines = tuple(read_text(Path(file), "the program", BadRequest).splitlines())
+        except (ArmError, OSError):
+            self._lines = ()
 
 
 class Watching(KeyApp):

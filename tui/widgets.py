@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from textual import events
@@ -210,3 +210,68 @@ def panels(**titles: str) -> Iterator[PlainText]:
         panel = PlainText(id=name, classes="panel")
         panel.border_title = title
         yield panel
+
+
+# The lines of a program, with the one that runs lit: one panel for the desk and for watching.
+
+CURRENT_STYLE = "bold reverse $primary"
+DONE_STYLE = "dim"
+WRONG_STYLE = "bold $error"
+LINES_SHOWN = 12
+
+
+@dataclass(frozen=True, slots=True)
+class LinesToShow:
+    """Lines of a program. `current` and `wrong` count from 1, as people count lines.
+
+    `current` is the line that runs, if any; `wrong` are lines with mistakes. `first` is the number
+    of the first of these lines. Without a current line, the lines are shown from `top` on.
+    """
+
+    lines: Sequence[str] = ()
+    current: int | None = None
+    wrong: Collection[int] = ()
+    first: int = 1
+    top: int = 0
+
+    def spans(self, height: int) -> list[Span]:
+        """Return as many lines as fit: about the current one, else from `top` on."""
+        before = self.top if self.current is None else self.current - self.first - height // 2
+        begin = max(min(before, len(self.lines) - height), 0)
+        shown = self.lines[begin : begin + height]
+        return [self._span(number, line) for number, line in enumerate(shown, begin + self.first)]
+
+    def _span(self, number: int, line: str) -> Span:
+        if number == self.current:
+            mark, style = ">", WRONG_STYLE if number in self.wrong else CURRENT_STYLE
+        elif number in self.wrong:
+            mark, style = "!", WRONG_STYLE
+        else:
+            done = self.current is not None and number < self.current
+            mark, style = " ", DONE_STYLE if done else ""
+        return f"{mark}{number:>4}  {line}", style
+
+
+class ProgramLines(PlainText):
+    """A panel of program lines, hidden while there are none.
+
+    It shows `rows` lines; without that number, as many as the panel has room for.
+    """
+
+    def __init__(self, *, id: str, rows: int | None = None) -> None:  # noqa: A002
+        super().__init__(id=id, classes="panel")
+        self._rows = rows
+        self._program = LinesToShow()
+
+    def show_program(self, program: LinesToShow) -> None:
+        """Show these lines from now on."""
+        self._program = program
+        self.display = bool(program.lines)
+        self._fill()
+
+    def on_resize(self) -> None:
+        """Show as many lines as fit now."""
+        self._fill()
+
+    def _fill(self) -> None:
+        self.show_lines(self._program.spans(self._rows or self.content_size.height))

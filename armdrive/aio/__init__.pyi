@@ -13,7 +13,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
-from armdrive.motion.jog.session import Jogged
+from armdrive.motion.jog import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified

@@ -27,7 +27,7 @@ from armdrive.motion import standing
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
 from armdrive.motion.gripper import Grasped
-from armdrive.motion.jog.session import Jogged
+from armdrive.motion.jog import Jogged
 from armdrive.motion.plan import SpeedLimits
 from armdrive.motion.preview import Preview
 from armdrive.motion.reference import Verified
@@ -59,7 +59,7 @@ from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
-from armdrive.trace.calls import traced
+from armdrive.trace.recorder import traced
 from kinematics.errors import finite
 from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel

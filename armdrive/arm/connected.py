@@ -15,8 +15,8 @@ from armdrive.runtime.clock import Pace
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import Task
-from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry
+from armdrive.trace.recorder import Tracer
 
 if TYPE_CHECKING:
     from armdrive.trace.log import LogReader

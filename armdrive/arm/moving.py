@@ -26,7 +26,7 @@ from armdrive.motion.gripper import (
     require_gripper,
     set_gripper,
 )
-from armdrive.motion.jog.session import (
+from armdrive.motion.jog import (
     Jogged,
     check_duration,
     check_increment,
@@ -67,7 +67,7 @@ from armdrive.status import State, Trust
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
 from armdrive.tasks import Task, TaskBody
-from armdrive.trace.calls import Tracer, traced
+from armdrive.trace.recorder import Tracer, traced
 from kinematics.errors import finite
 from kinematics.spaces import Motors, Pose
 

@@ -24,8 +24,8 @@ from armdrive.runtime.clock import Pace
 from armdrive.status import Status, status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
-from armdrive.trace.calls import Tracer
 from armdrive.trace.entries import TraceEntry, tap_messages
+from armdrive.trace.recorder import Tracer
 from kinematics.errors import KinematicsError
 
 

@@ -31,8 +31,7 @@ from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock, hold
 from armdrive.storage.record import FileRecorder, PositionRecorder, logbook_file
 from armdrive.tasks import Alert, Progress, Task, TaskBody
-from armdrive.trace.calls import NO_TRACER, Tracer
-from armdrive.trace.recorder import FlightRecorder
+from armdrive.trace.recorder import NO_TRACER, FlightRecorder, Tracer
 from armdrive.transports.link import Link, MemoryLink
 from kinematics.spaces import Joints, Pose
 

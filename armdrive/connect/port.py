@@ -1,4 +1,4 @@
-"""Finds and opens the port of a real arm, explains a failed connection, and reconnects a lost one."""
+"""Finds and opens the port of a real arm, explains a failed connection, and reconnects the arm."""
 
 from __future__ import annotations
 

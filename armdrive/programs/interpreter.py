@@ -81,7 +81,7 @@ from armdrive.programs.language.values import (
 from armdrive.programs.language.words import COUNT, FUNCTIONS, HERE, TIME, WORDS, Slot
 from armdrive.programs.language.writing import written
 from armdrive.programs.problems import SourceMark
-from armdrive.text.form import (
+from armdrive.text.json_forms import (
     NUMBER,
     TEXT,
     Form,

@@ -35,8 +35,17 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_file
 from armdrive.storage.record import checksum
-from armdrive.text.form import NUMBER, TEXT, Form, Json, as_table, optional, record
-from armdrive.text.json_forms import move_from_json, move_to_json
+from armdrive.text.json_forms import (
+    NUMBER,
+    TEXT,
+    Form,
+    Json,
+    as_table,
+    move_from_json,
+    move_to_json,
+    optional,
+    record,
+)
 from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 

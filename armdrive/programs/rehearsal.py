@@ -53,7 +53,7 @@ from armdrive.sim.world.table import GripScene, Incident, TableBlock
 from armdrive.status import State, Trust
 from armdrive.tasks import Difference
 from armdrive.text.numbers import counted
-from armdrive.trace.calls import NO_TRACER
+from armdrive.trace.recorder import NO_TRACER
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 

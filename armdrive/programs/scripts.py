@@ -25,8 +25,8 @@ from armdrive.errors.printable import printable_lines
 from armdrive.moves import GraspMove, MoveSequence
 from armdrive.programs.problems import SourceMark
 from armdrive.text.reading import read_bytes
-from armdrive.trace import calls as recorded
-from armdrive.trace.calls import Tracer
+from armdrive.trace import recorder as recorded
+from armdrive.trace.recorder import Tracer
 
 # The calls that a script makes of its arms, and the line of each. They are seen where the flight
 # recorder sees them. A call inside another call, as `park` calls `move_to`, does not count.

@@ -30,8 +30,8 @@ from armdrive.runtime.stop_bounds import StopBound, StopForecast
 from armdrive.status import Evidence, LinkStats, SchedulingJitter, State, Status, Trust, coded
 from armdrive.storage.record import PositionRecorder, Record
 from armdrive.tasks import Difference
-from armdrive.trace.calls import NO_TRACER, Tracer
 from armdrive.trace.entries import EntryCondition
+from armdrive.trace.recorder import NO_TRACER, Tracer
 from kinematics.spaces import Motors
 
 # The error and the notice in the status. Text and code are always set together.

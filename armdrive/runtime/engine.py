@@ -28,7 +28,7 @@ from armdrive.tasks import (
     TaskBody,
     Timeout,
 )
-from armdrive.trace.calls import NO_TRACER, Tracer
+from armdrive.trace.recorder import NO_TRACER, Tracer
 from armdrive.transports.link import Link
 
 # The time limit of calls that move nothing: connecting, resetting, reading the position. The engine

@@ -8,7 +8,7 @@ from typing import Any
 
 from armdrive.dialog.conversation import About, AskPerson
 from armdrive.setup.directions import ArmMotion
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import HasSwitches
 from armdrive.sim.mechanics.switches import SwitchState
 from armdrive.sim.simulated_arm import SimulatedArm

@@ -29,7 +29,6 @@ from firmware_protocol.fields import (
 from firmware_protocol.robko01.frames import (
     PAYLOAD_MAX,
     Frame,
-    FrameSplitter,
     Kind,
     frame_bytes,
 )
@@ -480,38 +479,3 @@ def _named(frame: Frame) -> Op:
         return Op(frame.op)
     except ValueError:
         raise RemoteProtocolError(f"no operation has the number {frame.op}") from None
-
-
-class Endpoint:
-    """The common part of both ends: the received frames, and the request without an answer."""
-
-    def __init__(self, *, counts_check: bool = False) -> None:
-        self._counts_check = counts_check
-        self._frames = FrameSplitter(counts_check=counts_check)
-        self._request: Request | None = None
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._frames.buffered
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the other end in any chunks."""
-        self._frames.feed(data)
-
-    def silence(self) -> None:
-        """Report that the line has been quiet for longer than any pause within a frame.
-
-        The incomplete frame is abandoned, and its bytes are searched for other frames. A host calls
-        this before `forget`; the firmware has nothing like it.
-        """
-        self._frames.silence()
-
-    def forget(self) -> Request | None:
-        """Drop the unanswered request and return it."""
-        request, self._request = self._request, None
-        return request
-
-    def discard(self) -> None:
-        """Discard all received bytes and unread events; the unanswered request stays."""
-        self._frames.discard()

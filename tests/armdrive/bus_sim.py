@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection, HomingSettings
 from armdrive.registry import simulate
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.simulated_arm import SimulatedArm
 from kinematics import preset
 

@@ -24,7 +24,7 @@ from armdrive.setup.plan import CommissioningPlan, plan_of
 from armdrive.setup.prober import is_command
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.mks import MksBoard
-from armdrive.sim.serving.loop import make_server
+from armdrive.sim.serving import make_server
 from armdrive.transports.opening import open_link
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack

@@ -17,7 +17,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import LinkLost
 from armdrive.registry import simulate
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import State, Trust
 from armdrive.transports.link import Link

@@ -15,7 +15,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate_device
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import parse_option
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.serving import make_server, run_device
 
 
 class ServedDevice:

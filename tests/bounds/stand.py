@@ -15,7 +15,7 @@ from armdrive.connect.parts import assemble
 from armdrive.registry import simulated_kind
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import Options, SimDevice, Value
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
 from armdrive.sim.wire import PacedDevice

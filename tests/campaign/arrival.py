@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from armdrive.motion.jog.session import Jogged
+from armdrive.motion.jog import Jogged
 from kinematics import Joints, Motors, Pose, Transmission
 
 from .physical import WatchedWorld

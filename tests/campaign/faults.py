@@ -10,7 +10,7 @@ import random
 
 from armdrive.errors import ArmError
 from armdrive.motion.reference import PROMPT_S
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import HasPendant, HasSwitches, Resettable
 from kinematics import Motors
 

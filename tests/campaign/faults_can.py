@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 
 from .injection import DEVICE, HOST, CampaignFault, inject, motor
 from .missed_orders import excuse_cut_off, orders_ignored

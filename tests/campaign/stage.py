@@ -27,7 +27,7 @@ from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog.operator import PostureRequest
 from armdrive.motion.standing import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.device import Options, SimDevice
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
@@ -35,8 +35,7 @@ from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder
-from armdrive.trace.calls import NO_TRACER
-from armdrive.trace.recorder import FlightRecorder
+from armdrive.trace.recorder import NO_TRACER, FlightRecorder
 from armdrive.transports.link import MemoryLink
 from firmware_protocol.canopen import DriveState
 from firmware_protocol.mks import COUNTS_S_PER_RPM

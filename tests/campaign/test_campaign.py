@@ -13,12 +13,12 @@ from armdrive.connect.parts import TaskRunner
 from armdrive.errors import OutOfBounds
 from armdrive.motion import execute as motion
 from armdrive.motion import gripper as gripping
+from armdrive.motion import jog as held_jog
+from armdrive.motion import jog as jog_aims
+from armdrive.motion import jog as jogging
 from armdrive.motion import plan as planning
 from armdrive.motion.deviation import Corridor
 from armdrive.motion.gripper import Grasped
-from armdrive.motion.jog import session as held_jog
-from armdrive.motion.jog import session as jog_aims
-from armdrive.motion.jog import session as jogging
 from armdrive.registry import DIALECTS
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import SpeedOverride

@@ -16,7 +16,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.registry import Dialect, simulate_device, simulated_kind
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.sim.device import Options
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.serving import make_server, run_device
 from armdrive.sim.serving.servers import SlcanServer
 
 

@@ -21,7 +21,7 @@ MUTANTS = (
     Mutant(
         name="a hold never expires",
         promise="a jog moves only while it is held",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="hold.until_s > wire.now_s and not",
         new="not",
         tests=tests_of(
@@ -32,7 +32,7 @@ MUTANTS = (
     Mutant(
         name="a hold expires half a second late",
         promise="a jog moves only while it is held",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="hold.until_s > wire.now_s and",
         new="hold.until_s + 0.5 > wire.now_s and",
         tests=tests_of(
@@ -54,7 +54,7 @@ MUTANTS = (
     Mutant(
         name="an increment that waited too long is made",
         promise="an increment that the user no longer expects is dropped",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="    if wire.now_s > nudge.until_s:",
         new="    if False:",
         tests=tests_of(
@@ -65,7 +65,7 @@ MUTANTS = (
     Mutant(
         name="an unreferenced arm jogs at full speed",
         promise="an arm whose position is not known is jogged slowly",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old=(
             "return speed if core.position_known else min(speed, "
             "core.config.motion.unreferenced_speed)"
@@ -90,7 +90,7 @@ MUTANTS = (
     Mutant(
         name="an unreferenced arm jogs by any amount",
         promise="a jog that no limit ends is never longer than the whole range",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="        if abs(amount) <= high - low + LIMIT_TOLERANCE_RAD:",
         new="        if True:",
         tests=tests_of(
@@ -101,7 +101,7 @@ MUTANTS = (
     Mutant(
         name="an unknown posture is jogged along a line",
         promise="Cartesian jogging needs a known position",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="if jog.space is Space.CARTESIAN and not core.position_known:",
         new="if False:",
         tests=tests_of(
@@ -112,7 +112,7 @@ MUTANTS = (
     Mutant(
         name="jogs are not audited",
         promise="no leg of a jog passes a limit or a guard",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="    if core.position_known and legs:\n",
         new="    if False:\n",
         tests=tests_of(
@@ -145,7 +145,7 @@ MUTANTS = (
     Mutant(
         name="a jog does not reckon with the arm running on",
         promise="a jog could always stop before a guard",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old=("    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s"),
         new="    return 0.0",
         tests=tests_of(
@@ -167,7 +167,7 @@ MUTANTS = (
     Mutant(
         name="a jog is twice as fast as asked",
         promise="a jog is no faster than requested",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="speed = capped(core, hold.speed) * core.speed_override.override",
         new="speed = min(2.0 * capped(core, hold.speed), 1.0) * core.speed_override.override",
         tests=tests_of(

@@ -324,7 +324,7 @@ MUTANTS = (
     Mutant(
         name="the speed override of a jog is ignored",
         promise="an override slows jogs",
-        path="armdrive/motion/jog/session.py",
+        path="armdrive/motion/jog/__init__.py",
         old="capped(core, hold.speed) * core.speed_override.override",
         new="capped(core, hold.speed)",
         tests=tests_of(

@@ -11,10 +11,9 @@ from armdrive.errors import ArmError
 from armdrive.status import status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
-from tui.program.lines import LINES_SHOWN
 from tui.safety import SafetyPanel
 from tui.watch import HeldArm, Watching, WatchScreen
-from tui.widgets import PlainText
+from tui.widgets import LINES_SHOWN, PlainText
 
 
 class Session:

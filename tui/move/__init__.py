@@ -1,1 +1,121 @@
-"""Planned motion: a person types a goal, sees the motion, and confirms it twice."""
+"""The move screen: type a goal, see the motion before it begins, and confirm it."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal, Vertical, VerticalScroll
+
+from armdrive.errors import ArmError, BadRequest
+from armdrive.motion.frames import BASE, TOOL
+from armdrive.motion.preview import Preview
+from armdrive.status import Status
+from tui.app import TypedText
+from tui.arm_view import SpaceView
+from tui.desk import DeskScreen
+from tui.keys.keyboard import bindings
+from tui.move.form import GoalFields, GoalForm, of_pose
+from tui.move.planned import NOTHING_ASKED, PlannedMove, preview_text, way_text
+from tui.widgets import PlainText, panels
+
+
+class MoveScreen(DeskScreen):
+    """A form, and the arm with the ghost of where it would go.
+
+    Nothing here moves the arm but what was seen, and confirmed by two presses.
+    """
+
+    place = "move"
+    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
+
+    def __init__(self) -> None:
+        super().__init__()
+        desk, geometry = self.desk, self.desk.arm.model.arm
+        self.form = GoalForm(
+            geometry.joint_names,
+            desk.arm.frames,
+            desk.move_settings,
+            self._present,
+            has_yaw=geometry.has_yaw,
+        )
+        self.planned = PlannedMove(desk, self.form.goal)
+
+    @property
+    def typing(self) -> TypedText:
+        """The field that is typed into."""
+        return self.form.field(self.form.name)
+
+    def _present(self) -> dict[str, float]:
+        """Return where the arm is, field by field of the form; empty while that is unknown.
+
+        In the tool's frame a goal is a change, from zero.
+        """
+        form, status = self.form, self.desk.link.status
+        if not form.cartesian:
+            return {} if status.joints is None else dict(status.joints.deg)
+        if form.frame == TOOL:
+            return dict.fromkeys(form.names, 0.0)
+        if status.pose is None or form.frame == BASE:
+            return {} if status.pose is None else of_pose(status.pose)
+        try:
+            return of_pose(self.desk.arm.pose_in(form.frame))
+        except ArmError:
+            return {}  # it has become unknown since the status was taken
+
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out: the arm with its ghost on the left, the goal on the right."""
+        with Horizontal():
+            yield from self.arm_panel()
+            with VerticalScroll(id="panels", can_focus=False):
+                with Vertical(id="goal-panel", classes="panel") as goal:
+                    goal.border_title = "Goal"
+                    yield PlainText(id="goal")
+                    yield GoalFields(self.form, id="fields")
+                yield from panels(going="Go", foreseen="What the motion would be")
+
+    def show_body(self, status: Status) -> None:
+        """Show the goal, and what its motion would be as soon as that is worked out."""
+        fresh = self.planned.follow(status)
+        self.query_one(SpaceView).show(self.planned.moment(status, fresh))
+        self.text("goal").show(way_text(self.form, self.desk.keys))
+        self.query_one(GoalFields).show_form(self._present())
+        self.show_panel("foreseen", self.desk.spoken(self._foreseen_text(fresh)))
+        self.show_panel("going", self.planned.text(status, fresh))
+
+    def _foreseen_text(self, fresh: Preview | None) -> str:
+        if self.planned.under_way:
+            return ""
+        if wrong := self.form.wrong():
+            return wrong
+        if fresh is not None:
+            return preview_text(fresh, self.desk.keys)
+        return "working it out ..." if self.planned.working else NOTHING_ASKED
+
+    def on_screen_resume(self) -> None:
+        """Take up a goal that another screen has left for this one."""
+        left, self.desk.goal = self.desk.goal, None
+        if left is not None:
+            self.form.take_joints(left)
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def action_take_nearest(self) -> None:
+        """Ask for what is possible instead of a goal that was refused."""
+        preview = self.planned.preview
+        nearest = preview.nearest if preview is not None else None
+        if nearest is None:
+            raise BadRequest("nothing was refused for which there is something nearer")
+        if self.form.cartesian:
+            self.form.take_pose(nearest.pose)
+        else:
+            self.form.take_joints(nearest.joints)
+
+    def action_take_next_posture(self) -> None:
+        """Ask for the next posture at this goal that is allowed, by its joints."""
+        preview = self.planned.preview
+        others = [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
+        if not others:
+            raise BadRequest("no other posture that is allowed holds the hand there")
+        self.form.take_joints(others[0].joints)

@@ -1,1 +1,306 @@
-"""Programs: their lines on any screen, and the screen on which one is rehearsed and run."""
+"""The program screen: a program is chosen, checked, rehearsed, and run with its lines in view."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal, Vertical
+
+from armdrive.errors import BadRequest
+from armdrive.errors.printable import printable
+from armdrive.programs.progress import RunView, duration
+from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
+from armdrive.render.scene import Moment
+from armdrive.status import State, Status
+from tui.arm_view import SpaceView
+from tui.desk import Desk, DeskScreen
+from tui.keys.keyboard import Keyboard, bindings
+from tui.move.planned import progress_bar
+from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
+from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
+
+WARN = "$warning"
+WRONG = "$error"
+
+
+def file_name(path: Path, folder: Path) -> str:
+    """Return the name of a file, with its folder if that is another one."""
+    return path.name if path.parent == folder else str(path)
+
+
+def mistakes(error: str, path: Path) -> str:
+    """Return what is wrong with a program, without the name of its file in each line."""
+    return error.replace(f"{path}: ", "")
+
+
+def none_found(folder: Path) -> str:
+    """Say that there is no program, and how one is named."""
+    return f"no program (.arm) in {folder}: `armdrive jog --program FILE` names one"
+
+
+def checked_lines(keys: Keyboard) -> Iterator[Span]:
+    """Say what can be done with a program that was read and has no mistakes."""
+    yield "checked: no mistakes", "$success"
+    yield f"{keys.label('program-rehearse')} rehearses it: nothing moves", ""
+
+
+def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
+    """Say how far a rehearsal has come."""
+    yield "REHEARSING: nothing moves", "$primary"
+    if far is not None:
+        yield f"line {far.mark.line}, {far.acts} acts, {duration(far.took_s)} of the arm's time", ""
+
+
+def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator[Span]:
+    """Say what a rehearsal found; `half` means that one press of two has been made."""
+    if found.refusal is not None:
+        where = "" if found.at is None else f" IN LINE {found.at.line}"
+        yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
+    else:
+        acts = sum(map(len, found.loops))
+        yield f"rehearsed: {duration(found.took_s)}, {acts} acts{found.end_words}", "$success"
+        go = keys.label("program-go")
+        if half:
+            yield f"{go} AGAIN RUNS IT; another key takes that back", WARN
+        else:
+            yield f"{go} twice runs it: THE ARM MOVES", ""
+    for each in found.assumptions:
+        yield f"assumed: {each}", "dim"
+
+
+def running_lines(
+    run: RunView, asks: str, keys: Keyboard, *, paused: bool, stepping: bool
+) -> Iterator[Span]:
+    """Say where a running program is, what it waits for, and how it is stopped."""
+    view = run.view()
+    percent, left_s = view.get("percent"), view.get("left_s")
+    if percent is not None:
+        left = "" if left_s is None else f", {duration(left_s)} left"
+        yield f"{progress_bar(percent / 100)}{left}", "$primary"
+    forward, pause, stop = (
+        keys.label(name) for name in ("program-forward", "program-pause", "stop")
+    )
+    if asks:
+        yield f"WAITS FOR YOU: {asks}", WARN
+        yield f"{forward} or {pause} lets it go on, {stop} ends it", ""
+        return
+    if view.get("waiting"):
+        yield f"{view['waiting']} ({duration(run.under_way_s)} so far)", WARN
+    yield f"{'PAUSED: ' * paused}{pause} pauses or goes on, {stop} stops", WARN if paused else ""
+    if stepping:
+        yield "STEPPING: waits for you before the next motion", ""
+
+
+def ended_lines(outcome: str, file: str, *, failed: bool) -> Iterator[Span]:
+    """Say how the last run ended, and how to resume one that ended early."""
+    yield outcome, WRONG if failed else "$success"
+    if failed:
+        yield f"`armdrive run {file} --resume`, on the same arm, goes on from there", ""
+
+
+PAGE = 8
+"""Lines by which a page key scrolls the program."""
+
+PRINTS_SHOWN = 4
+"""Printed lines that are shown, the newest last."""
+
+
+class ProgramStart:
+    """The way from a chosen program to its run: a rehearsal, then two presses of a key."""
+
+    def __init__(self, desk: Desk, files: ProgramFiles, run: DeskRun) -> None:
+        self.rehearsal = ProgramRehearsal(desk)
+        self._desk = desk
+        self._files = files
+        self._run = run
+
+    def forget(self) -> None:
+        """Forget the rehearsal and the last run: another program was chosen."""
+        self._desk.confirmation.forget()
+        self.rehearsal.forget()
+        self._run.forget()
+
+    def rehearse(self) -> None:
+        """Rehearse the chosen program. Nothing moves."""
+        if self._run.busy:
+            raise BadRequest("the program is running: space stops it")
+        program = None if self._files.checked is None else self._files.checked.program
+        if program is None:
+            raise BadRequest(self._no_program())
+        self._run.forget()
+        self.rehearsal.begin(program)
+
+    def press(self) -> None:
+        """Take one press of the two that run the program, or rehearse it first."""
+        self._desk.link.require_motion()
+        why = self._why_not()
+        if why is None:
+            self._desk.confirmation.press("RUNS IT", self._begin)
+            return
+        self._desk.confirmation.refuse()
+        if why:
+            raise BadRequest(why)
+        self.rehearse()
+        self._desk.message = "it is rehearsed first; then pressed twice, this key runs it"
+
+    def _why_not(self) -> str | None:
+        """Return why the program cannot run now: empty if it is to be rehearsed; None if it can."""
+        checked, status = self._files.checked, self._desk.link.status
+        if self._run.busy:
+            return f"the program is running: {self._desk.keys.label('stop')} stops it"
+        if checked is None or checked.program is None:
+            return self._no_program()
+        if status.state is not State.STANDBY:
+            return f"the arm is {status.state.value}: wait until it stands"
+        if self.rehearsal.working:
+            return "it is being rehearsed: wait until that is done"
+        found = self.rehearsal.fresh(checked.program, status)
+        if found is None:
+            return ""
+        return None if found.refusal is None else str(found.refusal)
+
+    def _no_program(self) -> str:
+        """Say why there is no program to rehearse or run."""
+        if self._files.chosen is None:
+            return "there is no program to run"
+        if self._files.checked is None:
+            return "the program is still being read"
+        return "the program has mistakes: correct its file first"
+
+    def _begin(self) -> None:
+        """Run the program as two presses have confirmed, unless something has changed."""
+        checked = self._files.checked
+        if self._why_not() is not None or checked is None or checked.program is None:
+            raise BadRequest("something has changed meanwhile: rehearse it, and confirm again")
+        found = self.rehearsal.fresh(checked.program, self._desk.link.status)
+        self.rehearsal.forget()  # what it found does not hold once the arm has moved
+        if found is not None:
+            self._run.begin(checked, found)
+
+
+class ProgramScreen(DeskScreen):
+    """The list, the lines of the chosen program, and what its run or rehearsal says."""
+
+    place = "program"
+    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
+
+    def __init__(self) -> None:
+        super().__init__()
+        desk = self.desk
+        self.run = DeskRun(desk)
+        self.files = ProgramFiles(desk, desk.programs, desk.program, self._another_is_shown)
+        self.start = ProgramStart(desk, self.files, self.run)
+        self._top = 0
+
+    def _another_is_shown(self) -> None:
+        self.start.forget()
+        self._top = 0
+
+    @property
+    def says(self) -> str:
+        """What the running program needs of the person."""
+        keys = self.desk.keys
+        return f"a program moves the arm: {keys.label('stop')} stops it" if self.run.busy else ""
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """What only acts on a running program, or only on one that does not run."""
+        names = ("go", "next", "rehearse") if self.run.busy else ("pause", "forward")
+        asks = () if self.run.asks else ("forward",)
+        return tuple(f"program-{name}" for name in (*names, *asks))
+
+    def first_keys(self, status: Status) -> tuple[str, ...]:
+        """Return the key that a waiting program needs, or those that every screen needs."""
+        return ("program-forward",) if self.run.asks else super().first_keys(status)
+
+    def disarm(self, reason: str) -> None:
+        """Let a running program begin no further act."""
+        self.run.disarm(reason)
+
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out."""
+        with Horizontal():
+            yield from self.arm_panel()
+            with Vertical(id="panels"):
+                programs = ChoiceList("choose", id="programs")
+                programs.border_title = "Programs"
+                yield programs
+                yield ProgramLines(id="program")
+                yield from panels(run="Run", printed="Printed")
+
+    def on_screen_resume(self) -> None:
+        """List the programs again: files may have come meanwhile."""
+        self.files.look()
+
+    def show_body(self, status: Status) -> None:
+        """Show the programs, the chosen one's lines, and what becomes of it."""
+        if not self.run.busy:
+            self.files.follow()
+        run, files = self.run, self.files
+        self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
+        programs = self.query_one(ChoiceList)
+        names = [file_name(each, files.folder) for each in files.paths]
+        programs.show_rows(names, files.at if names else None)
+        programs.display = bool(files.paths) and not run.busy
+        self._show_lines()
+        lines = ((self.desk.spoken(line), ink) for line, ink in self._run_lines(status))
+        self.text("run").show_lines(lines)
+        printed = [printable(each) for each in [*run.printed][-PRINTS_SHOWN:]]
+        self.show_panel("printed", "\n".join(printed))
+
+    def _show_lines(self) -> None:
+        panel, checked, run = self.query_one(ProgramLines), self.files.checked, self.run
+        if checked is None:
+            panel.show_program(LinesToShow())
+            return
+        wrong = frozenset({run.failed_in}) if run.failed_in is not None else checked.wrong
+        lit = run.line if run.line is not None else min(checked.wrong, default=None)
+        if self._top and not run.busy:
+            lit = None  # a page key has scrolled away from it
+        panel.border_title = printable(checked.path.name)
+        panel.show_program(LinesToShow(checked.lines, lit, wrong, top=self._top))
+
+    def _run_lines(self, status: Status) -> Iterator[Span]:
+        run, keys, checked = self.run, self.desk.keys, self.files.checked
+        if run.busy:
+            yield from running_lines(
+                run.view, run.asks, keys, paused=status.paused, stepping=run.stepping
+            )
+            return
+        if not self.files.paths:
+            yield none_found(self.files.folder), ""
+        elif checked is None:
+            yield "reading it ...", ""
+        elif checked.program is None:
+            yield mistakes(checked.error, checked.path), WRONG
+        else:
+            if run.outcome:
+                file, failed = file_name(checked.path, self.files.folder), run.failed
+                yield from ended_lines(run.outcome, file, failed=failed)
+            found = self.start.rehearsal.fresh(checked.program, status)
+            if self.start.rehearsal.working:
+                yield from rehearsing_lines(self.start.rehearsal.far)
+            elif found is not None:
+                yield from rehearsed_lines(found, keys, half=bool(self.desk.confirmation.effect))
+            elif not run.outcome:
+                yield from checked_lines(keys)
+        if run.stepping:
+            yield f"STEPPING [{keys.label('program-stepping')}]: waits before each motion", ""
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def action_choose(self, by: int) -> None:
+        """Choose another program."""
+        if self.run.busy:
+            raise BadRequest("the program is running: space stops it")
+        self.files.choose(self.files.at + by)
+
+    def action_turn_page(self, by: int) -> None:
+        """Scroll the lines of the program."""
+        checked = self.files.checked
+        last = 0 if checked is None else max(len(checked.lines) - PAGE, 0)
+        self._top = min(max(self._top + by * PAGE, 0), last)

@@ -12,7 +12,7 @@ from armdrive.cli.presenter import put_error, say, say_lines
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulate_device, simulated_kind
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.line import BITRATE
 from armdrive.sim.device import Options, Value
 from armdrive.sim.faults import parse_option
@@ -47,7 +47,8 @@ def _check_door(options: argparse.Namespace) -> None:
 
 def _serve(options: argparse.Namespace) -> int:
     # they load python-can, which a list of the dialects does not need
-    from armdrive.sim.serving import loop, servers
+    from armdrive.sim import serving
+    from armdrive.sim.serving import servers
 
     config = simulated_config(options.dialect)
     if options.baud is not None:
@@ -59,7 +60,7 @@ def _serve(options: argparse.Namespace) -> int:
     board = device.board
     faults = [parse_option(text) for text in options.fault]
     check_faults(device, faults)
-    server = loop.make_server(
+    server = serving.make_server(
         pty=Path(options.pty) if options.pty else None,
         tcp=options.tcp,
         udp=options.udp,
@@ -76,7 +77,7 @@ def _serve(options: argparse.Namespace) -> int:
     if warning:
         put_error(f"armdrive: {warning}\n")
     commands = None if sys.stdin.closed else sys.stdin.fileno()
-    loop.run_device(device, server, commands, sys.stdout, faults=faults)
+    serving.run_device(device, server, commands, sys.stdout, faults=faults)
     return 0
 
 

@@ -4,13 +4,13 @@ Read in this order, after `dialects.bus`:
 
     controller   an arm's requests: which collaborator carries out each
     wire         frames to the drives and their replies; every reply goes to the observer
-    contact      finding the drives, switching their current, clearing stalls
+    contact      finding the drives, their firmware, why they do not move; switching their current,
+                 clearing stalls
     motion       the stages of a motion, from the first order until all drives stand
     steering     targets along a path, updated while the drives move
     bursts       motion by firmware that cannot be steered
     stops        stopping, and relieving drives that push against an obstacle
     homing       the drives' own search for their switches
-    inquiry      questions about a drive: firmware, why it does not move
 
 The rest serves people: `settings` and `compare` for the arm file, `survey` and `commissioning` for
 a bus and its drives, `words` for the traffic on it.

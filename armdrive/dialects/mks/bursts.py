@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from itertools import pairwise
 
 from armdrive.dialects.bus.paths import Trapezoid
-from armdrive.dialects.mks.inquiry import MksInquiry
+from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.steering import beyond
 from armdrive.dialects.mks.stops import MksStops, shared_acc

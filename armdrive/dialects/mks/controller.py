@@ -19,9 +19,8 @@ from armdrive.dialects.bus.paths import Trapezoid
 from armdrive.dialects.controller import ScriptRunner, StopPart, Stopping
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, mend
-from armdrive.dialects.mks.contact import MksContact
+from armdrive.dialects.mks.contact import MksContact, MksInquiry
 from armdrive.dialects.mks.homing import MksHoming
-from armdrive.dialects.mks.inquiry import MksInquiry
 from armdrive.dialects.mks.motion import MksMotion
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import catch_up_rpm, catch_up_travel

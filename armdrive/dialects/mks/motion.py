@@ -21,7 +21,7 @@ from armdrive.dialects.bus.observer import (
 )
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
-from armdrive.dialects.mks.inquiry import MksInquiry
+from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.steering import Steering, Trip, path_from_here
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
 from armdrive.dialects.mks.wire import TRIES, MksWire, Script, WireScript

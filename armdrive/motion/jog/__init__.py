@@ -1,1 +1,346 @@
-"""jog."""
+"""Jog sessions: serving increments and a held jog until both have ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from armdrive.abilities import Abort, segment_s
+from armdrive.errors import ArmError, BadRequest, NotReferenced, OutOfBounds, WrongState
+from armdrive.motion.context import MotionContext, Way
+from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move, stream_held
+from armdrive.motion.frames import axes_of
+from armdrive.motion.gripper import require_finger_motor
+from armdrive.motion.jog.bounds import JogEnded
+from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, amounts_of, stride
+from armdrive.motion.jog.rates import Scale, axis_names
+from armdrive.motion.plan import SpeedLimits, audit
+from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.position import ArmCoordinates, MotionSegment
+from armdrive.tasks import TaskBody
+from kinematics.errors import KinematicsError, suggestion
+from kinematics.limits import LIMIT_TOLERANCE_RAD
+from kinematics.spaces import Joints, Pose
+
+# What a jog may do, given the state of the arm.
+
+
+def check_jog(core: Core, jog: Jog) -> None:
+    """Raise for an axis that the arm does not have, and for a jog that needs a known position."""
+    if core.speed_override.paused:
+        raise WrongState("the arm is paused: resume it before jogging (`armdrive resume`)")
+    known = axis_names(core.config, jog.space)
+    for name, _ in jog.axes:
+        if name not in known:
+            raise BadRequest(
+                f"no {jog.space.value} axis is called {name!r}; known are {', '.join(known)}"
+                f"{suggestion(name, known)}"
+            )
+    if jog.amount(GRIPPER_AXIS):
+        require_finger_motor(core)
+    if jog.space is Space.CARTESIAN:
+        core.require_geometry()
+    if jog.frame != BASE_FRAME:
+        axes_of(core.config, core.position.coordinates.joints, jog.frame)
+    if jog.space is Space.CARTESIAN and not core.position_known:
+        raise NotReferenced(
+            "jogging in Cartesian space needs a known position, and this one is "
+            f"{core.belief.trust.value}: {core.belief.reason}. Jog joint by joint, or reference "
+            "the arm first (`armdrive home`)"
+        )
+
+
+def check_increment(core: Core, jog: Jog) -> None:
+    """Raise like `check_jog`, and for an increment longer than the whole range of its axis."""
+    check_jog(core, jog)
+    _require_range(core, jog, amounts_of(core.config, jog))
+
+
+def check_duration(core: Core, speeds: SpeedLimits, hold: ContinuousJog, duration_s: float) -> None:
+    """Raise for a held jog that would take an axis further than its whole range."""
+    full = Scale(core.config, speeds).full(hold.jog.space)
+    shares = (hold.jog.amount(name) for name in axis_names(core.config, hold.jog.space))
+    longest_s = capped(core, hold.speed) * duration_s
+    _require_range(core, hold.jog, [a * b * longest_s for a, b in zip(shares, full, strict=True)])
+
+
+def _require_range(core: Core, jog: Jog, amounts: Sequence[float]) -> None:
+    """Raise `OutOfBounds` for more than the whole range of an axis if no limit ends the jog.
+
+    A jog is cut off at the limits, which needs a known position. Without one, such an amount is
+    wrong wherever the arm stands.
+    """
+    if core.position_known or jog.space is not Space.JOINT:
+        return
+    *_, gripper = names = axis_names(core.config, jog.space)
+    ranges = [(one.low_rad, one.high_rad) for one in core.config.model.arm.limits]
+    ranges.append(core.config.model.gripper_range_mm)
+    for name, amount, (low, high) in zip(names, amounts, ranges, strict=True):
+        if abs(amount) <= high - low + LIMIT_TOLERANCE_RAD:
+            continue
+        asked, whole, unit = amount, high - low, " mm"
+        if name != gripper:
+            asked, whole, unit = math.degrees(asked), math.degrees(whole), "°"
+        raise OutOfBounds(
+            f"the {name.replace('_', ' ')} would move by {asked:g}{unit}, but its whole range is "
+            f"{whole:g}{unit}, and no limit can end the jog because the position is "
+            f"{core.belief.trust.value}: jog by less, or reference the arm first (`armdrive home`)",
+            name=name,
+            value=asked,
+            bound=whole,
+        )
+
+
+def capped(core: Core, speed: float) -> float:
+    """Return the speed, limited if the position is not known."""
+    return speed if core.position_known else min(speed, core.config.motion.unreferenced_speed)
+
+
+def wish_of(core: Core, hold: ContinuousJog) -> Wish:
+    """Return the wish of a held jog, for the present state of the arm. Raises like `check_jog`."""
+    check_jog(core, hold.jog)
+    speed = capped(core, hold.speed) * core.speed_override.override
+    return Wish(hold.jog, speed, known=core.position_known)
+
+
+def course_of(core: Core, speeds: SpeedLimits) -> JogCourse:
+    """Return the course of a new jog."""
+    queued = bool(core.controller.abilities.queued_segments)
+    terms = Terms(core.config.motion.jog_ramp_s, queued, runs_on_s(core))
+    return JogCourse(core.config, speeds, terms)
+
+
+def runs_on_s(core: Core) -> float:
+    """Return how long the arm may run on after a stop.
+
+    A device without an abort ends each burst at its audited target, so it does not run on.
+    """
+    if core.controller.abilities.abort is Abort.NONE:
+        return 0.0
+    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s
+
+
+def require_audit(core: Core, *legs: MotionSegment) -> None:
+    """Raise `OutOfBounds` for legs that would violate a limit or a guard: all motion is audited."""
+    if core.position_known and legs:
+        audit(core.config, [legs[0].start.joints, *(leg.end.joints for leg in legs)])
+
+
+SHORTER_TRIES = 3  # attempts to shorten a line's burst by solving it again; then cut it in joints
+
+
+def is_held(wire: MotionContext) -> bool:
+    """Return whether a jog is being held."""
+    hold = wire.core.hold
+    return hold is not None and hold.until_s > wire.now_s and not wire.core.speed_override.paused
+
+
+def held_burst(wire: MotionContext, course: JogCourse) -> TaskBody[bool]:
+    """Drive the held jog for a burst; return False if a bound has ended it.
+
+    On a device with a queue, drive for as long as the jog is held.
+    """
+    core = wire.core
+    if core.controller.abilities.queued_segments:
+        held = _Held(wire, course)
+        ahead_s = core.config.motion.jog_burst_s
+        released = lambda: not is_held(wire) or bool(core.nudges)  # noqa: E731
+        yield from stream_held(wire, held.ways(), ahead_s, released)
+        held.end()
+        return is_held(wire)
+    hold = core.hold
+    found = None if hold is None else _fitting(wire, course, hold)
+    if found is None:
+        return False
+    course.take(found, wire.now_s)
+    leg = found.leg
+    yield from paced_move(wire, leg.end, leg.duration_s, lambda: not is_held(wire))
+    return True
+
+
+class _Held:
+    """The points of a held jog for a device with a queue.
+
+    The motion up to a bound is driven to its end before the hold is dropped.
+    """
+
+    def __init__(self, wire: MotionContext, course: JogCourse) -> None:
+        self._wire = wire
+        self._course = course
+        self._ended: ContinuousJog | None = None
+
+    def ways(self) -> Iterator[Way]:
+        """Yield points, each computed from the previous one."""
+        wire, core = self._wire, self._wire.core
+        here = core.position.coordinates
+        part_s = segment_s(core.config.motion.jog_burst_s)
+        while not wire.stopping and is_held(wire) and core.hold is not None:
+            hold = core.hold
+            found = _proposed(wire, self._course, hold, here, part_s)
+            if found is None:
+                self._ended = hold
+                return
+            self._course.take(found, wire.now_s)
+            here = found.leg.end
+            yield here, found.leg.duration_s
+
+    def end(self) -> None:
+        """Drop the hold that has reached a bound, unless another one has replaced it."""
+        self._course.stand()
+        if self._ended is not None:
+            _give_up(self._wire, self._ended)
+
+
+def _fitting(wire: MotionContext, course: JogCourse, hold: ContinuousJog) -> JogProposal | None:
+    """Return a leg that the device completes within a burst; None if the jog ends here.
+
+    If a line takes too long, it is solved again for a shorter time, because a share of its joint
+    motion would not be straight.
+    """
+    core, tries = wire.core, SHORTER_TRIES
+    longest_s = time_s = core.config.motion.jog_burst_s
+    while (found := _proposed(wire, course, hold, core.position.coordinates, time_s)) is not None:
+        share, tries = next_share(wire, found.leg, longest_s, 0.0), tries - 1
+        if share >= 1.0 or not tries or hold.jog.space is Space.JOINT:
+            return found.shortened(share)
+        time_s *= share
+    _give_up(wire, hold)
+    return None
+
+
+def _proposed(
+    wire: MotionContext,
+    course: JogCourse,
+    hold: ContinuousJog,
+    start: ArmCoordinates,
+    time_s: float,
+) -> JogProposal | None:
+    """Return the next leg of the held jog; None if it ends, with the reason in the notice."""
+    core = wire.core
+    try:
+        found = course.propose(wish_of(core, hold), start, time_s, wire.now_s)
+        if isinstance(found, JogEnded):
+            show_end(wire, found)
+            course.note = found.note
+            return None
+        require_audit(core, found.leg)
+    except (ArmError, KinematicsError) as refusal:
+        core.diagnostics.notify(str(refusal), refusal)
+        return None
+    if found.note != course.note:  # also if the note disappears, as when the jog turns back
+        core.diagnostics.notice = course.note = found.note
+    return found
+
+
+def show_end(wire: MotionContext, ended: JogEnded) -> None:
+    """Show in the notice why a jog has ended, if there is a reason."""
+    if ended.cause is not None:
+        wire.core.diagnostics.notify(ended.note, ended.cause)
+    elif ended.note:
+        wire.core.diagnostics.notice = ended.note
+
+
+def _give_up(wire: MotionContext, hold: ContinuousJog) -> None:
+    """Drop a hold and its renewals, but not another hold that has replaced it."""
+    now = wire.core.hold
+    if now is not None and now.jog == hold.jog:
+        wire.core.hold = None
+
+
+# The session.
+#
+# A held jog expires unless its owner renews it; its last burst begins before it expires. An
+# increment expires too if it cannot begin in time. A jog stops at limits and guards without an
+# error, and moving away from a bound that has been passed is always allowed. While the position is
+# unknown, joints may be jogged slowly and without limits.
+
+PAUSED = "the jog has ended because the arm is paused"
+TOO_LATE = "a jog increment was dropped because it had to wait too long"
+
+
+@dataclass(frozen=True, slots=True)
+class Jogged:
+    """The result of a jog; `note` says why it ended early, if it did."""
+
+    joints: Joints
+    pose: Pose
+    note: str = ""
+
+
+def jog_session(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[Jogged]:
+    """Serve increments and the held jog until neither is left, or until a stop."""
+    core = wire.core
+    try:
+        with in_motion(wire, or_homing=True):
+            yield from wire.look_before_motion()
+            yield from _serve(wire, speeds)
+            if wire.stopping:
+                yield from wire.verify()
+                core.diagnostics.notice = "the jog was stopped"
+    finally:
+        core.hold = None
+        core.nudges.clear()
+    joints, _ = core.transmission.to_joints(core.position.acknowledged)
+    return Jogged(joints, core.config.model.arm.fk(joints), core.diagnostics.notice)
+
+
+def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
+    core, course = wire.core, course_of(wire.core, speeds)
+    while not wire.stopping:
+        if core.speed_override.paused:
+            _give_up_paused(core)
+        if core.nudges:
+            course.stand()
+            yield from _increment(wire, speeds, core.nudges.pop(0))
+        elif not (is_held(wire) and (yield from held_burst(wire, course))):
+            yield from wire.verify()  # another jog may be requested meanwhile
+            if not core.nudges and not is_held(wire):
+                return
+
+
+def _give_up_paused(core: Core) -> None:
+    """Drop the jogs of a paused arm: after a resume, the operator no longer expects them."""
+    if core.nudges or core.hold is not None:
+        core.diagnostics.notice = PAUSED
+    core.hold = None
+    core.nudges.clear()
+
+
+def _increment(wire: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog) -> TaskBody[None]:
+    """Move by a fixed distance, in bursts of jogging length, as far as the bounds allow.
+
+    A hold that begins meanwhile replaces the increment, and releasing it ends both.
+    """
+    core = wire.core
+    if wire.now_s > nudge.until_s:
+        core.diagnostics.notice = TOO_LATE
+        return
+    speed, known = capped(core, nudge.speed), core.position_known
+    try:
+        check_increment(core, nudge.jog)
+        found = stride(
+            core.config, speeds, nudge.jog, speed, core.position.coordinates, known=known
+        )
+        require_audit(core, *found.legs)
+    except (ArmError, KinematicsError) as refusal:
+        core.diagnostics.notify(str(refusal), refusal)
+        return
+    show_end(wire, found.ended)
+    if found.legs:
+        over = _overtaken(wire, core.holds)
+        yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, released=over)
+        if core.speed_override.paused and core.position.coordinates != found.legs[-1].end:
+            core.diagnostics.notice = PAUSED
+
+
+def _overtaken(wire: MotionContext, holds: int) -> Callable[[], bool]:
+    """Return a test whether the rest of an increment is dropped in favour of a new hold.
+
+    Without a queue, the device changes to the hold at once. With a queue, it finishes the increment
+    while the hold lasts; releasing the hold drops the rest.
+    """
+    core = wire.core
+    queued = bool(core.controller.abilities.queued_segments)
+    return lambda: core.holds != holds and not (queued and is_held(wire))

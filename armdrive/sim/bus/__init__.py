@@ -1,5 +1,248 @@
-"""What simulated drives on a CAN bus have in common.
+"""Several simulated drives on one CAN bus: their time, their power, and faults of one drive.
 
-`node` is one drive's motor, switch, supply and quirks; `board` all drives with their time and
-power; `line` the bus itself.
+`node` is one drive's motor, switch, supply and quirks, `line` the bus itself.
 """
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.bus.line import BusLine, Outbox
+from armdrive.sim.bus.node import BusNode
+from armdrive.sim.device import Board
+from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.mechanics.switches import SwitchState
+from armdrive.sim.world import World
+from armdrive.sim.world.saved import MEND, Json, Saved
+from firmware_protocol.frames import Unpacker
+from kinematics.spaces import Motors
+
+COUNT_MOST = 1 << 40
+N = TypeVar("N", bound=BusNode)
+
+
+class DrivesBoard(Board, Generic[N]):
+    """All drives of an arm in the place of one board: packed frames go in and come out.
+
+    Input bit n is the switch of drive n. Drives do not receive each other's frames: that would
+    matter only if two drives shared an id, or a group had the id of a drive.
+    """
+
+    register_range = (-COUNT_MOST, COUNT_MOST)
+
+    def __init__(self, world: World, shafts: ShaftDrive, nodes: Sequence[N], bits_s: int) -> None:
+        super().__init__(world, shafts, None)
+        self.nodes = tuple(nodes)
+        self._shafts = shafts
+        self._outbox = Outbox()
+        self._dues = [math.inf for _ in self.nodes]
+        self._nodes_due_s = self._due_s = math.inf
+        """When a drive acts next or its shaft is due; and the same, or when a frame is ready."""
+        self._unpacker = Unpacker()
+        self.drives = DriveControls(self, bits_s)
+        """What can be done to single drives."""
+        self.line = partial(BusLine, bitrate=bits_s)
+        self.collect()
+
+    # What can be seen.
+
+    @property
+    def busy(self) -> bool:
+        """Whether a drive is carrying out an order, or a frame is on its way."""
+        return self._outbox.next_s < math.inf or any(node.busy for node in self.nodes)
+
+    @property
+    def registers(self) -> Motors:
+        """The shaft positions that the drives report."""
+        return Motors(node.motor.counts for node in self.nodes)
+
+    @property
+    def inputs(self) -> int:
+        """A bit for each drive's limit switch."""
+        return sum(node.motor.switch.pressed << node.motor.index for node in self.nodes)
+
+    def details(self) -> dict[str, Json]:
+        """Return each drive's data, as the drive would report it."""
+        errors = self._shafts.errors(self.now_s)
+        seen: list[Json] = [node.seen(errors[node.motor.index], self.now_s) for node in self.nodes]
+        return {"bits_s": self.drives.bits_s, "drives": seen}
+
+    def known(self) -> dict[str, Json]:
+        """Return what is saved of the drives."""
+        return {"drives": [{"powered": node.port.powered, **node.known()} for node in self.nodes]}
+
+    def recall_known(self, saved: Saved) -> None:
+        """Restore what `known` returned. Raises `StateFileError`."""
+        drives = saved.items("drives")
+        if len(drives) != len(self.nodes):
+            raise StateFileError(
+                f"{len(drives)} drives are saved of an arm that has {len(self.nodes)}; {MEND}"
+            )
+        for node, item in zip(self.nodes, drives, strict=True):
+            one = Saved(item, f"drive {node.motor.index + 1}")
+            node.port.powered = one.flag("powered") and self.shared.powered
+            node.recall(one)
+            one.end()
+
+    # What a person does.
+
+    def count_from(self, registers: Sequence[int]) -> None:
+        """Set the drives' counts; nothing turns."""
+        for node, count in zip(self.nodes, registers, strict=True):
+            node.motor.count_from(count)
+
+    def set_input(self, bit: int, on: bool) -> None:
+        """Press or release the limit switch of a drive. Raises `BadRequest`."""
+        if not 0 <= bit < len(self.nodes):
+            raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {bit}")
+        self.nodes[bit].motor.switch.held = on
+        self._live()
+        super().set_input(bit, on)
+
+    def set_switch(self, axis: int, state: SwitchState) -> None:
+        """Make the limit switch of a motor (counted from 0) stick, or free it."""
+        self.nodes[axis].motor.switch.state = state
+        self._live()
+
+    def moved_by_hand(self, *, counted: bool) -> None:
+        """Let drives that hold turn their shafts back at once if they were turned by force."""
+        if not counted:
+            self._live()
+
+    # Time.
+
+    def receive(self, data: bytes) -> None:
+        """Pass the frames that have arrived to the drives that listen for them."""
+        for frame in self._unpacker.feed(data):
+            ears = [node for node in self.nodes if node.listens(frame.can_id)]
+            for node in ears:
+                node.receive(frame, self.now_s)
+            self.collect(ears)
+
+    def due_s(self) -> float:
+        """Return when a drive or its shaft is due, or a frame is ready."""
+        return self._due_s
+
+    def happen(self) -> None:
+        """Let every drive do what is due, and send the frames that are ready."""
+        if self._nodes_due_s <= self.now_s:
+            self._live()
+        self.shared.outgoing += self._outbox.take(self.now_s)
+        self._due_s = min(self._nodes_due_s, self._outbox.next_s)
+
+    def collect(self, nodes: Iterable[N] | None = None) -> None:
+        """Collect the frames of drives, and note when each acts next."""
+        for node in self.nodes if nodes is None else nodes:
+            port, index = node.port, node.motor.index
+            self._dues[index] = node.due_s()
+            if port.outgoing:
+                for data in port.outgoing:
+                    self._outbox.put(self.now_s + port.answer_s, index, data)
+                port.outgoing.clear()
+        self._nodes_due_s = min(*self._dues, self._shafts.look_s)
+        self._due_s = min(self._nodes_due_s, self._outbox.next_s)
+
+    def _live(self) -> None:
+        """Let every drive do what is due."""
+        if self.shared.powered:
+            self._shafts.look(self.now_s)
+            for node in self.nodes:
+                node.live(self.now_s)
+            self.collect()
+
+    # Power.
+
+    def boot(self) -> None:
+        """Start every drive."""
+        for node in self.nodes:
+            switch_power(node, True, self.now_s)
+        self.collect()
+
+    def forget(self) -> None:
+        """Release every shaft, forget every position, and drop the frames on their way."""
+        self._shafts.release_all(self.now_s)
+        for node in self.nodes:
+            switch_power(node, False, self.now_s)
+        self._outbox.clear()
+        self._due_s = self._nodes_due_s
+        self._unpacker = Unpacker()
+
+    def reset(self) -> None:
+        """Restart every drive; until it has started, its shaft is free."""
+        if self.shared.powered:
+            self._shafts.release_all(self.now_s)
+            for node in self.nodes:
+                if node.port.powered:
+                    node.restart(self.now_s)
+            self.collect()
+
+
+def switch_power(node: BusNode, on: bool, now_s: float) -> None:
+    """Switch a drive's supply on or off."""
+    if not on:
+        node.forget(now_s)
+    node.port.powered = on
+    if on:
+        node.begin(now_s)
+
+
+class DriveControls:
+    """What a fault or a person does to one drive. Drives are counted from 0, like the motors.
+
+    Every method raises `BadRequest` if there is no such drive.
+    """
+
+    def __init__(self, board: DrivesBoard[Any], bits_s: int) -> None:
+        self.bits_s = bits_s
+        """The bit rate of the bus."""
+        self._nodes: tuple[BusNode, ...] = board.nodes
+        self._shared = board.shared
+        self._collect = board.collect
+
+    def mute(self, drive: int, on: bool) -> None:
+        """Silence a drive that still receives and obeys; or let it send again."""
+        self.node(drive).port.mute = on
+
+    def plug(self, drive: int, on: bool) -> None:
+        """Plug in or pull a drive's CAN cable. Without it the drive neither receives nor sends."""
+        self.node(drive).port.plugged = on
+
+    def withhold_done(self, drive: int, on: bool) -> None:
+        """Stop a drive from reporting that a motion is done, or let it report that again."""
+        self.node(drive).port.withheld = on
+
+    def power(self, drive: int, on: bool) -> None:
+        """Switch a drive's supply off, so that its load sags; or on again."""
+        node = self.node(drive)
+        if not on or (self._shared.powered and not node.port.powered):
+            switch_power(node, on, self._shared.now_s)
+        self._collect()
+
+    def reset(self, drive: int) -> None:
+        """Restart a drive's firmware, in motion or not."""
+        if self.node(drive).port.powered:
+            self.node(drive).restart(self._shared.now_s)
+            self._collect()
+
+    def set_id(self, drive: int, node: int) -> int:
+        """Give a drive an id, perhaps that of another drive; return the old one."""
+        before = self.node(drive).set_id(node, self._shared.now_s)
+        if self.node(drive).port.booting:  # it restarts its communication: it has something to do
+            self._collect()
+        return before
+
+    def set_mode(self, drive: int, mode: int) -> int:
+        """Set a drive's mode, as its own keys do; return the old one."""
+        before = self.node(drive).set_mode(mode, self._shared.now_s)
+        self._collect()
+        return before
+
+    def node(self, drive: int) -> BusNode:
+        """Return a drive."""
+        if not 0 <= drive < len(self._nodes):
+            raise BadRequest(f"drives are numbered 0 to {len(self._nodes) - 1}, not {drive}")
+        return self._nodes[drive]

@@ -9,7 +9,7 @@ import re
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.node import Quirk, motors_of, node_ids, options_of
 from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.objects import dictionary, without

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, made_of
-from armdrive.sim.bus.board import DriveControls, DrivesBoard
+from armdrive.sim.bus import DriveControls, DrivesBoard
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import (
     Board,

@@ -10,7 +10,7 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.node import Quirk, motors_of, node_ids, options_of
 from armdrive.sim.device import Option, Options
 from armdrive.sim.mechanics.shafts import ShaftDrive

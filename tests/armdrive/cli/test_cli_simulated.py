@@ -12,7 +12,7 @@ from served import ServedDevice
 from armdrive.cli.chosen_arm import world_file
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.registry import DIALECTS, simulate_device
-from armdrive.sim.serving.loop import make_server
+from armdrive.sim.serving import make_server
 from armdrive.storage import files as places
 
 ARM = "sim:teachmover"

@@ -150,7 +150,7 @@ def test_a_saved_twin_keeps_where_its_play_is():
 
 def test_the_command_line_gives_a_simulated_arm_play(monkeypatch):
     from armdrive.cli import main
-    from armdrive.sim.serving import loop as run
+    from armdrive.sim import serving as run
 
     played = []
     monkeypatch.setattr("sys.stdin", SimpleNamespace(closed=True))

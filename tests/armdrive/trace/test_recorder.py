@@ -18,9 +18,8 @@ from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
 from armdrive.trace import files
-from armdrive.trace.calls import CALLS, NO_TRACER, Tracer
 from armdrive.trace.entries import ENTRY_BYTES, EntryKind, EntryRing, TraceEntry
-from armdrive.trace.recorder import FlightRecorder
+from armdrive.trace.recorder import CALLS, NO_TRACER, FlightRecorder, Tracer
 from armdrive.transports.link import MemoryLink
 
 

@@ -9,8 +9,8 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.status import State
+from tui.setup import Steps
 from tui.setup.motors import MotorsStage
-from tui.setup.screen import Steps
 from tui.setup.stages import Correction
 
 pytestmark = pytest.mark.usefixtures("own_home")

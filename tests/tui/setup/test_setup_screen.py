@@ -14,7 +14,7 @@ from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.table import SETUP_KEYS
-from tui.setup.screen import Steps
+from tui.setup import Steps
 from tui.setup.stages import InterviewAsking, NewFile, Ports, Written
 
 pytestmark = pytest.mark.usefixtures("own_home")

@@ -12,7 +12,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.mks.controller import MksController
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.registry import DIALECTS
-from armdrive.sim.bus.board import switch_power
+from armdrive.sim.bus import switch_power
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.device import Options, SimDevice
 from armdrive.sim.mechanics.shafts import ShaftDrive

@@ -6,7 +6,7 @@ import pytest
 from can_setup_bench import Bench
 
 from armdrive.dialects.bus.ledger import SurplusAnswers
-from armdrive.dialects.mks.inquiry import firmware_of
+from armdrive.dialects.mks.contact import firmware_of
 from armdrive.dialects.mks.survey import is_shared
 from firmware_protocol.mks import Code
 

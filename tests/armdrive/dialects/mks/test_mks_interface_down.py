@@ -21,7 +21,7 @@ from armdrive import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PortUnavailable
 from armdrive.registry import simulate_device
-from armdrive.sim.serving.loop import make_server
+from armdrive.sim.serving import make_server
 from armdrive.status import State, Trust
 from armdrive.transports import ports as can_refusals
 

@@ -14,12 +14,12 @@ from served import ServedDevice
 from waiting import LONG_S
 
 from armdrive.registry import simulate_device
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.cia402 import KIND as CIA402
 from armdrive.sim.device import SaysEmergencies
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.mks import KIND as MKS
-from armdrive.sim.serving.loop import make_server
+from armdrive.sim.serving import make_server
 from firmware_protocol import canopen, mks
 from firmware_protocol.frames import Frame
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.registry import simulate
-from armdrive.sim.bus.board import DrivesBoard
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import SaysEmergencies, SimDevice
 from armdrive.sim.faults import Cable, FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.table import FAULTS, Faults, faults_of

@@ -20,7 +20,7 @@ from waiting import LONG_S, until
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.device import SimDevice
-from armdrive.sim.serving.loop import make_server, run_device
+from armdrive.sim.serving import make_server, run_device
 from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
 from armdrive.sim.teachmover import TeachMoverBoard
 
