@@ -192,7 +192,11 @@ def _axis(word: str, in_steps: bool) -> str:
 
 A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
 
-TOOL_FRAME = "tool"  # moves with the hand; a goal in this frame is a change of the current pose
+TOOL_FRAME = "tool"
+"""Moves with the hand; a goal in this frame is a change of the current pose.
+
+Its x points up from the back of the hand, y sideways, z forward.
+"""
 
 
 def speed_fraction(speed: float) -> float:

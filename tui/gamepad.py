@@ -21,8 +21,7 @@ from typing import Any
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import reason_of
-from armdrive.motion.frames import BASE
-from armdrive.moves import Jog
+from armdrive.moves import BASE_FRAME, Jog
 from tui.app import KeyApp
 from tui.jog.jogging import DeskJogging
 from tui.keys.gamepad_map import BUTTONS, GRIPPER_ROWS, HOLD, STICKS, STOP
@@ -347,7 +346,7 @@ class Gamepad:
             if axis:
                 amounts[axis] = min(max(amounts.get(axis, 0.0) + sign * pushed, -1.0), 1.0)
         axes = tuple((axis, amount) for axis, amount in amounts.items() if amount)
-        frame = settings.frame if settings.cartesian else BASE
+        frame = settings.frame if settings.cartesian else BASE_FRAME
         return Jog(settings.space, axes, frame) if axes else None
 
 

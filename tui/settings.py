@@ -11,8 +11,7 @@ from typing import Any
 from textual.theme import Theme
 
 from armdrive.errors import BadRequest
-from armdrive.motion.frames import BASE
-from armdrive.moves import Jog, Space
+from armdrive.moves import BASE_FRAME, Jog, Space
 from armdrive.status import Status
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
@@ -40,8 +39,8 @@ class JogSettings:
     step_mm: float = 2.0
     speed: float = SIMULATED_SPEED
     pairs: tuple[JogPair, ...] = JOG_PAIRS
-    frames: tuple[str, ...] = (BASE,)
-    frame: str = BASE
+    frames: tuple[str, ...] = (BASE_FRAME,)
+    frame: str = BASE_FRAME
 
     @property
     def cartesian(self) -> bool:
@@ -95,7 +94,7 @@ class JogSettings:
         if pair is None:
             raise BadRequest(f"no axis of this arm is moved by the key {key}")
         sign = 1.0 if key == pair.plus else -1.0
-        frame = self.frame if self.cartesian else BASE
+        frame = self.frame if self.cartesian else BASE_FRAME
         return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),), frame)
 
 

@@ -12,13 +12,10 @@ from kinematics.frames.user_frame import UserFrame, moved_along
 from kinematics.frames.vectors import Vector
 from kinematics.spaces import Joints, Pose
 
-BASE, TOOL = BASE_FRAME, TOOL_FRAME
-"""Frames of every arm. The tool's x points up from the back of the hand, y sideways, z forward."""
-
 
 def frame_names(config: ArmConfig) -> tuple[str, ...]:
     """Return the names of an arm's frames, in the order in which the desk cycles through them."""
-    return (BASE, TOOL, *config.frames)
+    return (BASE_FRAME, TOOL_FRAME, *config.frames)
 
 
 def axes_of(config: ArmConfig, joints: Joints, frame: str) -> tuple[Vector, Vector, Vector]:
@@ -35,26 +32,26 @@ def goal_in_base(config: ArmConfig, joints: Joints, goal: Pose, frame: str) -> P
 
     So `Pose.of(x_mm=0, y_mm=0, z_mm=20, pitch_deg=0)` moves 20 mm forward along the hand.
     """
-    if frame == BASE:
+    if frame == BASE_FRAME:
         return goal
-    if frame == TOOL:
-        return moved_along(config.model.arm.fk(joints), _rotation(config, joints, TOOL), goal)
+    if frame == TOOL_FRAME:
+        return moved_along(config.model.arm.fk(joints), _rotation(config, joints, TOOL_FRAME), goal)
     return _known(config.frames, frame).to_base(goal)
 
 
 def pose_in_frame(config: ArmConfig, pose: Pose, frame: str) -> Pose:
     """Convert a pose from the base frame to a frame of the arm file."""
-    if frame == BASE:
+    if frame == BASE_FRAME:
         return pose
-    if frame == TOOL:
+    if frame == TOOL_FRAME:
         raise BadRequest("a pose in the tool's own frame is always 0: name another frame")
     return _known(config.frames, frame).from_base(pose)
 
 
 def _rotation(config: ArmConfig, joints: Joints, frame: str) -> Matrix3:
-    if frame == BASE:
+    if frame == BASE_FRAME:
         return IDENTITY
-    if frame == TOOL:
+    if frame == TOOL_FRAME:
         return config.model.arm.hand_axes(joints)
     return _known(config.frames, frame).rotation
 
@@ -63,7 +60,7 @@ def _known(frames: Mapping[str, UserFrame], name: str) -> UserFrame:
     try:
         return frames[name]
     except KeyError:
-        known = ", ".join((BASE, TOOL, *frames))
+        known = ", ".join((BASE_FRAME, TOOL_FRAME, *frames))
         raise BadRequest(
             f"no frame is called {name!r}; known are {known}. Define frames of your own in the "
             "arm file, under [frames.NAME]"

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds, Refused
-from armdrive.motion.frames import BASE, TOOL, goal_in_base
+from armdrive.motion.frames import goal_in_base
 from armdrive.motion.jog.course import stride
 from armdrive.motion.plan import (
     MotionPlan,
@@ -26,6 +26,8 @@ from armdrive.motion.plan import (
     posture_for,
 )
 from armdrive.moves import (
+    BASE_FRAME,
+    TOOL_FRAME,
     ArcMove,
     GraspMove,
     GripperMove,
@@ -151,13 +153,13 @@ def _is_relative(move: SingleMove) -> bool:
         case JointMove(goal=Mapping()) | ParkMove() | JogMove():
             return True
         case PoseMove(frame=frame) | LineMove(frame=frame) | ArcMove(frame=frame):
-            return frame == TOOL
+            return frame == TOOL_FRAME
         case _:
             return False
 
 
 def _point(name: str, frame: str, ground: Ground) -> Joints:
-    if frame != BASE:
+    if frame != BASE_FRAME:
         raise BadRequest(SAME_IN_EVERY_FRAME)
     return ground.posture(ground.point(name))
 

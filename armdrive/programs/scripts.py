@@ -47,9 +47,6 @@ class ScriptCall:
     """Whether the fingers close on an object."""
 
 
-OnCall = Callable[["Arm", ScriptCall], object]
-
-
 GRASPS = ("grasp", "feel")
 """Calls of a gripper that close it on an object."""
 
@@ -63,7 +60,7 @@ def _feels(argument: object) -> bool:
 class CallTracer:
     """Reports an arm's calls before it forwards them to the arm's earlier tracer."""
 
-    def __init__(self, arm: Arm, script: str, on_call: OnCall) -> None:
+    def __init__(self, arm: Arm, script: str, on_call: Callable[[Arm, ScriptCall], object]) -> None:
         self._arm = arm
         self._script = script
         self._on_call = on_call

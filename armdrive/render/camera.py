@@ -190,10 +190,7 @@ def _sine(angle_rad: float) -> float:
 
 ORBIT_DEG = 10  # one step around the arm or up; divides a full turn
 
-ViewAngle = Callable[[Camera, Point | None, Dome], Camera]
-"""Returns the next camera for the present one, the position of the tip, and the arm's dome."""
-
-LOOKS: Mapping[str, ViewAngle] = MappingProxyType(
+LOOKS: Mapping[str, Callable[[Camera, Point | None, Dome], Camera]] = MappingProxyType(
     {
         "left": lambda camera, _tip, _dome: camera.orbited(-ORBIT_DEG),
         "right": lambda camera, _tip, _dome: camera.orbited(ORBIT_DEG),
@@ -205,4 +202,7 @@ LOOKS: Mapping[str, ViewAngle] = MappingProxyType(
         "next": lambda camera, _tip, _dome: next_view(camera),
     }
 )
-"""All changes of the view by name; `nearer` zooms in on the tip."""
+"""All changes of the view by name: the next camera for the present one, the tip and the arm's dome.
+
+`nearer` zooms in on the tip.
+"""

@@ -50,7 +50,6 @@ from kinematics.spaces import Motors
 
 BAUD = 9600
 _WORD, _SIGN = 1 << 16, 1 << 15
-Owed = OffsetsReported | SpeedReported | TorqueReported | ArgumentsReported
 CHANNELS = (6, 5, 4, 3, 2, 1)
 """The channel of each motor: base, shoulder, elbow, right and left wrist, gripper."""
 MINUTE_MS, TURN_STEPS = 60_000, 48
@@ -238,7 +237,9 @@ class ArmdroidBoard(Board):
         interval_s = self.quirks.interval_s(self.rpm) * self.motor_speed.stretch
         self.drive.rack.start(by_motor(steps), interval_s, self.now_s, in_proportion=False)
 
-    def _answer(self, answer: Owed) -> None:
+    def _answer(
+        self, answer: OffsetsReported | SpeedReported | TorqueReported | ArgumentsReported
+    ) -> None:
         self.shared.outgoing += self._codec.send(answer)
         self._turn_s = self.now_s + self.quirks.character_s
 

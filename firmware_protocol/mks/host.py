@@ -146,8 +146,6 @@ Event: TypeAlias = (
 
 # -- the motions of one code ---------------------------------------------------------------------
 
-MotionEvent: TypeAlias = Started | Done | LimitStop | StoredForStart | Superseded | Failed
-
 UNANSWERED_MAX = 8
 """Most motions per code that wait for their first reply; beyond that, the oldest is dropped."""
 
@@ -188,7 +186,9 @@ class Course:
         """Record that no motion is under way."""
         self._under_way = self._superseded = None
 
-    def receive(self, outcome: Outcome) -> MotionEvent | None:
+    def receive(
+        self, outcome: Outcome
+    ) -> Started | Done | LimitStop | StoredForStart | Superseded | Failed | None:
         """Return the event for a reply, or None if the reply is unexpected."""
         match outcome:
             case Outcome.STARTED:

@@ -62,9 +62,6 @@ ALL_PARTS = frozenset(Part)
 HEADING_FREE = ALL_PARTS - {Part.HEADING}
 """The parts of a goal that leaves the hand's rotation about the world's z axis free."""
 
-Misses = tuple[tuple[Part, Vector, float], ...]
-"""The errors of heading, pitch and roll: each one's axis in the world, and the angle about it."""
-
 
 @dataclass(frozen=True, slots=True)
 class Goal:
@@ -106,7 +103,7 @@ class Goal:
         plane = self._plane(columns(turned)[2])
         return _rolled(hand, _level(hand, plane), _roll(x, z, self.outwards))
 
-    def turn(self, now: Transform) -> tuple[Vector, Misses]:
+    def turn(self, now: Transform) -> tuple[Vector, tuple[tuple[Part, Vector, float], ...]]:
         """Return the rotation vector, in the world, that leads from `now` to the goal.
 
         Also return, for each required one of heading, pitch and roll, the axis about which it

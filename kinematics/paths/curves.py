@@ -125,9 +125,6 @@ class Bezier:
 Blendable = LineSegment | Round
 """A trace that a blend may leave or join; it looks the same from both ends."""
 
-Trace = Blendable | Bezier
-"""A curve of the tip."""
-
 
 def turned(centre: Point, out: Vector, ahead: Vector, angle_rad: float) -> Point:
     """Return the point about a centre; see `Round`."""
@@ -259,7 +256,7 @@ def leap_sentence(joint: str, turn_rad: float, why: str) -> str:
     return f"the {joint.replace('_', ' ')} would have to turn by {turn}, because {why}"
 
 
-T = TypeVar("T", bound=Trace, covariant=True)
+T = TypeVar("T", bound=Blendable | Bezier, covariant=True)
 
 LARGEST_BASE_TURN_RAD = 0.5
 """The furthest that the base may turn between two corners of a curve of the tip."""

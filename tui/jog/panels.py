@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
-from typing import TypeAlias
 
 from textual.app import ComposeResult
 
 from armdrive import Grasped
 from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
-from armdrive.motion.frames import BASE, TOOL
+from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
 from armdrive.status import LinkStats, Status, rounded_up
 from kinematics.presets import ArmModel
@@ -268,9 +267,6 @@ class Load:
         return self._load
 
 
-PoseLimits: TypeAlias = Sequence[Limits | None]
-
-
 class AxisPanels:
     """Shows every axis with its value, limits and key caps; pressing a key cap jogs."""
 
@@ -315,7 +311,7 @@ class AxisPanels:
         """Say in the panels' titles which of them the keys move, and in which frame."""
         keys = self._desk.keys
         mode = keys.label("mode")
-        frame = "" if settings.frame == BASE else f" of {settings.frame}"
+        frame = "" if settings.frame == BASE_FRAME else f" of {settings.frame}"
         titles = {self._tip: f"Tip, Cartesian{frame}", self._joints: "Joints"}
         driven = self._tip if settings.cartesian else self._joints
         for panel, title in titles.items():
@@ -328,13 +324,17 @@ class AxisPanels:
         presets = (f"{keys.label(f'grip-{word}')} {word}" for word in ("open", "half", "closed"))
         self._gripper.set_titles("Gripper", "  ".join((*presets, f"{keys.label('grasp')} grasp")))
 
-    def _pose(self, status: Status) -> tuple[Pose | None, PoseLimits]:
+    def _pose(self, status: Status) -> tuple[Pose | None, Sequence[Limits | None]]:
         """Return the pose in the frame that is jogged in, and its limits where that is the base.
 
         A jog in the tool's frame is shown in the base's, since the tool is always at its own zero.
         """
         settings, limits = self._desk.settings, self._limits
-        if status.pose is None or not settings.cartesian or settings.frame in (BASE, TOOL):
+        if (
+            status.pose is None
+            or not settings.cartesian
+            or settings.frame in (BASE_FRAME, TOOL_FRAME)
+        ):
             return status.pose, limits
         try:
             return self._desk.arm.pose_in(settings.frame), (None,) * len(limits)

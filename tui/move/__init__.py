@@ -9,8 +9,8 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.motion.frames import BASE, TOOL
 from armdrive.motion.preview import Preview
+from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.status import Status
 from tui.app import TypedText
 from tui.arm_view import SpaceView
@@ -55,9 +55,9 @@ class MoveScreen(DeskScreen):
         form, status = self.form, self.desk.link.status
         if not form.cartesian:
             return {} if status.joints is None else dict(status.joints.deg)
-        if form.frame == TOOL:
+        if form.frame == TOOL_FRAME:
             return dict.fromkeys(form.names, 0.0)
-        if status.pose is None or form.frame == BASE:
+        if status.pose is None or form.frame == BASE_FRAME:
             return {} if status.pose is None else of_pose(status.pose)
         try:
             return of_pose(self.desk.arm.pose_in(form.frame))

@@ -15,8 +15,7 @@ from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
 from armdrive.errors import BadRequest
-from armdrive.motion.frames import BASE
-from armdrive.moves import JointMove, LineMove, Motion, PoseMove
+from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from kinematics.spaces import Joints, Pose
 from tui.app import TypedText
 from tui.keys.table import words
@@ -59,7 +58,7 @@ class GoalForm:
         """`settings` are changed along with the form."""
         self.settings = settings
         self.line = False
-        self.frame = BASE
+        self.frame = BASE_FRAME
         self.step = 1.0
         self.at = 0
         self._joints = joints
@@ -153,7 +152,7 @@ class GoalForm:
     def take_pose(self, pose: Pose) -> None:
         """Ask for this pose of the base, with all its digits."""
         self._begin(cartesian=True)
-        self.frame = BASE
+        self.frame = BASE_FRAME
         self._fill(of_pose(pose))
 
     def _begin(self, *, cartesian: bool) -> None:

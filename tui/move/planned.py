@@ -10,9 +10,8 @@ from functools import partial
 from typing import Any
 
 from armdrive.errors import BadRequest
-from armdrive.motion.frames import TOOL
 from armdrive.motion.preview import PostureOption, Preview, clearance_words, margin_words
-from armdrive.moves import Motion
+from armdrive.moves import TOOL_FRAME, Motion
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, rounded_up
 from kinematics.guards.path import Clearance
@@ -41,7 +40,7 @@ def _manner_lines(form: GoalForm, keys: Keyboard) -> Iterator[str]:
     mode, line = keys.label("move-mode"), keys.label("move-line")
     if form.cartesian:
         way = "straight line" if form.line else "joint motion"
-        change = " (a change)" if form.frame == TOOL else ""
+        change = " (a change)" if form.frame == TOOL_FRAME else ""
         yield f"POSE [{mode}]  {way} [{line}]"
         yield f"frame {form.frame}{change} [{keys.label('move-frame')}]"
     else:

@@ -13,9 +13,10 @@ from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
 from armdrive.cli.terminal_person import settle_trust
 from armdrive.errors import BadRequest, Refused
-from armdrive.motion.frames import BASE, TOOL
 from armdrive.motion.preview import preview_lines, preview_view
 from armdrive.moves import (
+    BASE_FRAME,
+    TOOL_FRAME,
     ArcMove,
     GripperMove,
     JointMove,
@@ -66,7 +67,7 @@ def _check(options: argparse.Namespace) -> None:
         )
     if pose + joints + options.park > 1:
         raise BadRequest("give either a pose, joint angles or --park, not two of them")
-    if options.frame not in (None, BASE) and not pose:
+    if options.frame not in (None, BASE_FRAME) and not pose:
         raise BadRequest("--frame needs a pose, for example --frame tool --z -30 --line")
     if options.via is not None and (options.line or not pose):
         raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
@@ -89,7 +90,7 @@ def _arm_move(arm: Arm, options: argparse.Namespace) -> Iterator[Motion]:
     elif named:
         yield JointMove(named, options.speed)
     elif _names_pose(options):
-        frame = options.frame or BASE
+        frame = options.frame or BASE_FRAME
         goal = _goal(_here(arm, frame), options)
         if options.via is not None:
             yield ArcMove(_placed(goal, options.via), goal, options.speed, frame)
@@ -113,7 +114,7 @@ def _placed(pose: Pose, point: tuple[float, ...]) -> Pose:
 
 def _here(arm: Arm, frame: str) -> Pose:
     """Return the coordinates to keep if they are not given: in the tool's frame, no change."""
-    if frame != TOOL:
+    if frame != TOOL_FRAME:
         return arm.pose_in(frame)
     return Pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0 if arm.model.arm.has_yaw else None)
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from armdrive.config.arm import ArmConfig
-from armdrive.motion.frames import BASE, axes_of
+from armdrive.motion.frames import axes_of
 from armdrive.motion.plan import guard_error
-from armdrive.moves import Space
+from armdrive.moves import BASE_FRAME, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry, Unreachable
@@ -295,7 +295,7 @@ def in_base(
 ) -> tuple[float, ...]:
     """Return a tip's rates with x, y and z converted from its frame to the base frame."""
     _, frame = kind
-    if frame == BASE:
+    if frame == BASE_FRAME:
         return tuple(rates)
     x, y, z, *others = rates
     axes = axes_of(config, start.joints, frame)

@@ -43,7 +43,6 @@ from kinematics.textbook.systems.triangle import (
     triangle,
 )
 
-HALF_TURN = math.pi
 HAND_SETS_BASE = "the tip is on the base axis: the hand's direction sets the base"
 COORDINATES = ("x_mm", "y_mm", "z_mm", "pitch_rad", "roll_rad")
 SIGNS = MappingProxyType(
@@ -119,7 +118,7 @@ def _formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
     z0 = z - height - hand * sp
     elbow = triangle(r0, z0, upper, fore, bend)
     wrist = atan2(sp, cp) - elbow.first - elbow.second
-    turned = roll + (1.0 - side) / 2.0 * HALF_TURN
+    turned = roll + (1.0 - side) / 2.0 * math.pi
     joints = own_angles(one, (base, elbow.first, elbow.second, wrist, turned))
     return joints, (Quantity("r0", r0, "mm"), Quantity("z0", z0, "mm"), *elbow.workings())
 
