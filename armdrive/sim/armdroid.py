@@ -45,7 +45,7 @@ from firmware_protocol.armdroid import (
     ZeroOffsets,
 )
 from firmware_protocol.armdroid import ReportOffsets as _Report
-from firmware_protocol.armdroid.device import DeviceEvent
+from firmware_protocol.armdroid.endpoints import DeviceEvent
 from kinematics.spaces import Motors
 
 BAUD = 9600

@@ -1,13 +1,13 @@
 """The dialect of the Armdroid's serial driver sketch: messages, host and device."""
 
-from firmware_protocol.armdroid.device import ROOM_BYTES as ROOM_BYTES
-from firmware_protocol.armdroid.device import Device as Device
-from firmware_protocol.armdroid.device import DeviceEvent as DeviceEvent
-from firmware_protocol.armdroid.device import Ignored as Ignored
-from firmware_protocol.armdroid.host import LINE_BYTES as LINE_BYTES
-from firmware_protocol.armdroid.host import Completed as Completed
-from firmware_protocol.armdroid.host import Event as Event
-from firmware_protocol.armdroid.host import Host as Host
+from firmware_protocol.armdroid.endpoints import LINE_BYTES as LINE_BYTES
+from firmware_protocol.armdroid.endpoints import ROOM_BYTES as ROOM_BYTES
+from firmware_protocol.armdroid.endpoints import Completed as Completed
+from firmware_protocol.armdroid.endpoints import Device as Device
+from firmware_protocol.armdroid.endpoints import DeviceEvent as DeviceEvent
+from firmware_protocol.armdroid.endpoints import Event as Event
+from firmware_protocol.armdroid.endpoints import Host as Host
+from firmware_protocol.armdroid.endpoints import Ignored as Ignored
 from firmware_protocol.armdroid.messages import ANSWER_TO as ANSWER_TO
 from firmware_protocol.armdroid.messages import KEPT as KEPT
 from firmware_protocol.armdroid.messages import MOTORS as MOTORS

@@ -216,7 +216,7 @@ MUTANTS = (
     Mutant(
         name="an Armdroid's number loses its sign",
         promise="a number survives encoding and decoding",
-        path="firmware_protocol/armdroid/device.py",
+        path="firmware_protocol/armdroid/endpoints.py",
         old="            self._accumulator = wrapped(-self._accumulator)",
         new="            self._accumulator = wrapped(self._accumulator)",
         tests=tests_of(

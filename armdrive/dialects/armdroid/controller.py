@@ -48,8 +48,8 @@ from firmware_protocol.armdroid import (
     TorqueReported,
     Welcome,
 )
-from firmware_protocol.armdroid.device import wrapped
-from firmware_protocol.armdroid.host import Event as HostEvent
+from firmware_protocol.armdroid.endpoints import Event as HostEvent
+from firmware_protocol.armdroid.endpoints import wrapped
 from firmware_protocol.armdroid.messages import encode_command
 from kinematics.spaces import Motors
 

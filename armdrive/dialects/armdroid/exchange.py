@@ -30,7 +30,7 @@ from firmware_protocol.armdroid import (
     Version,
     VersionReported,
 )
-from firmware_protocol.armdroid.host import Event as HostEvent
+from firmware_protocol.armdroid.endpoints import Event as HostEvent
 from firmware_protocol.armdroid.messages import encode_answer
 
 Offsets: TypeAlias = tuple[int, ...]

@@ -53,7 +53,7 @@ from firmware_protocol.teachmover import (
     Stray,
     Unreadable,
 )
-from firmware_protocol.teachmover.host import Event as HostEvent
+from firmware_protocol.teachmover.endpoints import Event as HostEvent
 from kinematics.spaces import Motors
 
 # A dump of the program in the TeachMover's own memory.

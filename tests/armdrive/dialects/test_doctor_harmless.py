@@ -28,7 +28,7 @@ from armdrive.dialects.recognition import Probe, Recogniser, Risk, in_safe_order
 from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
-from firmware_protocol.armdroid.device import MEANT
+from firmware_protocol.armdroid.endpoints import MEANT
 
 QUICK_BAUD, SLOW_BAUD = 115_200, 9600
 
