@@ -22,7 +22,7 @@ from armdrive.errors import BadArgument, BadRequest
 from armdrive.errors.kinematic import checked_number
 from kinematics.errors import finite, suggestion
 from kinematics.paths.routes import ArcPart, JointPart, LinePart, PathPart, PosePart
-from kinematics.spaces import Joints, Pose
+from kinematics.spaces import POSE_EXAMPLE, Joints, Pose
 
 
 class Space(Enum):
@@ -190,7 +190,6 @@ def _axis(word: str, in_steps: bool) -> str:
 
 # Moves.
 
-A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
 
 TOOL_FRAME = "tool"
 """Moves with the hand; a goal in this frame is a change of the current pose.
@@ -248,7 +247,7 @@ class PoseMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        _require("goal", self.goal, (Pose, str), "a pose or the name of a point", A_POSE)
+        _require("goal", self.goal, (Pose, str), "a pose or the name of a point", POSE_EXAMPLE)
         _check_way(self)
 
 
@@ -266,7 +265,7 @@ class LineMove:
 
     def __post_init__(self) -> None:
         kinds, words = (Pose, Joints, str), "a pose, joint angles or the name of a point"
-        _require("goal", self.goal, kinds, words, A_POSE)
+        _require("goal", self.goal, kinds, words, POSE_EXAMPLE)
         _check_way(self)
 
 
@@ -280,8 +279,8 @@ class ArcMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        _require("via", self.via, (Pose,), "a pose", A_POSE)
-        _require("goal", self.goal, (Pose,), "a pose", A_POSE)
+        _require("via", self.via, (Pose,), "a pose", POSE_EXAMPLE)
+        _require("goal", self.goal, (Pose,), "a pose", POSE_EXAMPLE)
         _check_way(self)
 
 
@@ -296,7 +295,9 @@ class PathMove:
     def __post_init__(self) -> None:
         kinds = (JointPart, PosePart, LinePart, ArcPart)
         for index, part in enumerate(self.parts):
-            _require(f"parts[{index}]", part, kinds, "a part of a path", f"LinePart({A_POSE})")
+            _require(
+                f"parts[{index}]", part, kinds, "a part of a path", f"LinePart({POSE_EXAMPLE})"
+            )
         if not self.parts:
             raise BadRequest("a path needs at least one part, for example LinePart(pose)")
         object.__setattr__(self, "parts", tuple(self.parts))
@@ -339,7 +340,7 @@ class ParkMove:
     goal: Pose | None = None
 
     def __post_init__(self) -> None:
-        _require("goal", self.goal, (Pose, NoneType), "a pose", A_POSE)
+        _require("goal", self.goal, (Pose, NoneType), "a pose", POSE_EXAMPLE)
         speed_fraction(self.speed)
 
 
@@ -376,7 +377,9 @@ class MoveSequence:
         if not flat:
             raise BadRequest("a sequence needs at least one move")
         for index, move in enumerate(flat):
-            _require(f"moves[{index}]", move, get_args(SingleMove), "a move", f"LineMove({A_POSE})")
+            _require(
+                f"moves[{index}]", move, get_args(SingleMove), "a move", f"LineMove({POSE_EXAMPLE})"
+            )
         if any(isinstance(move, GraspMove) for move in flat[:-1]):
             raise BadRequest("a grasp must be the last move of a sequence: plan the rest after it")
         if any(isinstance(move, JogMove) for move in flat):

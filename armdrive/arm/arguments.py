@@ -24,9 +24,8 @@ from armdrive.registry import DEFAULT
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.storage.points import Point
 from kinematics.paths.routes import PathPart
-from kinematics.spaces import Joints, Pose
+from kinematics.spaces import POSE_EXAMPLE, Joints, Pose
 
-A_POSE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
 ANGLES = '{"shoulder_deg": 40}'
 LINES = "high=3, or high=(1, 2)"
 
@@ -49,7 +48,7 @@ def _pace(name: str, value: object) -> object:
     return value if known else number(name, value)
 
 
-_PLACE = made_of((Pose, Point, str), "a pose, a point or the name of a point", A_POSE)
+_PLACE = made_of((Pose, Point, str), "a pose, a point or the name of a point", POSE_EXAMPLE)
 _SEVERAL_LINES = several(whole, "a number counted from 1, or several", LINES)
 
 RULES: Mapping[str, Rule] = MappingProxyType(
@@ -62,11 +61,11 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         ),
         "Angles": _angles,
         "Jog": made_of(Jog, "a jog", "Jog.joint(shoulder=1)"),
-        "Joints | Pose": made_of((Joints, Pose), "joint angles or a pose", A_POSE),
+        "Joints | Pose": made_of((Joints, Pose), "joint angles or a pose", POSE_EXAMPLE),
         "Lines": _lines,
         "Operator": call,
         "PaceChoice": _pace,
-        "Move": made_of(get_args(Move), "a move", f"LineMove({A_POSE})"),
+        "Move": made_of(get_args(Move), "a move", f"LineMove({POSE_EXAMPLE})"),
         "Path | str": made_of((str, os.PathLike), "the path of a file", '"recording.jsonl"'),
         "PendantProgram": expected(
             "a program",
@@ -74,12 +73,12 @@ RULES: Mapping[str, Rule] = MappingProxyType(
             lambda value: hasattr(value, "rows") and hasattr(value, "require_origin"),
         ),
         "Place": _PLACE,
-        "Pose": made_of(Pose, "a pose", A_POSE),
+        "Pose": made_of(Pose, "a pose", POSE_EXAMPLE),
         "RowReport": call,
         "Sequence[PathPart]": several(
-            made_of(get_args(PathPart), "a part of a path", f"LinePart({A_POSE})"),
+            made_of(get_args(PathPart), "a part of a path", f"LinePart({POSE_EXAMPLE})"),
             "a list of parts",
-            f"[LinePart({A_POSE})]",
+            f"[LinePart({POSE_EXAMPLE})]",
         ),
         "Sequence[str]": several(text, "a list of lines", '["$100=250"]'),
         "SimulatedArm": expected(

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller, StopPart, Stopping
 from armdrive.runtime.position import MotionSegment
+from kinematics.frames.vectors import Vector
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints
 from kinematics.transmission import Transmission
@@ -34,7 +35,6 @@ PROBE_RAD = 1e-6  # turn each joint by this angle to find how it moves the tip
 LEAST_S = 1e-9  # shortest duration of a part of a motion
 LEAST_HZ = 1e-6  # lowest rate of a motor
 
-Vector = tuple[float, float, float]
 Turn = tuple[float, ...]
 """The angle that each joint turns when one joint or one motor moves, in rad."""
 

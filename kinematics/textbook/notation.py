@@ -17,13 +17,21 @@ from types import MappingProxyType
 from kinematics.chains.chain import aligned
 from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD
 from kinematics.frames.transforms import Transform
-from kinematics.textbook.symbols import Atom, Monomial, Symbol, Terms, as_symbol, function, named
+from kinematics.textbook.symbols import (
+    QUARTER,
+    Atom,
+    Monomial,
+    Symbol,
+    Terms,
+    as_symbol,
+    function,
+    named,
+)
 
 Term = tuple[Monomial, float]
 Piece = tuple[bool, bool, str]
 """Whether a minus stands before it, whether it turns with a joint, and what stands there."""
 
-_QUARTER = math.pi / 2.0
 _JOINT = re.compile(r"theta([1-9])")
 _PLAIN_NAME = re.compile(r"\w+")
 
@@ -93,8 +101,8 @@ class Notation:
 
     def _constant(self, size: float) -> str:
         """Write a number; quarter turns, which only angles add, by their name."""
-        quarters = round(size / _QUARTER)
-        if not quarters or abs(size - quarters * _QUARTER) > QUARTER_TOLERANCE_RAD:
+        quarters = round(size / QUARTER)
+        if not quarters or abs(size - quarters * QUARTER) > QUARTER_TOLERANCE_RAD:
             return f"{size:.6g}"
         over, under = (quarters, "/2") if quarters % 2 else (quarters // 2, "")
         return f"{over} {self.name('pi')}{under}".removeprefix("1 ")

@@ -198,7 +198,7 @@ def _replaced(
     return kept
 
 
-_QUARTER = math.pi / 2.0
+QUARTER = math.pi / 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -409,8 +409,8 @@ def _quotient(over: Symbol, under: Symbol) -> Symbol:
 def _turned(angle: Symbol, quarters: int) -> Symbol:
     """Return the cosine of an angle and some quarter turns."""
     constant = dict(angle.terms).get((), 0.0)
-    whole = round(constant / _QUARTER)
-    if abs(constant - whole * _QUARTER) <= QUARTER_TOLERANCE_RAD:
+    whole = round(constant / QUARTER)
+    if abs(constant - whole * QUARTER) <= QUARTER_TOLERANCE_RAD:
         angle, quarters = angle - constant, quarters + whole
     if angle.number is not None:
         cosine, sine = as_symbol(math.cos(angle.number)), as_symbol(math.sin(angle.number))

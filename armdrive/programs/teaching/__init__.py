@@ -1,1 +1,1 @@
-"""teaching."""
+"""Taught sequences: their steps, recording, stepping through them, shaping points, exporting."""

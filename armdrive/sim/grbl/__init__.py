@@ -28,6 +28,7 @@ from armdrive.sim.grbl.firmware import (
     IDLE_MS,
     JUNCTION,
     LEAST_SPEED,
+    MINUTE_S,
     MOST_SPEED,
     PULL_OFF,
     RATE,
@@ -96,7 +97,6 @@ SEEK_SHARE, FEED_SHARE = 0.5, 0.05
 """The speeds of homing, as shares of an axis's own maximum rate."""
 PULL_OFF_SHARE = 0.005
 """How far axes back off their switches, as a share of the travel."""
-_MINUTE_S = 60.0
 
 
 def motor_letters(config: ArmConfig, count: int) -> str:
@@ -148,10 +148,10 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     for motor, letter in enumerate(letters):
         axis, per = axes.index(letter), per_unit[motor]
         values[STEPS + axis] = per
-        values[RATE + axis] = _up(rates[motor] / per * _MINUTE_S)
+        values[RATE + axis] = _up(rates[motor] / per * MINUTE_S)
         values[ACCELERATION + axis] = _up(slopes[motor] / per)
         values[TRAVEL + axis] = travels[motor]
-    slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * _MINUTE_S
+    slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * MINUTE_S
     values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
     values[HOMING_FEED] = _up(slowest * FEED_SHARE)
     values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)

@@ -23,7 +23,7 @@ from typing import ClassVar, Generic, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import Board
-from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, REPORT, BoardSettings
+from armdrive.sim.grbl.firmware import HARD_LIMITS, INCHES, MINUTE_S, REPORT, BoardSettings
 from armdrive.sim.grbl.hardware import (
     BoardBuild,
     BoardDrive,
@@ -49,6 +49,7 @@ from firmware_protocol.grbl import (
     State,
     StatusReport,
 )
+from firmware_protocol.grbl.gcode import MM_PER_INCH
 from kinematics.spaces import Motors
 
 # --- Scripts: generators that yield the time until which they wait -------------------------------
@@ -122,8 +123,6 @@ GAP_S = 0.005
 _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
 _MPOS, _BUFFERS = 1, 2
-_MINUTE_S = 60.0
-MM_PER_INCH = 25.4
 
 
 class StatusReporter:
@@ -175,7 +174,7 @@ class StatusReporter:
             None if mask & _MPOS else work,
             board.firmware.blocks - board.drive.queued(board.now_s) if buffers else None,
             board.ring.free if buffers else None,
-            feed=float(round(board.drive.speed(board.now_s) * _MINUTE_S * per_unit)),
+            feed=float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit)),
             speed=board.outputs.speed,
             pins=_pins(board),
             work_offset=offset if wco else None,

@@ -18,6 +18,7 @@ from armdrive.sim.grbl.firmware import (
     HOMING_FEED,
     HOMING_SEEK,
     IDLE_MS,
+    MINUTE_S,
     PULL_OFF,
     RATE,
     STEPS,
@@ -61,7 +62,6 @@ SEARCH = 1.5
 LOCATE = 5.0
 """How far to search when the switch is located again, in multiples of the pull-off."""
 _STILL_PRESSED, _NOT_FOUND = 8, 9
-_MINUTE_S = 60.0
 
 Steps = Generator[float, None, int]
 """A part of a script; it returns 0, or an error number."""
@@ -82,8 +82,8 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
     board.state = State.HOME
     board.current.keep_on()
     far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
-    back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / _MINUTE_S
-    feed = settings[HOMING_FEED] / _MINUTE_S
+    back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / MINUTE_S
+    feed = settings[HOMING_FEED] / MINUTE_S
     for search, rate in ((far, seek), (LOCATE * back, feed)):
         found = yield from _approach(board, axes, search, rate)
         if not found:

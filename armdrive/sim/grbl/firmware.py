@@ -258,7 +258,7 @@ _WHOLE: Mapping[int, float] = {
 _DECIMAL: Mapping[int, float] = {11: 0.01, 12: 0.002, 24: 25.0, 25: 500.0, 27: 1.0}
 _PER_AXIS: Mapping[int, float] = {STEPS: 250.0, RATE: 500.0, ACCELERATION: 10.0, TRAVEL: 200.0}
 _SHORTEST_PULSE = 3
-_MINUTE_S = 60.0
+MINUTE_S = 60.0
 
 
 def factory_values(axes: int) -> dict[int, float]:
@@ -311,7 +311,7 @@ class BoardSettings:
         """Return the limits that the planner observes."""
         return PathLimits(
             self.per_axis(STEPS),
-            tuple(rate / _MINUTE_S for rate in self.per_axis(RATE)),
+            tuple(rate / MINUTE_S for rate in self.per_axis(RATE)),
             self.per_axis(ACCELERATION),
             self.values[JUNCTION],
         )

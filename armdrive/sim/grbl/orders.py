@@ -7,11 +7,11 @@ waits, and returns the line's reply.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from armdrive.sim.grbl.board import SOFT_LIMIT, Boot, FirmwareRoutines, GrblBoard, Script
-from armdrive.sim.grbl.commands import Waits, named_path, run_path, run_system, write_eeprom
+from armdrive.sim.grbl.commands import Steps, Waits, named_path, run_path, run_system, write_eeprom
 from armdrive.sim.grbl.firmware import (
     HOMING,
     IDLE_MS,
@@ -39,8 +39,6 @@ from firmware_protocol.grbl import (
     parse_line,
 )
 
-Steps = Generator[float, None, int]
-"""A part of a script; it returns 0, or an error number."""
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
 _TOO_LONG = 11
 _CANCELLED = -1

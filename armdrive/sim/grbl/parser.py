@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from operator import add, sub
 
+from armdrive.sim.grbl.firmware import MINUTE_S
 from firmware_protocol.grbl import Block, GcodeError, Group, Modal, lengths_mm
 
 Place = tuple[float, ...]
@@ -17,7 +18,6 @@ SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 STORED = (*SYSTEMS, "G28", "G30")
 """What the EEPROM stores."""
 _NOT_BUILT = ("G2", "G3", "G38", "G43", "G49")
-_MINUTE_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ class GcodeParser:
     def _way(self, target: Place, modes: Modal) -> MotionMode:
         if modes.motion == "G0":
             return MotionMode(target, rapid=True)
-        return MotionMode(target, modes.feed / _MINUTE_S, inverse=modes.feed_mode == "G93")
+        return MotionMode(target, modes.feed / MINUTE_S, inverse=modes.feed_mode == "G93")
 
     def _target(
         self, words: dict[str, float], modes: Modal, shift: Place, name: str | None = None
