@@ -589,7 +589,7 @@ MUTANTS = (
         name="drives are sent on while no drive replies",
         promise="an outage of the bus sends no drive on",
         path="armdrive/dialects/mks/motion.py",
-        old="math.isfinite(observer.returned_s) or observer.silent_s(now_s) > OUTAGE_S",
+        old="math.isfinite(observer.returned_s) or observer.in_outage(now_s)",
         new="math.isfinite(observer.returned_s)",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_outages.py",
