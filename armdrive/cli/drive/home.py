@@ -11,7 +11,7 @@ from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
-from armdrive.cli.terminal_person import TerminalOperator, settle_trust
+from armdrive.cli.terminal_operator import TerminalOperator, settle_trust
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view
 from armdrive.motion.resolve import park_pose

@@ -22,7 +22,7 @@ from armdrive.cli.look.status import watch_on_screen
 from armdrive.cli.options import ARM_OPTIONS, names_arm, typed_again
 from armdrive.cli.presenter import Outcome, Result, agreed, require_screen, say
 from armdrive.cli.program.arguments import PROGRAM
-from armdrive.cli.terminal_person import confirm_simulated
+from armdrive.cli.terminal_operator import confirm_simulated
 from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.errors import ArmInUse, BadRequest
 from armdrive.errors.printable import reason_of

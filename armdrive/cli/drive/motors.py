@@ -11,7 +11,7 @@ import sys
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, tell
-from armdrive.cli.terminal_person import settle_trust
+from armdrive.cli.terminal_operator import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect
 from armdrive.status import State, status_view

@@ -11,7 +11,7 @@ from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.arguments import COORDINATES
 from armdrive.cli.presenter import Result
-from armdrive.cli.terminal_person import settle_trust
+from armdrive.cli.terminal_operator import settle_trust
 from armdrive.errors import BadRequest, Refused
 from armdrive.motion.preview import preview_lines, preview_view
 from armdrive.moves import (

@@ -19,7 +19,7 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target, default_arm
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import Result, agreed, as_json, draw_over, put, say, show, tell
-from armdrive.cli.terminal_person import ask_operator, settle_trust
+from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config

@@ -12,7 +12,7 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
-from armdrive.cli.terminal_person import settle_trust
+from armdrive.cli.terminal_operator import settle_trust
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
 from armdrive.motion.standing import named_rows

@@ -24,7 +24,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.presenter import as_json, complain, tell
 from armdrive.cli.program.run_output import Display
-from armdrive.cli.terminal_person import ask_operator, settle_trust
+from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.connect.target import Target
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import reason_of

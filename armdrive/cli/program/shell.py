@@ -29,7 +29,7 @@ from armdrive.cli.program.run_common import (
     stopped_by_interrupt,
 )
 from armdrive.cli.program.run_output import Display, RunOutput
-from armdrive.cli.terminal_person import ask_operator, settle_trust
+from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.dialog.operator import PostureRequest
 from armdrive.errors import ArmError, BadRequest, NotReferenced, OperatorNeeded
 from armdrive.errors.actions import SHELL, presented

@@ -12,7 +12,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.drive.control_requests import one_holder
 from armdrive.cli.presenter import Result, show, tell
-from armdrive.cli.terminal_person import settle_trust
+from armdrive.cli.terminal_operator import settle_trust
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.programs.teaching import steps as editing

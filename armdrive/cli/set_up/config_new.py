@@ -19,7 +19,7 @@ from armdrive.arm import Arm
 from armdrive.cli.arm_files import read
 from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, TerminalPerson, agree, ask
-from armdrive.cli.terminal_person import posture_pictures
+from armdrive.cli.terminal_operator import posture_pictures
 from armdrive.config.arm import ArmConfig
 from armdrive.connect import parts as connecting
 from armdrive.connect.target import simulation_forced

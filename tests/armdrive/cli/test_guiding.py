@@ -6,9 +6,14 @@ import pytest
 from cli_calls import write_arm_file
 
 from armdrive import Arm
-from armdrive.cli import terminal_person
+from armdrive.cli import terminal_operator
 from armdrive.cli.chosen_arm import connect_remembered, world_file
-from armdrive.cli.terminal_person import TerminalOperator, difference, parse_jogs, posture_pictures
+from armdrive.cli.terminal_operator import (
+    TerminalOperator,
+    difference,
+    parse_jogs,
+    posture_pictures,
+)
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.status import State, Trust
@@ -105,8 +110,8 @@ def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
     request = arm.reference_request()
     assert difference(request) == ""  # nothing is known of this arm
     lines = posture_pictures(arm, request.joints, request.opening_mm)
-    assert len(lines) == terminal_person.PICTURE_HEIGHT
-    assert any(line[terminal_person.PICTURE_WIDTH :].strip() for line in lines)
+    assert len(lines) == terminal_operator.PICTURE_HEIGHT
+    assert any(line[terminal_operator.PICTURE_WIDTH :].strip() for line in lines)
     assert max(map(len, lines)) < 80
     arm.declare_posture(request.joints.replace(base=0.1))
     assert "base -5." in difference(request)

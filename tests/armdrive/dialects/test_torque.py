@@ -8,7 +8,7 @@ import pytest
 
 from armdrive import Arm
 from armdrive.abilities import HELD, SAGS
-from armdrive.cli import terminal_person
+from armdrive.cli import terminal_operator
 from armdrive.cli.drive import motors
 from armdrive.errors import Refused
 from armdrive.registry import DIALECTS
@@ -25,7 +25,7 @@ def answers(monkeypatch):
         asked.append(question)
         return given.pop(0)
 
-    for module in (terminal_person, motors):
+    for module in (terminal_operator, motors):
         monkeypatch.setattr(module, "agreed", agreed)
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
     return given, asked

@@ -1,4 +1,4 @@
-"""The person at a terminal who looks at the arm, confirms its posture, and jogs it to one."""
+"""The operator at a terminal, who looks at the arm, confirms its posture, and jogs it to one."""
 
 from __future__ import annotations
 
