@@ -23,7 +23,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors import NoAnswer, WrongState
-from armdrive.errors.arguments import checked_calls
+from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion import device as device_tasks
 from armdrive.motion import standing
 from armdrive.motion.device import RowReport
@@ -73,6 +73,7 @@ if TYPE_CHECKING:  # few arms and programs need these
     from armdrive.trace.log import LogReader
 
 
+@known_attributes
 @traced
 @checked_calls(RULES)
 class Arm:

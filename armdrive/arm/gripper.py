@@ -8,7 +8,7 @@ from armdrive.arm.connected import Handle, finished
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import Parts
 from armdrive.errors import Refused
-from armdrive.errors.arguments import BASIC, checked_calls
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, require_gripper
 from armdrive.moves import GraspMove, GripperMove, Motion
@@ -28,6 +28,7 @@ class TracedArm(Protocol):
         """Start a move."""
 
 
+@known_attributes
 @traced
 @checked_calls(BASIC)
 class Gripper:

@@ -17,6 +17,7 @@ from types import FrameType, TracebackType
 from typing import Any, Protocol, Self
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.arguments import known_attributes
 from armdrive.runtime.engine import Engine
 from armdrive.status import Lateness
 
@@ -81,6 +82,7 @@ STUCK_TURNS = 20_000  # more turns within `STUCK_S` of simulated time are a bug;
 STUCK_S = 1e-6
 
 
+@known_attributes
 class SimulatedClock:
     """Simulated time for one arm or several: `Arm.connect("sim:robko01", pace=clock)`.
 

@@ -20,6 +20,7 @@ from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
 from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
+from armdrive.errors.arguments import known_attributes
 from armdrive.registry.simulate import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.table import Faults
@@ -88,6 +89,7 @@ def _alike(asked: ArmConfig, here: ArmConfig) -> bool:
     return same_dialect and asked.calibration == here.calibration
 
 
+@known_attributes
 class ArmWorld:
     """A world for tests. Inside `with world:`, every `connect` of this process leads to its arms.
 
