@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any, NoReturn
 from armdrive.errors import BadRequest
 from armdrive.text import numbers
 from kinematics.errors import nearest_word
+from kinematics.text import filled, folded
 
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command or an action.
@@ -42,8 +44,12 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
         action.set_defaults(function=row.function)
 
 
-class HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Prints a usage line of one line: names of options stand below it, with what they mean."""
+class HelpFormatter(argparse.HelpFormatter):
+    """Prints a usage line of one line: names of options stand below it, with what they mean.
+
+    Paragraphs are filled to the width of the terminal. Indented lines, such as examples, stay
+    lines, and are folded if they are too long.
+    """
 
     def add_usage(
         self,
@@ -56,6 +62,22 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         needed = [each for each in actions if each.required or not each.option_strings]
         others = argparse.Action(["OPTIONS"], "options", nargs=0)
         super().add_usage(usage, [*needed, others], (), prefix)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        rows: list[str] = []
+        for is_prose, lines in itertools.groupby(text.splitlines(), _is_prose):
+            if is_prose:
+                rows += filled(" ".join(lines), width)
+            else:
+                rows += [row for line in lines for row in folded(line, width)]
+        return "\n".join(f"{indent}{row}" for row in rows)
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return filled(" ".join(text.split()), width)
+
+
+def _is_prose(line: str) -> bool:
+    return bool(line) and not line.startswith(" ")
 
 
 class CommandParser(argparse.ArgumentParser):

@@ -24,6 +24,7 @@ from kinematics.frames.transforms import (
 )
 from kinematics.frames.vectors import Vector, norm
 from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns, turn_into
+from kinematics.text import aligned
 
 LIMIT_TOLERANCE_MM = 1e-6
 """How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
@@ -299,16 +300,6 @@ def table_text(chain: Chain) -> str:
     return "\n".join(
         [f"{title}{chain.convention.value} convention, * varies", *aligned(cells, left=1)]
     )
-
-
-def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
-    """Return rows of cells as lines of aligned columns, the first `left` of them flush left."""
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    sides = [str.ljust] * left + [str.rjust] * (len(widths) - left)
-    return [
-        gap.join(side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True))
-        for row in cells
-    ]
 
 
 def _link(number: int, row: Mapping[str, object]) -> DHLink:

@@ -5,7 +5,6 @@ In sight are the newest lines, or those around the one that was chosen.
 
 from __future__ import annotations
 
-import textwrap
 from bisect import bisect_left
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,6 +15,7 @@ from armdrive.errors.printing import in_full
 from armdrive.errors.table import CatalogueEntry, by_code
 from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
+from kinematics.text import folded
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
 
@@ -304,4 +304,4 @@ def nothing_text(sieve: LogFilter) -> str:
 
 
 def _filled(text: str, width: int) -> str:
-    return textwrap.fill(text, max(width, 20), subsequent_indent="  ")
+    return "\n".join(folded(text, max(width, 20)))

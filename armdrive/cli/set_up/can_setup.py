@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Iterator
 from functools import partial
 
-from armdrive.cli.presenter import Outcome, Result, as_json, say, say_lines, tell
+from armdrive.cli.presenter import Outcome, Result, as_json, put, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
@@ -144,7 +144,7 @@ def _end(
         say(f"The directions of {', '.join(unclear)} contradict each other: repeat with --again.")
     if outcome.left_out:
         say(f"Left out: {', '.join(outcome.left_out)}. The same command continues there.")
-    say_lines(f"\n{proposal.after}")
+    put(f"\n{proposal.after}\n")
     aside = f"{path.name}{BEFORE}"
     old = f" (the old text is kept as {aside})" if proposal.before else ""
     if not proposal.differs:

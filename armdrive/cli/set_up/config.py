@@ -66,7 +66,7 @@ def show(options: argparse.Namespace) -> Result:
         raise ArmFileError(f"{arm.path}: {error}; `armdrive config check` tells all") from None
     if options.toml:
         text = complete(config, arm.table)
-        return Result({"toml": text}, text.rstrip("\n").split("\n"))
+        return Result({"toml": text}, text.rstrip("\n").split("\n"), verbatim=True)
     view = arm_view(config)
     return Result(view, arm_lines(view))
 
