@@ -526,8 +526,10 @@ def _inputs(bits: int) -> str:
 
 def _stopping(view: Mapping[str, Any]) -> str:
     words = f"takes at most {bound_words(view['stop_time_s'], view['stop_distance_mm'])}"
+    silent = bound_words(view["silent_time_s"], view["silent_distance_mm"])
+    if view["state"] == State.DISCONNECTED.value:
+        return f"does not reach the arm; what was sent ends by itself within {silent}"
     if view["silent_time_s"] > view["stop_time_s"]:
-        silent = bound_words(view["silent_time_s"], view["silent_distance_mm"])
         words += f"; without this program, {silent}"
     return words
 
