@@ -62,7 +62,6 @@ from armdrive.status import State, Status
 from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
 from armdrive.trace.calls import traced
-from kinematics.errors import finite
 from kinematics.paths.parts import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -608,7 +607,7 @@ class Arm:
         moved on after such a gap would surprise the people around it.
         """
         absences = self.runner.absences()
-        await Wait(self.pace, never, max(finite("time_s", time_s), 0.0))
+        await Wait(self.pace, never, time_s)
         self.runner.require_present(absences)
 
     def pause(self) -> None:

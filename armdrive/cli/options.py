@@ -187,6 +187,14 @@ def positive(text: str) -> float:
     return value
 
 
+def duration(text: str) -> float:
+    """Return a time in seconds that is not negative."""
+    value = number(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is below 0")
+    return value
+
+
 def count(text: str) -> int:
     """Return a whole number above 0."""
     plain = text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS

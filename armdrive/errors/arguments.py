@@ -2,8 +2,9 @@
 
 A class of public calls is decorated with `checked_calls(RULES)`. `RULES` has a rule for each
 annotation, as it is written in the signature; `"frame: str"` is the rule for parameters of that
-name. A wrong value raises an `ArmError` that names the parameter, before the call begins: nothing
-has been sent, and no state has changed. So do too many arguments and unknown keywords.
+name, `"_s: float"` for all times. A wrong value raises an `ArmError` that names the parameter,
+before the call begins: nothing has been sent, and no state has changed. So do too many arguments
+and unknown keywords.
 
 `known_attributes` checks in the same way what a program assigns to an object.
 """
@@ -41,9 +42,16 @@ def number(name: str, value: object) -> object:
     return value if type(value) in (int, float) else checked
 
 
+def duration(name: str, value: object) -> object:
+    """Accept a finite time in seconds that is not negative."""
+    if finite(name, value) < 0.0:
+        raise wrong(name, value, "0 or more seconds")
+    return number(name, value)
+
+
 def limit(name: str, value: object) -> object:
-    """Accept a number that limits something; infinity means no limit."""
-    return value if value == math.inf and isinstance(value, float) else number(name, value)
+    """Accept a time that limits a wait; infinity means no limit."""
+    return value if value == math.inf and isinstance(value, float) else duration(name, value)
 
 
 def whole(name: str, value: object) -> int:
@@ -98,6 +106,7 @@ def several(each: Rule, words: str, example: str) -> Rule:
 
 BASIC: Mapping[str, Rule] = {
     "float": number,
+    "_s: float": duration,
     "for_s: float": limit,
     "timeout_s: float": limit,
     "within_s: float": limit,
@@ -119,9 +128,13 @@ def wrong(name: str, value: object, words: str, example: str = "") -> BadArgumen
 
 
 def rule_of(name: str, annotation: str, rules: Mapping[str, Rule]) -> Rule | None:
-    """Return the rule of a parameter, `"frame: str"`, or of its annotation, or None."""
-    plain = annotation.removesuffix(" | None")
-    rule = rules.get(f"{name}: {plain}", rules.get(plain))
+    """Return the rule of a parameter, `"frame: str"`, or of its annotation, or None.
+
+    Parameters whose name ends in a unit can have a rule as well, `"_s: float"`.
+    """
+    plain, unit = annotation.removesuffix(" | None"), name.rpartition("_")[2]
+    keys = (f"{name}: {plain}", f"_{unit}: {plain}", plain)
+    rule = next((rules[key] for key in keys if key in rules), None)
     if rule is None or plain == annotation:
         return rule
     return lambda name, value: None if value is None else rule(name, value)

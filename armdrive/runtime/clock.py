@@ -18,6 +18,7 @@ from typing import Any, Protocol, Self
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import known_attributes
+from armdrive.errors.kinematic import checked_number
 from armdrive.runtime.engine import Engine
 from armdrive.status import Lateness
 
@@ -92,7 +93,7 @@ class SimulatedClock:
 
     def __init__(self, now_s: float = 0.0) -> None:
         self.lock = threading.RLock()
-        self.now_s = now_s
+        self.now_s = checked_number("now_s", now_s)
         self._engines: tuple[Engine, ...] = ()
 
     @property

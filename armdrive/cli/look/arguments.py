@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.arm_options import ONLY_DRIVEN, add_arm_options, add_driven_arm_options
-from armdrive.cli.options import Declare, add_json_option, number, positive
+from armdrive.cli.options import Declare, add_json_option, duration, positive
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import Topic
 
@@ -118,7 +118,7 @@ def _watch(parser: argparse.ArgumentParser) -> None:
     """
     parser.add_argument(
         "--every",
-        type=number,
+        type=duration,
         default=WATCH_EVERY_S,
         metavar="SECONDS",
         help=f"time between two looks (default {WATCH_EVERY_S:g})",

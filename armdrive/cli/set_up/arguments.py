@@ -15,6 +15,7 @@ from armdrive.cli.options import (
     count,
     name,
     number,
+    positive,
 )
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
 from armdrive.setup.templates import available
@@ -183,7 +184,7 @@ def _can_monitor(parser: argparse.ArgumentParser) -> None:
         choices=list(LANGUAGES),
         help=f"what the drives speak (as the arm file says, else {USUAL.name})",
     )
-    parser.add_argument("--seconds", type=number, metavar="S", help="end after this time")
+    parser.add_argument("--seconds", type=positive, metavar="S", help="end after this time")
     parser.add_argument("--count", type=count, metavar="N", help="end after N frames")
     add_json_option(parser)
 

@@ -28,6 +28,7 @@ from armdrive import (
     BadArgument,
     BadRequest,
     Handle,
+    InputTimeout,
     Jog,
     JointPart,
     Joints,
@@ -255,6 +256,36 @@ def test_a_wrong_count_and_an_unknown_option_are_refused(kind, name):
         with pytest.raises(BadArgument, match=f"missing a required argument: '{needed[0]}'"):
             make(kind, name, [], {})
     assert seen() == before
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "time"), [each for each in parameters() if each[2].endswith("_s")], ids=str
+)
+def test_a_time_below_zero_is_refused_and_nothing_happens(kind, name, time):
+    words, named = given(dict(calls(kind))[name], time, -0.5)
+    before = seen()
+    with pytest.raises(BadRequest, match=f"^{time} must be 0 or more seconds, not -0.5"):
+        make(kind, name, words, named)
+    assert seen() == before
+
+
+@pytest.mark.parametrize("time_s", [-0.5, math.nan, math.inf, "1", None])
+def test_a_world_of_a_test_takes_no_time_that_is_none(time_s):
+    with pytest.raises(BadRequest, match=r"^by_s must "):
+        ArmWorld().after(time_s, print)
+    if time_s != -0.5:  # the origin of a clock is anywhere
+        with pytest.raises(BadRequest, match=r"^now_s must be a finite"):
+            SimulatedClock(time_s)
+
+
+def test_an_endless_limit_is_none():
+    arm = bench()
+    arm.core.readings.inputs = 0
+    assert done().wait(timeout_s=math.inf)
+    with pytest.raises(InputTimeout, match="waited 3600 s"):
+        arm.wait_inputs(high=1, within_s=math.inf)
+    with pytest.raises(InputTimeout, match="waited 0 s"):
+        arm.wait_inputs(high=1, within_s=0)
 
 
 @pytest.mark.parametrize("kind", [Arm, Gripper, Handle, AsyncArm, AsyncHandle, Points])

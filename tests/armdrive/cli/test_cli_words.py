@@ -56,6 +56,22 @@ def test_the_help_shows_every_command_in_its_group_on_one_screen(call, words):
         assert [cell.split()[0] for cell in rows[group]] == list(commands)
 
 
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (("watch",), "--every"),
+        (("teach", "follow", "stack"), "--rest"),
+        (("teach", "retime", "stack"), "--wait"),
+        (("can", "monitor", "can:virtual:x"), "--seconds"),
+    ],
+)
+@pytest.mark.parametrize("time", ["-1", "nan", "inf"])
+def test_a_time_is_finite_and_not_below_zero(call, words, option, time):
+    said = call.refused(*words, f"{option}={time}", code=2)
+    assert option in said
+    assert f"'{time}'" in said
+
+
 def test_the_exit_codes_have_a_page_of_help(call):
     text = call("help", "exit-codes", code=0).out
     assert all(f"  {code} " in text for code in EXIT_CODES)
