@@ -14,6 +14,7 @@ from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
 from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
+from kinematics.text import counted
 
 # Bounds: they are rounded up, because less was not promised.
 
@@ -79,7 +80,7 @@ class SchedulingJitter:
         if not self.count:
             return "no deadline has passed"
         return (
-            f"{self.count} deadlines, half met within {_ms(self.median_s)}, 99 % within "
+            f"{counted(self.count, 'deadline')}, half met within {_ms(self.median_s)}, 99 % within "
             f"{_ms(self.p99_s)}, the latest {_ms(self.worst_s)} late"
         )
 

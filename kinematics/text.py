@@ -1,10 +1,18 @@
-"""Lines of text: columns in line, and lines folded to a width."""
+"""Lines of text: columns in line, lines folded to a width, and counts of things."""
 
 from __future__ import annotations
 
 import re
 import textwrap
 from collections.abc import Sequence
+
+
+def counted(count: int, one: str, several: str = "") -> str:
+    """Return a count of things: `1 act`, `2 acts`, `3 axes`.
+
+    `several` is the plural, unless it only adds an s. Both may have a verb: `row is`, `rows are`.
+    """
+    return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
 def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:

@@ -45,6 +45,7 @@ from armdrive.sim.world.table import block_of
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.files import DISK, replace_durably
 from kinematics.errors import suggestion
+from kinematics.text import counted
 
 
 class Left(Exception):
@@ -192,7 +193,8 @@ def _save(shell: Shell, rest: str) -> Answers:
     lines = shell.save(path, over=force)
     yield Reply(
         {"event": "saved", "file": str(path), "lines": lines},
-        f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
+        f"{counted(lines, 'line is', 'lines are')} in {path}: rehearse the program with "
+        f"`armdrive run {path} --check`",
     )
 
 

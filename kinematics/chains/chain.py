@@ -24,7 +24,7 @@ from kinematics.frames.transforms import (
 )
 from kinematics.frames.vectors import Vector, norm
 from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns, turn_into
-from kinematics.text import aligned
+from kinematics.text import aligned, counted
 
 LIMIT_TOLERANCE_MM = 1e-6
 """How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
@@ -222,7 +222,8 @@ class Chain:
         bounds = ((-math.inf, math.inf),) * len(self) if limits is None else as_list(limits) or ()
         if len(bounds) != len(self) or any(len(as_list(pair) or ()) != 2 for pair in bounds):
             raise KinematicsError(
-                f"the limits of this chain are {len(self)} pairs, lowest and highest value of each "
+                f"the limits of this chain are {counted(len(self), 'pair')}, lowest and "
+                "highest value of each "
                 f"joint, not {limits!r}"
             )
         links = tuple(

@@ -40,6 +40,7 @@ from kinematics.paths.curves import (
 )
 from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
 from kinematics.spaces import Joints
+from kinematics.text import counted
 
 # The parts of a route laid end to end, each from stop to stop: its curve and its chords.
 
@@ -100,7 +101,8 @@ class _Layer:
     def _turn(self, goal: Joints) -> list[Chord]:
         if len(goal) != len(self._here):
             raise KinematicsError(
-                f"this arm has {len(self._here)} joints, not the {len(goal)} of a joint motion"
+                f"this arm has {counted(len(self._here), 'joint')}, not the {len(goal)} of "
+                "a joint motion"
             )
         curve = JointCurve(self._arm, (self._here, goal))
         return cut(self._arm, curve, self._here, self._tolerance_mm)

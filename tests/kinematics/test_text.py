@@ -6,7 +6,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.text import filled, folded
+from kinematics.text import counted, filled, folded
+
+
+@pytest.mark.parametrize(
+    ("count", "words", "said"),
+    [
+        (0, ("act",), "0 acts"),
+        (1, ("act",), "1 act"),
+        (2, ("act",), "2 acts"),
+        (-1, ("count",), "-1 counts"),
+        (1, ("axis", "axes"), "1 axis"),
+        (3, ("axis", "axes"), "3 axes"),
+        (1, ("row is", "rows are"), "1 row is"),
+        (0, ("row is", "rows are"), "0 rows are"),
+    ],
+)
+def test_a_count_and_its_noun_agree(count, words, said):
+    assert counted(count, *words) == said
+
 
 LINES = st.text(alphabet="ab- ", max_size=120)
 WIDTHS = st.integers(1, 60)

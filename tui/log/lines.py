@@ -15,7 +15,7 @@ from armdrive.errors.printing import in_full
 from armdrive.errors.table import CatalogueEntry, by_code
 from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
-from kinematics.text import folded
+from kinematics.text import counted, folded
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
 
@@ -243,7 +243,7 @@ def log_head(book: LogBook, keys: Keyboard, *, following: bool, held: bool) -> s
     )
     conduct = "HELD STILL" if held else "newest last" if following else "looking back"
     text = f"  find: {book.filter.text}" if book.filter.text else ""
-    return f"{topics}\n{conduct}, {len(book.lines)} of {book.total} lines{text}"
+    return f"{topics}\n{conduct}, {len(book.lines)} of {counted(book.total, 'line')}{text}"
 
 
 def log_row(line: LogLine, width: int, *, chosen: bool) -> str:

@@ -23,6 +23,7 @@ from armdrive.status import Trust
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
+from kinematics.text import counted
 
 
 def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
@@ -52,7 +53,7 @@ def read(options: argparse.Namespace) -> Result:
     config, program = _read_from(options)
     into_file(path, config, program)
     view = {"file": str(path), **pendant_of(config).view(config, program)}
-    return Result(view, f"{len(program.rows)} rows are in {path} now")
+    return Result(view, f"{counted(len(program.rows), 'row is', 'rows are')} in {path} now")
 
 
 def write(options: argparse.Namespace) -> Result:
@@ -67,7 +68,10 @@ def write(options: argparse.Namespace) -> Result:
         if not options.yes and (as_json(options) or not agreed(_question(arm, program))):
             raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
         written = _written(arm, program, leave_others=options.leave_others)
-    summary = f"{count} rows are in the arm: {written} written, and all read back as they should"
+    summary = (
+        f"{counted(count, 'row is', 'rows are')} in the arm: {written} written, and "
+        "all read back as they should"
+    )
     return Result({"rows": count, "written": written}, summary)
 
 
@@ -76,7 +80,8 @@ def _question(arm: Arm, program: PendantProgram) -> str:
     if program.origin is not None and not known:
         say("This arm was not homed: its rows may lead elsewhere than when they were read.")
     return (
-        f"Write {len(program.rows)} rows into the memory of {arm.status.arm}? Nothing moves. yes: "
+        f"Write {counted(len(program.rows), 'row')} into the memory of {arm.status.arm}? "
+        "Nothing moves. yes: "
     )
 
 
@@ -139,7 +144,8 @@ def make_points(options: argparse.Namespace) -> Result:
     count = len(steps.steps)
     return Result(
         {"sequence": options.name, "points": list(points), "steps": count},
-        f"{options.name}: {count} steps over {len(points)} points, in {book.path}",
+        f"{options.name}: {counted(count, 'step')} over {counted(len(points), 'point')}, in "
+        f"{book.path}",
     )
 
 
@@ -152,4 +158,6 @@ def make_rows(options: argparse.Namespace) -> Result:
         program = rows_of(arm.config, steps, taught.points, origin)
         into_file(Path(options.file), arm.config, program)
     view = {"file": options.file, "rows": len(program.rows)}
-    return Result(view, f"{options.name} is {len(program.rows)} rows in {options.file} now")
+    return Result(
+        view, f"{options.name} is {counted(len(program.rows), 'row')} in {options.file} now"
+    )

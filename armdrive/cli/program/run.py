@@ -40,8 +40,8 @@ from armdrive.programs.scripts import (
     read_script,
 )
 from armdrive.render.sketch import check_output
-from armdrive.text.numbers import counted
 from kinematics.errors import KinematicsError
+from kinematics.text import counted
 
 MOVING = frozenset(
     {

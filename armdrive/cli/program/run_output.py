@@ -26,7 +26,7 @@ from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.problems import SourceLines, SourceMark, excerpt
 from armdrive.programs.progress import RunView, duration, place_words
 from armdrive.status import pose_view
-from armdrive.text.numbers import counted
+from kinematics.text import counted
 
 if TYPE_CHECKING:
     from armdrive.programs.program import Machine

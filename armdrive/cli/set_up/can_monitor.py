@@ -22,6 +22,7 @@ from armdrive.transports import opening
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker
+from kinematics.text import counted
 
 ONE_PROGRAM = (
     "Only one program can open a serial adapter: listen with a second adapter on the bus. If an "
@@ -72,7 +73,8 @@ def _shown(
 
 
 def _passed_over(count: int) -> None:
-    put_error(f"{count} exchanges are missing: they came faster than they could be shown\n")
+    missing = counted(count, "exchange is missing: it", "exchanges are missing: they")
+    put_error(f"{missing} came faster than could be shown\n")
 
 
 def _explanation(language: Language, shown: int, foreign: int) -> str:
@@ -84,7 +86,10 @@ def _explanation(language: Language, shown: int, foreign: int) -> str:
         )
     if 2 * foreign > shown:
         others = " or ".join(f"--protocol {name}" for name in LANGUAGES if name != language.name)
-        return f"{foreign} of {shown} frames are not from {language.title}: try {others}"
+        return (
+            f"{foreign} of {counted(shown, 'frame is', 'frames are')} not from "
+            f"{language.title}: try {others}"
+        )
     return ""
 
 

@@ -18,6 +18,7 @@ from armdrive.setup.arm_checks import limit_remarks
 from armdrive.setup.arm_view import arm_lines, arm_view
 from armdrive.storage import files as places
 from kinematics.errors import KinematicsError
+from kinematics.text import counted
 
 
 def list_arms(options: argparse.Namespace) -> Result:  # noqa: ARG001
@@ -95,17 +96,13 @@ def _checked(name: str) -> Result:
             config = load_arm(arm.path)
             remarks += [*remarks_on(config), *limit_remarks(config)]
     view = {"arm": called, "ok": not problems, "problems": problems, "remarks": remarks}
-    verdict = _count(len(problems)) if problems else "fine"
+    verdict = counted(len(problems), "problem") if problems else "fine"
     lines = (
         f"{called}: {verdict}",
         *(f"  ! {sentence}" for sentence in problems),
         *(f"  - {sentence}" for sentence in remarks),
     )
     return Result(view, lines, WRONG if problems else 0)
-
-
-def _count(problems: int) -> str:
-    return f"{problems} problem{'s' if problems > 1 else ''}"
 
 
 def set_default(options: argparse.Namespace) -> Result:
