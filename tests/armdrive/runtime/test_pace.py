@@ -21,7 +21,7 @@ def test_sleep_follows_the_arms_own_clock():
     returns(lambda: arm.sleep(300.0))
     assert arm.status.time_s - began_s == pytest.approx(300.0)
     arm.sleep(0)
-    with pytest.raises(BadRequest, match="^time_s must be 0 or more seconds"):
+    with pytest.raises(BadRequest, match=r"^time_s must be 0 or more seconds"):
         arm.sleep(-1.0)
     assert arm.status.time_s - began_s == pytest.approx(300.0)
 
