@@ -764,8 +764,9 @@ class Arm:
     def save_recording(self, path: Path | str | None = None) -> Path:
         """Save the contents of the flight recorder, and return the path of the file.
 
-        Without a path, the file goes into the folder of recordings. Raises `StateFileError` if it
-        cannot be written, and `WrongState` if nothing is recorded.
+        Without a path, the file goes into the folder of recordings. Raises `BadRequest` if the
+        folder in the path does not exist, `StateFileError` if the file cannot be written, and
+        `WrongState` if nothing is recorded.
         """
         with self.pace.lock:
             write = self.tracer.snapshot("asked for")

@@ -43,7 +43,7 @@ from armdrive.registry import dialect
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import block_of
 from armdrive.status import joints_view, pose_view, status_view
-from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.files import write_named
 from kinematics.errors import suggestion
 from kinematics.text import counted
 
@@ -156,7 +156,7 @@ class Shell:
             )
         program = read_program(text, str(path))
         ArmProgram(program, self.arm.config).machine()  # what is written can be run here
-        replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+        write_named(path, text.encode("utf-8"))
         self._saved.add(path.absolute())
         return len(text.splitlines())
 

@@ -16,7 +16,7 @@ from armdrive.errors import BadRequest
 from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
 from armdrive.status import pose_view
-from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.files import write_named
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import StepList, Taught, check_name, point_view
 from kinematics.text import counted
@@ -148,7 +148,7 @@ def export(options: argparse.Namespace) -> Result:
     steps, taught = book.sequence(options.name), book.read()
     tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
     program = programs.written_program(tree, str(path))
-    replace_durably(DISK, path.absolute(), program.text.encode("utf-8"))
+    write_named(path, program.text.encode("utf-8"))
     return Result(
         {"file": str(path), "sha256": program.digest, "steps": len(steps.steps)},
         f"{options.name} is now {path}; `armdrive run {path} --check` rehearses it",

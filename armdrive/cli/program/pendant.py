@@ -20,7 +20,7 @@ from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import Trust
-from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.files import require_folder, write_named
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics.text import counted
@@ -116,11 +116,12 @@ def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
     text = text_of(config, program)
     if pendant_of(config).parse(text) != program:
         raise PendantFileError("what was read does not fit into a file: nothing was written")
-    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    write_named(path, text.encode("utf-8"))
 
 
 def require_free(path: Path, *, force: bool) -> None:
-    """Raise `BadRequest` where a file is there already, before anything is asked of an arm."""
+    """Raise `BadRequest` where no file can be put, before anything is asked of an arm."""
+    require_folder(path)
     if path.exists() and not force:
         raise BadRequest(f"{path} is there already: name another file, or say --force")
 

@@ -40,6 +40,7 @@ from armdrive.programs.scripts import (
     read_script,
 )
 from armdrive.render.sketch import check_output
+from armdrive.storage.files import require_folder
 from kinematics.errors import KinematicsError
 from kinematics.text import counted
 
@@ -185,3 +186,4 @@ def run(options: argparse.Namespace) -> int:
 def _check_plot(output: str) -> None:
     if output:
         check_output(Path(output))
+        require_folder(Path(output))
