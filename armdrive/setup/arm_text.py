@@ -19,6 +19,7 @@ from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import COUPLED
 from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from armdrive.text.toml_amend import Change, amended
+from kinematics.text import counted
 
 MODELS = "models"
 """The folder of model files, in the folder of arm files."""
@@ -196,7 +197,7 @@ def _turning(draft: Draft, motor: str) -> TomlEntry:
 
 
 def _microstepped(draft: Draft) -> str:
-    return f"the published half-steps at {draft.get('microsteps', HALF_STEP)} microsteps"
+    return f"the published half-steps at {counted(draft.get('microsteps', HALF_STEP), 'microstep')}"
 
 
 def _pulling(draft: Draft) -> TomlEntry:

@@ -25,7 +25,7 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import Failure
 from kinematics.errors import BadNumber, KinematicsError, did_you_mean, finite
 from kinematics.limits import JointRange
-from kinematics.text import filled
+from kinematics.text import counted, filled
 
 S = TypeVar("S")
 D = TypeVar("D")
@@ -309,7 +309,8 @@ def _convert_tuple(inner: tuple[Any, ...], value: object, where: str) -> tuple[A
     if len(inner) == 2 and inner[1] is Ellipsis:
         inner = (inner[0],) * len(value)
     if len(value) != len(inner):
-        raise ArmFileError(f"{where} must have {len(inner)} entries, not {len(value)}")
+        entries = counted(len(inner), "entry", "entries")
+        raise ArmFileError(f"{where} must have {entries}, not {len(value)}")
     return tuple(
         _convert(kind, item, f"{where}[{i}]")
         for i, (kind, item) in enumerate(zip(inner, value, strict=True))

@@ -78,7 +78,8 @@ class Chain:
         )
         if len(names) != len(self.links) or len(set(names)) != len(names):
             raise KinematicsError(
-                f"{len(self.links)} different joint names are needed, not {', '.join(names)}"
+                f"{counted(len(self.links), 'joint name is', 'different joint names are')} needed, "
+                f"not {', '.join(names)}"
             )
         object.__setattr__(self, "joint_names", names)
 

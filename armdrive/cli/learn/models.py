@@ -123,8 +123,8 @@ def given_joints(chain: Chain, typed: Sequence[float]) -> tuple[float, ...]:
     """Return joint values in rad and mm. Raises `BadRequest` for too few or too many."""
     if len(typed) != len(chain):
         raise BadRequest(
-            f"{len(chain)} joint values are required ({', '.join(chain.joint_names)}), "
-            f"not {len(typed)}"
+            f"{counted(len(chain), 'joint value is', 'joint values are')} required "
+            f"({', '.join(chain.joint_names)}), not {len(typed)}"
         )
     return tuple(
         math.radians(value) if kind is JointKind.REVOLUTE else value
