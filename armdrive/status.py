@@ -14,6 +14,7 @@ from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
 from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
+from kinematics.text import counted
 
 # Bounds: they are rounded up, because less was not promised.
 
@@ -79,7 +80,7 @@ class SchedulingJitter:
         if not self.count:
             return "no deadline has passed"
         return (
-            f"{self.count} deadlines, half met within {_ms(self.median_s)}, 99 % within "
+            f"{counted(self.count, 'deadline')}, half met within {_ms(self.median_s)}, 99 % within "
             f"{_ms(self.p99_s)}, the latest {_ms(self.worst_s)} late"
         )
 
@@ -526,8 +527,10 @@ def _inputs(bits: int) -> str:
 
 def _stopping(view: Mapping[str, Any]) -> str:
     words = f"takes at most {bound_words(view['stop_time_s'], view['stop_distance_mm'])}"
+    silent = bound_words(view["silent_time_s"], view["silent_distance_mm"])
+    if view["state"] == State.DISCONNECTED.value:
+        return f"does not reach the arm; what was sent ends by itself within {silent}"
     if view["silent_time_s"] > view["stop_time_s"]:
-        silent = bound_words(view["silent_time_s"], view["silent_distance_mm"])
         words += f"; without this program, {silent}"
     return words
 

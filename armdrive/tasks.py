@@ -14,6 +14,7 @@ from typing import Any, Generic, TypeVar
 
 from armdrive.errors import ArmError, LinkLost
 from kinematics.spaces import Motors
+from kinematics.text import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,7 @@ class DeviceProgram:
     rows: tuple[tuple[int, ...], ...]
 
     def __str__(self) -> str:
-        return f"a program of {len(self.rows)} rows"
+        return f"a program of {counted(len(self.rows), 'row')}"
 
 
 # The settings of a device, compared with the arm file.

@@ -20,6 +20,7 @@ from kinematics.errors import (
     hand_angle,
     suggestion,
 )
+from kinematics.text import counted
 
 _UNITS = MappingProxyType({"deg": math.degrees(1.0), "rad": 1.0})
 """What an angle in rad is multiplied by."""
@@ -170,8 +171,8 @@ class Joints:
                 ) from None
         if len(self.angles_rad) != len(self.names):
             raise KinematicsError(
-                f"{len(self.names)} joint angles are needed ({', '.join(self.names)}), "
-                f"not {len(self.angles_rad)}"
+                f"{counted(len(self.names), 'joint angle is', 'joint angles are')} needed "
+                f"({', '.join(self.names)}), not {len(self.angles_rad)}"
             )
         if not all(type(angle) is float and angle - angle == 0.0 for angle in self.angles_rad):
             named = zip(self.names, self.angles_rad, strict=True)

@@ -21,6 +21,7 @@ from typing import TypeVar
 from kinematics.errors import KinematicsError, SingularTransmission, finite
 from kinematics.frames.matrices import DependentRow, Matrix, inverse, times
 from kinematics.spaces import JOINT_NAMES, Joints, Motors
+from kinematics.text import counted
 
 N = TypeVar("N", int, float)
 
@@ -113,7 +114,10 @@ class Transmission:
     def to_joints(self, motors: Sequence[int]) -> tuple[Joints, float]:
         """Return joint angles and the gripper opening in mm, which is 0 without a gripper motor."""
         if len(motors) != len(self.motors):
-            raise KinematicsError(f"{len(self.motors)} motors were expected, not {len(motors)}")
+            raise KinematicsError(
+                f"{counted(len(self.motors), 'motor was', 'motors were')} expected, not "
+                f"{len(motors)}"
+            )
         own = tuple(
             steps - motor.followed(motors) - motor.offset_steps
             for motor, steps in zip(self.motors, motors, strict=True)
@@ -172,7 +176,8 @@ class Transmission:
     def _coordinates(self, joints: Sequence[float], opening: float) -> tuple[float, ...]:
         if len(joints) != len(self.joint_names):
             raise KinematicsError(
-                f"{len(self.joint_names)} joints were expected, not {len(joints)}"
+                f"{counted(len(self.joint_names), 'joint was', 'joints were')} expected, "
+                f"not {len(joints)}"
             )
         if not self.has_gripper:
             return tuple(joints)
@@ -183,13 +188,16 @@ def _check_shape(motors: tuple[MotorSpec, ...], joint_count: int) -> None:
     """Raise unless there are as many motors as coordinates and each follows earlier ones only."""
     if len(motors) not in {joint_count, joint_count + 1}:
         raise KinematicsError(
-            f"{joint_count} joints need {joint_count} motors, or one more for the gripper, "
+            f"{counted(joint_count, 'joint needs', 'joints need')} "
+            f"{counted(joint_count, 'motor')}, "
+            "or one more for the gripper, "
             f"not {len(motors)}"
         )
     for index, motor in enumerate(motors):
         if len(motor.sees) != len(motors):
             raise KinematicsError(
-                f"motor {motor.name!r} must see {len(motors)} values, not {len(motor.sees)}"
+                f"motor {motor.name!r} must see {counted(len(motors), 'value')}, not "
+                f"{len(motor.sees)}"
             )
         if not all(0 <= earlier < index for earlier, _ in motor.follows):
             raise KinematicsError(f"motor {motor.name!r} can follow only motors listed before it")

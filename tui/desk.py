@@ -32,7 +32,7 @@ from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
-from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of, titled
+from tui.keys.table import SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
     after_reset,
@@ -41,6 +41,7 @@ from tui.safety import (
     progress_of,
     safety_state,
     why_immobile,
+    without_link,
 )
 from tui.settings import (
     REAL_SPEED,
@@ -358,8 +359,11 @@ class DeskScreen(Screen[None]):
             program=progress_of(tells() if (tells := desk.arm.program) else {}),
             spoken=desk.spoken,
         )
-        messages = messages_of(status, desk.message or self.hint, bannered=bool(state.forbids))
-        rows = desk.keys.next_keys(self.place, self.idle, self.first_keys(status))
+        lost = desk.link.lost
+        hint = without_link(status, desk.keys) if lost else self.hint
+        messages = messages_of(status, desk.message or hint, bannered=bool(state.forbids))
+        idle = (*self.idle, STOP) if lost else self.idle
+        rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
         self.query_one(SafetyPanel).show(state, self.settings_text)
         self.text("messages").show(desk.spoken(messages))
         footer.show_keys(rows, footer.content_size.width)
@@ -578,7 +582,8 @@ class Desk(KeyApp):
         """Stop the arm before anything else, then disarm and show the screen."""
         self.arm.request_stop()
         self.disarm("stopped")
-        self.message = "STOP was asked for; the keys are disarmed"
+        asked = "STOP was asked for; the keys are disarmed"
+        self.message = without_link(self.link.status, self.keys) if self.link.lost else asked
         self.dialogs.close_all()
         self.show()
 

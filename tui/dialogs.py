@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 from functools import partial
 from typing import ClassVar
@@ -18,8 +17,9 @@ from textual.widgets import Input
 from armdrive.render.scene import Moment, posture_cameras
 from armdrive.status import Status, rounded_up
 from kinematics.presets import ArmModel
+from kinematics.text import folded
 from tui.arm_view import SpaceView
-from tui.keys.keyboard import KEYS_WIDTH, Keyboard, bindings, label
+from tui.keys.keyboard import Keyboard, bindings, label
 from tui.keys.table import DeskKey, JogPair
 from tui.settings import LOOKS
 from tui.widgets import PlainText
@@ -77,7 +77,7 @@ class HelpScreen(TextDialog):
         stops = " and ".join(label(key) for key in self._keys.of("stop")[:2])
         head = f"Keys ({closes} closes; {stops} also stop the arm)"
         lines = (head, "", *self._keys.help(self._place, self._pairs))
-        return "\n".join(broken for line in lines for broken in _broken(line, width))
+        return "\n".join(row for line in lines for row in folded(line, width))
 
 
 class FirstScreen(TextDialog):
@@ -142,20 +142,6 @@ class PostureScreen(ModalScreen[bool]):
     def action_answer(self, answer: bool) -> None:
         """Close the dialog with this answer."""
         self.dismiss(result=answer)
-
-
-def _broken(line: str, width: int) -> list[str]:
-    """Break a line of the help; further lines are indented to the words."""
-    if len(line) <= width:
-        return [line]
-    keys, words = line[:KEYS_WIDTH], line[KEYS_WIDTH:]
-    if keys.rstrip() == keys:  # a line of words alone, or keys that need more room
-        keys, words = "", line
-    indent = " " * KEYS_WIDTH
-    return textwrap.wrap(
-        words, width, initial_indent=keys, subsequent_indent=indent if keys else "",
-        break_on_hyphens=False,
-    )  # fmt: skip
 
 
 def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from bisect import bisect_left
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,6 +20,7 @@ from armdrive.errors.table import CatalogueEntry, by_code, found, in_full
 from armdrive.status import Status
 from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
+from kinematics.text import counted, folded
 from tui.app import TypedText
 from tui.desk import Desk, DeskScreen
 from tui.dialogs import TextDialog
@@ -251,7 +251,7 @@ def log_head(book: LogBook, keys: Keyboard, *, following: bool, held: bool) -> s
     )
     conduct = "HELD STILL" if held else "newest last" if following else "looking back"
     text = f"  find: {book.filter.text}" if book.filter.text else ""
-    return f"{topics}\n{conduct}, {len(book.lines)} of {book.total} lines{text}"
+    return f"{topics}\n{conduct}, {len(book.lines)} of {counted(book.total, 'line')}{text}"
 
 
 def log_row(line: LogLine, width: int, *, chosen: bool) -> str:
@@ -312,7 +312,7 @@ def nothing_text(sieve: LogFilter) -> str:
 
 
 def _filled(text: str, width: int) -> str:
-    return textwrap.fill(text, max(width, 20), subsequent_indent="  ")
+    return "\n".join(folded(text, max(width, 20)))
 
 
 # The dialogs: a line in full, the text that lines must have, and every error there is.

@@ -13,7 +13,8 @@ from textual.content import Content
 from textual.widgets import Static
 
 from armdrive.errors.printable import printable
-from armdrive.status import State, Status, Trust, coded, rounded_up, trust_words
+from armdrive.registry import DIALECTS
+from armdrive.status import State, Status, Trust, bound_words, coded, rounded_up, trust_words
 from tui.keys.keyboard import Keyboard, label
 from tui.keys.table import STOP, titled
 from tui.widgets import PlainText, Span
@@ -95,7 +96,11 @@ def safety_state(
         forbids=spoken(forbids),
         dot=DOTS[status.trust.value],
         position=spoken(position_text(status, keys)),
-        stopping=stopping_text(status.stop_distance_mm, status.stop_time_s),
+        stopping=stopping_text(
+            status.state.value,
+            stop=(status.stop_distance_mm, status.stop_time_s),
+            silent=(status.silent_distance_mm, status.silent_time_s),
+        ),
     )
 
 
@@ -111,6 +116,8 @@ def position_text(status: Status, keys: Keyboard) -> str:
     """Say how far the position can be trusted, and which key makes it trusted."""
     age = status.trust_age.removeprefix("for ")
     reference = f"{keys.label('reference')} references the arm"
+    if status.state is State.DISCONNECTED:  # no key makes it trusted now
+        return f"position {status.trust.value}: {status.trust_reason}"
     if status.trust is Trust.REFERENCED:
         return f"position referenced {age} ago"
     if status.trust is Trust.UNKNOWN:
@@ -119,17 +126,32 @@ def position_text(status: Status, keys: Keyboard) -> str:
     return f"position {status.trust.value}: {way} ({status.trust_reason})"
 
 
-def stopping_text(distance_mm: object, time_s: object) -> str:
-    """Say how far and how long the tip goes on after a stop, at most.
+def stopping_text(
+    state: object, *, stop: tuple[object, object], silent: tuple[object, object]
+) -> str:
+    """Say how far and how long the tip goes on at most, after a stop or after a lost link.
 
-    That is a bound for the motion under way, or for the fastest one while none is planned: the
-    present speed is known to the controller alone.
+    `stop` and `silent` are the bounds of the two, in mm and s: for the motion under way, or for the
+    fastest one while none is planned. The present speed is known to the controller alone.
     """
+    lost = state == State.DISCONNECTED.value
     far, long = (
         UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
-        for bound, digits in ((distance_mm, 0), (time_s, 2))
+        for bound, digits in zip(silent if lost else stop, (0, 2), strict=True)
     )
+    if lost:
+        return f"no stop reaches it; it ends by itself within {far} mm, {long} s"
     return f"a stop takes up to {far} mm, {long} s"
+
+
+def without_link(status: Status, keys: Keyboard) -> str:
+    """Say what the arm does while no key reaches it, and what stops it sooner."""
+    stop, row = label(keys.of(STOP)[0]).upper(), DIALECTS.get(status.dialect)
+    ends = bound_words(status.silent_time_s, status.silent_distance_mm)
+    return (
+        f"No key reaches the arm, not even {stop}: what was sent ends by itself within {ends}. "
+        f"{'' if row is None else row.quick_stop}"
+    )
 
 
 def look_for_link(keys: Keyboard) -> str:

@@ -75,7 +75,11 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
         forbids=ended,
         dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
         position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
-        stopping=stopping_text(view.get("stop_distance_mm"), view.get("stop_time_s")),
+        stopping=stopping_text(
+            view.get("state"),
+            stop=(view.get("stop_distance_mm"), view.get("stop_time_s")),
+            silent=(view.get("silent_distance_mm"), view.get("silent_time_s")),
+        ),
     )
 
 

@@ -17,14 +17,16 @@ from armdrive.arm import Arm
 from armdrive.arm.arguments import RULES
 from armdrive.arm.moving import Gripper
 from armdrive.connect.parts import ConnectOptions
-from armdrive.errors.arguments import checked_calls
+from armdrive.errors.arguments import checked_calls, known_attributes
 
 
+@known_attributes
 @twin_of(Gripper)
 class AsyncGripper(AsyncCalls[Gripper]):
     """The gripper of an arm: the calls of `Gripper`, as coroutines."""
 
 
+@known_attributes
 @checked_calls(RULES, "connect")
 @twin_of(Arm)
 class AsyncArm(AsyncConnection):

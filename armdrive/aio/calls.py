@@ -15,7 +15,7 @@ from armdrive.arm.connected import Handle
 from armdrive.blocking import coroutine_of, waiting_part
 from armdrive.connect.parts import ConnectOptions
 from armdrive.connect.target import SIM, simulation_forced
-from armdrive.errors.arguments import BASIC, checked_calls
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.runtime.clock import PaceChoice
 
 R = TypeVar("R")
@@ -32,6 +32,7 @@ class Carry(Protocol):
         ...
 
 
+@known_attributes
 @checked_calls(BASIC)
 class AsyncHandle(Generic[T_co]):
     """A running motion, returned by an awaited call with `wait=False`."""

@@ -22,7 +22,7 @@ from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors import NoAnswer, WrongState
-from armdrive.errors.arguments import checked_calls
+from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion import standing
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
@@ -60,7 +60,6 @@ from armdrive.status import State, Status
 from armdrive.storage.point_file import Points
 from armdrive.tasks import DeviceSettings, never
 from armdrive.trace.recorder import traced
-from kinematics.errors import finite
 from kinematics.paths.routes import PathPart
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -71,6 +70,7 @@ if TYPE_CHECKING:  # few arms and programs need these
     from armdrive.trace.log import LogReader
 
 
+@known_attributes
 @traced
 @checked_calls(RULES)
 class Arm:
@@ -605,7 +605,7 @@ class Arm:
         moved on after such a gap would surprise the people around it.
         """
         absences = self.runner.absences()
-        await Wait(self.pace, never, max(finite("time_s", time_s), 0.0))
+        await Wait(self.pace, never, time_s)
         self.runner.require_present(absences)
 
     def pause(self) -> None:
@@ -762,8 +762,9 @@ class Arm:
     def save_recording(self, path: Path | str | None = None) -> Path:
         """Save the contents of the flight recorder, and return the path of the file.
 
-        Without a path, the file goes into the folder of recordings. Raises `StateFileError` if it
-        cannot be written, and `WrongState` if nothing is recorded.
+        Without a path, the file goes into the folder of recordings. Raises `BadRequest` if the
+        folder in the path does not exist, `StateFileError` if the file cannot be written, and
+        `WrongState` if nothing is recorded.
         """
         with self.pace.lock:
             write = self.tracer.snapshot("asked for")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
 from armdrive.errors import NoAnswer, WaitTimeout, WrongState
-from armdrive.errors.arguments import BASIC, checked_calls
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.runtime.clock import Pace
 from armdrive.runtime.states import Event
 from armdrive.status import State
@@ -111,6 +111,7 @@ def log_reader(pace: Pace, tracer: Tracer, dialect: str, back: int | None) -> Lo
 T_co = TypeVar("T_co", covariant=True)
 
 
+@known_attributes
 @checked_calls(BASIC)
 class Handle(Generic[T_co]):
     """A running motion, returned by a call with `wait=False`."""

@@ -17,7 +17,6 @@ from armdrive.runtime.clock import RealPace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
-from kinematics.errors import finite
 
 if TYPE_CHECKING:
     from armdrive.dialects import PendantTools
@@ -138,9 +137,9 @@ class InputsOutputs:
             after(self._core.state, Event.MOVE, WAITING)
 
     def _patience_s(self, within_s: float | None) -> float:
-        if within_s is None:
+        if within_s is None or within_s == math.inf:
             return math.inf if isinstance(self._parts.pace, RealPace) else SIMULATED_S
-        return max(finite("within_s", within_s), 0.0)
+        return within_s
 
 
 def _words(want: int, shun: int) -> str:

@@ -14,7 +14,7 @@ from armdrive.arm.connected import Handle, finished
 from armdrive.blocking import blocking, coroutine_of
 from armdrive.connect.parts import PATIENCE_S, Parts
 from armdrive.errors import BadRequest, Refused, Stopped, WrongState
-from armdrive.errors.arguments import BASIC, checked_calls
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.motion import execute as motion
 from armdrive.motion.context import MotionContext
 from armdrive.motion.execute import Moved, follow
@@ -393,6 +393,7 @@ class TracedArm(Protocol):
         """Start a move."""
 
 
+@known_attributes
 @traced
 @checked_calls(BASIC)
 class Gripper:

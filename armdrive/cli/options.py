@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.text import numbers
 from kinematics.errors import nearest_word
+from kinematics.text import filled, folded
 
 Declare = Callable[[argparse.ArgumentParser], None]
 """Declares the options of a command or an action.
@@ -43,8 +45,12 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
         action.set_defaults(function=row.function)
 
 
-class HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Prints a usage line of one line: names of options stand below it, with what they mean."""
+class HelpFormatter(argparse.HelpFormatter):
+    """Prints a usage line of one line: names of options stand below it, with what they mean.
+
+    Paragraphs are filled to the width of the terminal. Indented lines, such as examples, stay
+    lines, and are folded if they are too long.
+    """
 
     def add_usage(
         self,
@@ -57,6 +63,22 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         needed = [each for each in actions if each.required or not each.option_strings]
         others = argparse.Action(["OPTIONS"], "options", nargs=0)
         super().add_usage(usage, [*needed, others], (), prefix)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        rows: list[str] = []
+        for is_prose, lines in itertools.groupby(text.splitlines(), _is_prose):
+            if is_prose:
+                rows += filled(" ".join(lines), width)
+            else:
+                rows += [row for line in lines for row in folded(line, width)]
+        return "\n".join(f"{indent}{row}" for row in rows)
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return filled(" ".join(text.split()), width)
+
+
+def _is_prose(line: str) -> bool:
+    return bool(line) and not line.startswith(" ")
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -163,6 +185,14 @@ def positive(text: str) -> float:
     value = number(text)
     if value <= 0.0:
         raise argparse.ArgumentTypeError(f"{text!r} is not above 0")
+    return value
+
+
+def duration(text: str) -> float:
+    """Return a time in seconds that is not negative."""
+    value = number(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is below 0")
     return value
 
 

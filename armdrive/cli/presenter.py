@@ -17,6 +17,7 @@ import os
 import queue
 import re
 import shlex
+import shutil
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,6 +29,7 @@ from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.errors import BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import encodable, printable, printable_lines
+from kinematics.text import folded
 
 if sys.platform != "win32":
     import termios
@@ -59,12 +61,13 @@ class Result:
     """The outcome of a command: a document for programs, lines for people, and an exit code.
 
     A generator of lines runs only if the lines are printed. Without a document, `--json` prints
-    nothing.
+    nothing. `verbatim` lines are for another program or a file, and are printed as they are.
     """
 
     document: Mapping[str, Any] | None
     lines: str | Iterable[Line] = ()
     code: int = 0
+    verbatim: bool = False
 
 
 Outcome = int | Result | Iterable[Result]
@@ -89,7 +92,10 @@ def show(result: Result, options: argparse.Namespace) -> None:
             emit(result.document)
         return
     for line in (result.lines,) if isinstance(result.lines, str) else result.lines:
-        say(line)
+        if result.verbatim and isinstance(line, str):
+            put(f"{line}\n")
+        else:
+            say(line)
 
 
 def tell(options: argparse.Namespace, text: str) -> None:
@@ -104,25 +110,37 @@ def as_json(options: argparse.Namespace) -> bool:
 
 
 def say(line: Line) -> None:
-    """Print one line, in the words of the command line."""
-    coloured = has_colour(sys.stdout)
-    parts = (line,) if isinstance(line, str) else line
-    _send("".join(_shown(part, coloured=coloured) for part in parts) + "\n", sys.stdout)
+    """Print one line, in the words of the command line. A terminal gets it folded to its width."""
+    parts = [_shown(part) for part in ((line,) if isinstance(line, str) else line)]
+    rows = fit("".join(text for text, _ in parts), sys.stdout)
+    _send((_in_inks(rows, parts) if has_colour(sys.stdout) else rows) + "\n", sys.stdout)
 
 
 def say_lines(text: str) -> None:
-    """Print a text of several lines, in the words of the command line."""
-    put(f"{printable_lines(presented(text, COMMAND_LINE))}\n")
+    """Print a text of several lines as `say` prints one."""
+    for line in text.split("\n"):
+        say(line)
 
 
 def complain(text: str) -> None:
     """Print on the error output, in the words of the command line. It may be several lines."""
-    put_error(f"{printable_lines(presented(text, COMMAND_LINE))}\n")
+    put_error(f"{fit(printable_lines(presented(text, COMMAND_LINE)), sys.stderr)}\n")
 
 
 def emit(document: Mapping[str, Any]) -> None:
     """Print a JSON document on a line of its own."""
-    say(json.dumps(dict(document)))
+    put(f"{presented(json.dumps(dict(document)), COMMAND_LINE)}\n")
+
+
+def fit(text: str, output: TextIO) -> str:
+    """Return lines folded to the width of a terminal; other outputs get them as they are.
+
+    A terminal itself would break them in the middle of a word.
+    """
+    if not output.isatty():
+        return text
+    columns = shutil.get_terminal_size().columns
+    return "\n".join(row for line in text.split("\n") for row in folded(line, columns))
 
 
 def put(text: str, *, control: str = "", output: TextIO | None = None) -> None:
@@ -181,10 +199,21 @@ def has_colour(output: TextIO) -> bool:
     )
 
 
-def _shown(part: str | Inked, *, coloured: bool) -> str:
-    text = part if isinstance(part, str) else part.text
-    shown = _printable(printable(presented(text, COMMAND_LINE)), sys.stdout)
-    return _in_ink(shown, part.ink) if coloured and isinstance(part, Inked) else shown
+def _shown(part: str | Inked) -> tuple[str, Ink | None]:
+    text, ink = (part, None) if isinstance(part, str) else (part.text, part.ink)
+    return _printable(printable(presented(text, COMMAND_LINE)), sys.stdout), ink
+
+
+def _in_inks(text: str, parts: Iterable[tuple[str, Ink | None]]) -> str:
+    """Return a text whose parts have colours, and which was folded: its spaces may differ."""
+    at, coloured = 0, []
+    for part, ink in parts:
+        letters = len("".join(part.split()))
+        found = re.compile(rf"(?:\s*\S){{{letters}}} *").match(text, at)
+        end = len(text) if found is None else found.end()
+        coloured.append(text[at:end] if ink is None else _in_ink(text[at:end], ink))
+        at = end
+    return "".join(coloured)
 
 
 def _in_ink(text: str, ink: Ink) -> str:
@@ -213,7 +242,7 @@ def require_screen(what: str, otherwise: str) -> None:
 
 def typed(prompt: str) -> str | None:
     """Return the next line of the input, from the terminal or a pipe; None at its end."""
-    put(prompt)
+    put(f"{fit(prompt.rstrip(), sys.stdout)} ")
     line = sys.stdin.readline()
     if not line:
         put("\n")  # the next text starts on a new line, not after the prompt

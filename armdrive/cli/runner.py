@@ -17,7 +17,15 @@ from types import FrameType
 from armdrive.cli.commands import COMMANDS, INSTEAD
 from armdrive.cli.loading import load
 from armdrive.cli.options import JSON_OPTION, CommandParser, Declare, help_of
-from armdrive.cli.presenter import ERROR_LABEL, Outcome, as_json, complain, present, with_arm
+from armdrive.cli.presenter import (
+    ERROR_LABEL,
+    Outcome,
+    as_json,
+    complain,
+    present,
+    put_error,
+    with_arm,
+)
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.printable import as_message, in_words
@@ -113,7 +121,7 @@ def _fill_closed_streams() -> None:
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
     """Print an error on a line of its own, with `--json` as JSON; return the exit code."""
     if as_json(options):
-        complain(json.dumps(error_view(error)))
+        put_error(f"{presented(json.dumps(error_view(error)), COMMAND_LINE)}\n")
     else:
         sentence = as_message(with_arm(presented(tagged(error), COMMAND_LINE), options))
         complain(f"{ERROR_LABEL} {sentence}")

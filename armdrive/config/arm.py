@@ -46,6 +46,7 @@ from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
 from kinematics.presets import ArmModel, preset
 from kinematics.spaces import Pose
+from kinematics.text import counted
 
 M = TypeVar("M", bound=ArmModel)
 
@@ -327,7 +328,8 @@ def _motors(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
         return
     if len(transmission.motors) != driven:
         yield (
-            f"the arm has {len(transmission.motors)} motors, but its controller ({dialect.title}) "
+            f"the arm has {counted(len(transmission.motors), 'motor')}, but its controller "
+            f"({dialect.title}) "
             f"drives {driven}: list every motor of the controller, or correct gripper.kind"
         )
 

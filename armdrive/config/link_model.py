@@ -49,6 +49,7 @@ from kinematics.frames.transforms import Transform, compose, transform, translat
 from kinematics.frames.vectors import unit
 from kinematics.guards import Guards
 from kinematics.presets import ArmModel, Reference
+from kinematics.text import counted
 from kinematics.transmission import MotorSpec, Transmission
 
 MOST_LINKS = 100
@@ -492,7 +493,8 @@ def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | N
         problems.note("an arm of a model file needs its motors, each written under [[motors]]")
     if len(rows) > len(joints) + 1:
         problems.note(
-            f"{len(joints)} joints need {len(joints)} motors, or one more for the gripper, not "
+            f"{counted(len(joints), 'joint needs', 'joints need')} "
+            f"{counted(len(joints), 'motor')}, or one more for the gripper, not "
             f"{len(rows)}"
         )
         return None

@@ -14,6 +14,7 @@ from typing import Any, Protocol, TypeAlias
 from armdrive.errors import BadRequest
 from armdrive.text import numbers as typed
 from kinematics.errors import suggestion
+from kinematics.text import counted
 
 # A reader turns a typed line into a value, or raises `WrongAnswer`.
 
@@ -114,7 +115,8 @@ def numbers(names: Sequence[str]) -> Reader:
         words = line.replace(",", " ").split()
         if len(words) != len(names):
             raise WrongAnswer(
-                f"{len(names)} numbers are needed ({', '.join(names)}), not {len(words)}"
+                f"{counted(len(names), 'number is', 'numbers are')} needed "
+                f"({', '.join(names)}), not {len(words)}"
             )
         return tuple(map(plain_number, words))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol, Unpack
 
 from armdrive.moves import BASE_FRAME, Angles, Jog, JointJog, TipJog
@@ -66,17 +67,17 @@ class JoggedArm(Protocol):
         """Stop, and wait until the arm stands."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class PostureRequest:
     """Asks an operator to bring the arm to a posture and to say whether it is there.
 
     The operator may jog `arm`, and do nothing else with it.
     """
 
-    def __init__(self, arm: JoggedArm, pose: Pose, joints: Joints, opening_mm: float) -> None:
-        self.arm = arm
-        self.pose = pose
-        self.joints = joints
-        self.opening_mm = opening_mm
+    arm: JoggedArm
+    pose: Pose
+    joints: Joints
+    opening_mm: float
 
     def __str__(self) -> str:
         return (
@@ -86,6 +87,7 @@ class PostureRequest:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class MarkRequest(PostureRequest):
     """Asks for the same posture, reached by small jogs, as exactly as possible."""
 

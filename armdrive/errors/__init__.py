@@ -90,7 +90,7 @@ class UnknownPoint(BadRequest, KeyError):
 
 
 class BadArgument(BadRequest, TypeError):
-    """An argument of a call is of the wrong kind, missing or unknown."""
+    """An argument of a call is of the wrong kind, missing or unknown; or an attribute is."""
 
     code = "E115"
 

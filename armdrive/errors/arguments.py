@@ -2,8 +2,11 @@
 
 A class of public calls is decorated with `checked_calls(RULES)`. `RULES` has a rule for each
 annotation, as it is written in the signature; `"frame: str"` is the rule for parameters of that
-name. A wrong value raises an `ArmError` that names the parameter, before the call begins: nothing
-has been sent, and no state has changed. So do too many arguments and unknown keywords.
+name, `"_s: float"` for all times. A wrong value raises an `ArmError` that names the parameter,
+before the call begins: nothing has been sent, and no state has changed. So do too many arguments
+and unknown keywords.
+
+`known_attributes` checks in the same way what a program assigns to an object.
 """
 
 from __future__ import annotations
@@ -39,9 +42,16 @@ def number(name: str, value: object) -> object:
     return value if type(value) in (int, float) else checked
 
 
+def duration(name: str, value: object) -> object:
+    """Accept a finite time in seconds that is not negative."""
+    if finite(name, value) < 0.0:
+        raise wrong(name, value, "0 or more seconds")
+    return number(name, value)
+
+
 def limit(name: str, value: object) -> object:
-    """Accept a number that limits something; infinity means no limit."""
-    return value if value == math.inf and isinstance(value, float) else number(name, value)
+    """Accept a time that limits a wait; infinity means no limit."""
+    return value if value == math.inf and isinstance(value, float) else duration(name, value)
 
 
 def whole(name: str, value: object) -> int:
@@ -96,6 +106,7 @@ def several(each: Rule, words: str, example: str) -> Rule:
 
 BASIC: Mapping[str, Rule] = {
     "float": number,
+    "_s: float": duration,
     "for_s: float": limit,
     "timeout_s: float": limit,
     "within_s: float": limit,
@@ -117,9 +128,13 @@ def wrong(name: str, value: object, words: str, example: str = "") -> BadArgumen
 
 
 def rule_of(name: str, annotation: str, rules: Mapping[str, Rule]) -> Rule | None:
-    """Return the rule of a parameter, `"frame: str"`, or of its annotation, or None."""
-    plain = annotation.removesuffix(" | None")
-    rule = rules.get(f"{name}: {plain}", rules.get(plain))
+    """Return the rule of a parameter, `"frame: str"`, or of its annotation, or None.
+
+    Parameters whose name ends in a unit can have a rule as well, `"_s: float"`.
+    """
+    plain, unit = annotation.removesuffix(" | None"), name.rpartition("_")[2]
+    keys = (f"{name}: {plain}", f"_{unit}: {plain}", plain)
+    rule = next((rules[key] for key in keys if key in rules), None)
     if rule is None or plain == annotation:
         return rule
     return lambda name, value: None if value is None else rule(name, value)
@@ -240,3 +255,53 @@ def checked_calls(rules: Mapping[str, Rule], *only: str) -> Callable[[C], C]:
         return kind
 
     return decorate
+
+
+# Attributes that a program assigns.
+
+_COMPLETE = "_complete"
+"""The attribute of an object whose `__init__` has ended."""
+
+
+def known_attributes(kind: C) -> C:
+    """Refuse to assign an attribute that `__init__` and the class do not have.
+
+    Python would create it, and nothing would ever read it: after `arm.speed_overide = 0.5` a
+    program believes that the arm is slow. A call cannot become a value either, as in
+    `arm.pause = True`; another function can replace it. Private attributes are left to the class,
+    and a subclass decides for itself.
+    """
+    made: Any = kind
+    begin = made.__init__
+
+    @functools.wraps(begin)
+    def complete(self: Any, *words: Any, **named: Any) -> None:
+        begin(self, *words, **named)
+        if type(self) is kind:
+            vars(self)[_COMPLETE] = True
+
+    def assign(self: Any, name: str, value: object) -> None:
+        if not name.startswith("_") and _COMPLETE in vars(self):
+            _require_known(self, name, value)
+        object.__setattr__(self, name, value)
+
+    # set here, because type checkers allow any attribute of a class that defines `__setattr__`
+    for name, method in (("__init__", complete), ("__setattr__", assign)):
+        setattr(kind, name, method)
+    return kind
+
+
+def _require_known(owner: object, name: str, value: object) -> None:
+    kind = type(owner)
+    if callable(getattr(kind, name, None)) and not callable(value):
+        raise BadArgument(f"{kind.__name__}.{name} is a call, not a value: write {name}(...)")
+    if name in vars(owner) or hasattr(kind, name):
+        return
+    known = [*vars(owner), *(each for each in dir(kind) if _is_variable(getattr(kind, each)))]
+    hint = suggestion(name, [each for each in known if not each.startswith("_")])
+    raise BadArgument(f"{kind.__name__} has no attribute {name!r:.40}{hint}")
+
+
+def _is_variable(found: object) -> bool:
+    """Return whether an attribute of a class can be assigned: neither a call nor read-only."""
+    return found.fset is not None if isinstance(found, property) else not callable(found)

@@ -179,10 +179,6 @@ def listing() -> Iterator[str]:
             yield f"  {row.code}  {row.title:<{width}}  {row.name}"
 
 
-INDENT = len("  remedy  ")
-"""Columns before the text of a row that is printed in full."""
-
-
 def in_full(row: CatalogueEntry) -> Iterator[str]:
     """Return the lines of one row."""
     yield f"{row.code}: {row.title} ({row.name})"

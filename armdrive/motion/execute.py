@@ -24,6 +24,7 @@ from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import MoveAlong, SleepUntil, TaskBody, never
 from kinematics.spaces import Joints, Motors, Pose
+from kinematics.text import counted
 
 # Waiting in a pause: the arm stands, is polled now and then, and continues where it stopped.
 
@@ -160,7 +161,7 @@ class Moved:
     note: str = ""
 
     def __str__(self) -> str:
-        took = f"{self.duration_s:.1f} s, {self.bursts} exchanges"
+        took = f"{self.duration_s:.1f} s, {counted(self.bursts, 'exchange')}"
         rounding = f"{self.rounding_mm:.2f} mm from the goal by rounding to steps"
         straying = (
             f"up to {self.straying_mm:.1f} mm off the path, because its motors did not turn in "

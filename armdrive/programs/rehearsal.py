@@ -52,10 +52,10 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.world.table import GripScene, Incident, TableBlock
 from armdrive.status import State, Trust
 from armdrive.tasks import Difference
-from armdrive.text.numbers import counted
 from armdrive.trace.recorder import NO_TRACER
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
+from kinematics.text import counted
 
 # The performer of a rehearsal: carries out acts on the twin, and makes assumptions.
 

@@ -43,8 +43,9 @@ from armdrive.registry import dialect
 from armdrive.sim.world import World
 from armdrive.sim.world.table import block_of
 from armdrive.status import joints_view, pose_view, status_view
-from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.files import write_named
 from kinematics.errors import suggestion
+from kinematics.text import counted
 
 
 class Left(Exception):
@@ -155,7 +156,7 @@ class Shell:
             )
         program = read_program(text, str(path))
         ArmProgram(program, self.arm.config).machine()  # what is written can be run here
-        replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+        write_named(path, text.encode("utf-8"))
         self._saved.add(path.absolute())
         return len(text.splitlines())
 
@@ -192,7 +193,8 @@ def _save(shell: Shell, rest: str) -> Answers:
     lines = shell.save(path, over=force)
     yield Reply(
         {"event": "saved", "file": str(path), "lines": lines},
-        f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
+        f"{counted(lines, 'line is', 'lines are')} in {path}: rehearse the program with "
+        f"`armdrive run {path} --check`",
     )
 
 

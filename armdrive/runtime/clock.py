@@ -17,6 +17,8 @@ from types import FrameType, TracebackType
 from typing import Any, Protocol, Self
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.arguments import known_attributes
+from armdrive.errors.kinematic import checked_number
 from armdrive.runtime.engine import Engine
 from armdrive.status import Lateness
 
@@ -81,6 +83,7 @@ STUCK_TURNS = 20_000  # more turns within `STUCK_S` of simulated time are a bug;
 STUCK_S = 1e-6
 
 
+@known_attributes
 class SimulatedClock:
     """Simulated time for one arm or several: `Arm.connect("sim:robko01", pace=clock)`.
 
@@ -90,7 +93,7 @@ class SimulatedClock:
 
     def __init__(self, now_s: float = 0.0) -> None:
         self.lock = threading.RLock()
-        self.now_s = now_s
+        self.now_s = checked_number("now_s", now_s)
         self._engines: tuple[Engine, ...] = ()
 
     @property

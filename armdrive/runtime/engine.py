@@ -30,6 +30,7 @@ from armdrive.tasks import (
 )
 from armdrive.trace.recorder import NO_TRACER, Tracer
 from armdrive.transports.link import Link
+from kinematics.text import counted
 
 # The time limit of calls that move nothing: connecting, resetting, reading the position. The engine
 # enforces it, whatever arrives on the wire, so that no controller has to.
@@ -117,12 +118,14 @@ class Received:
         if self._frames:
             named = [f"{each:X}" for each in list(self._ids)[:MOST_IDS]]
             more = ", ..." if len(self._ids) > MOST_IDS else ""
-            return f"{_many(self.count, 'frame')}, {NOT_THE_ANSWER}: ids {', '.join(named)}{more}"
-        return f"{_many(self.count, 'byte')}, {NOT_THE_ANSWER}: {excerpt(bytes(self._first))}"
-
-
-def _many(count: int, noun: str) -> str:
-    return f"1 {noun} was received" if count == 1 else f"{count} {noun}s were received"
+            return (
+                f"{counted(self.count, 'frame was', 'frames were')} received, "
+                f"{NOT_THE_ANSWER}: ids {', '.join(named)}{more}"
+            )
+        return (
+            f"{counted(self.count, 'byte was', 'bytes were')} received, "
+            f"{NOT_THE_ANSWER}: {excerpt(bytes(self._first))}"
+        )
 
 
 def excerpt(data: bytes, most: int = MOST_SHOWN) -> str:

@@ -19,6 +19,7 @@ from armdrive.status import Current
 from armdrive.storage.record import Record
 from armdrive.tasks import Registers
 from kinematics.spaces import Joints, Motors
+from kinematics.text import counted
 from kinematics.transmission import Transmission
 
 
@@ -145,7 +146,7 @@ def motors_of(config: ArmConfig, controller: Controller) -> Transmission:
     motors = len(transmission.motors)
     if motors != controller.abilities.motors:
         raise Refused(
-            f"the {config.title} has {motors} motors, but its controller drives "
+            f"the {config.title} has {counted(motors, 'motor')}, but its controller drives "
             f"{controller.abilities.motors}: list every motor of the controller in the arm "
             "file, or correct gripper.kind"
         )

@@ -26,6 +26,7 @@ from armdrive.setup.filing import FileProposal
 from armdrive.status import State, rounded_up
 from armdrive.text.reading import read_text
 from armdrive.text.toml_amend import Change, amended
+from kinematics.text import counted
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -68,7 +69,8 @@ def _try(dialog: Dialog, arm: Arm, check: DirectionCheck) -> None:
     trial = check.trial
     if trial is None:
         return
-    turn = f"Motor {trial.motor + 1} ({trial.name}) will turn {trial.steps} steps and back. Now?"
+    turn = f"Motor {trial.motor + 1} ({trial.name}) will turn "
+    turn += f"{counted(trial.steps, 'step')} and back. Now?"
     if not dialog.agreed(turn, "no leaves this motor out.", default="yes"):
         check.saw(SawMotion.NOT_AT_ALL)
         return

@@ -50,6 +50,7 @@ from armdrive.tasks import DeviceSettings
 from armdrive.transports import can_link, ports
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
+from kinematics.text import counted
 
 T = TypeVar("T")
 
@@ -84,7 +85,7 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
             if lines and agree is not None and agree(settings):
                 arm.mend_settings(lines)
                 settings = arm.mend_settings([])
-                report.add([ok(f"{len(lines)} settings were written")])
+                report.add([ok(f"{counted(len(lines), 'setting was', 'settings were')} written")])
             report.add(of_settings(settings))
             if settings.differences and report.arm:
                 report.more["next"] = [

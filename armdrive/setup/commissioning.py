@@ -35,6 +35,7 @@ from armdrive.tasks import (
     Timeout,
 )
 from kinematics.spaces import Motors
+from kinematics.text import counted
 
 T = TypeVar("T")
 
@@ -435,7 +436,7 @@ def _introduce(
 ) -> None:
     listed = ", ".join(f"{each.node} {each.name}" for each in plan.drives)
     dialog.say(
-        f"Commissioning the {len(plan.drives)} drives of {plan.name}: {listed}.",
+        f"Commissioning {counted(len(plan.drives), 'drive')} of {plan.name}: {listed}.",
         "For each of them:",
         *(f"  {number}  {step}" for number, step in enumerate(plan.tools.steps, 1)),
         "Nothing is written and nothing turns without your yes, and each question says what will "
@@ -503,15 +504,15 @@ def together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:
     dialog.say("", "--- all together")
     while True:
         if not dialog.agreed(
-            f"Are all {len(plan.drives)} drives plugged in? Then they are asked together; "
-            "nothing turns.",
+            f"Is everything plugged in, {counted(len(plan.drives), 'drive')} in all? Then they are "
+            "asked together; nothing turns.",
             "no ends here; the arm file can still be written.",
         ):
             return tuple(each.name for each in plan.drives)
         alone = partial(dialog.on_wire, plan.tools.alone)
         wrong = [drive for drive in plan.drives if not alone(drive.node)]
         if not wrong:
-            dialog.say(f"All {len(plan.drives)} drives answer, each under its own id.")
+            dialog.say(f"All answer: {counted(len(plan.drives), 'drive')}, each under its own id.")
             return ()
         named = ", ".join(each.title for each in wrong)
         dialog.say(

@@ -21,6 +21,7 @@ from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO,
 from armdrive.text.reading import read_text
 from kinematics.chains.chain import Chain
 from kinematics.presets import PRESETS, ArmPreset
+from kinematics.text import counted
 
 # From a motor to its joint: full steps, microsteps, and a gear or belt.
 
@@ -272,7 +273,7 @@ class Draft:
         full_steps, microsteps = self.answers["full_steps"], self.get("microsteps", 1)
         if microsteps == 1:
             return f"{full_steps} counts a turn"
-        return f"{full_steps} full steps x {microsteps} microsteps"
+        return f"{full_steps} full steps x {counted(microsteps, 'microstep')}"
 
     def published_steps(self, motor: str) -> float:
         """Return a motor's published steps for a turn (gripper: a mm), as the controller counts."""

@@ -23,6 +23,7 @@ from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
 from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
 from armdrive.text.toml_amend import Change, amended
+from kinematics.text import counted
 from kinematics.transmission import Transmission
 
 # The text of an arm file, and of its model file if it has one, from the answers of an interview.
@@ -208,7 +209,7 @@ def _turning(draft: Draft, motor: str) -> TomlEntry:
 
 
 def _microstepped(draft: Draft) -> str:
-    return f"the published half-steps at {draft.get('microsteps', HALF_STEP)} microsteps"
+    return f"the published half-steps at {counted(draft.get('microsteps', HALF_STEP), 'microstep')}"
 
 
 def _pulling(draft: Draft) -> TomlEntry:

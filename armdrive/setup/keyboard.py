@@ -28,6 +28,7 @@ from armdrive.motion.dead_man import (
     Disarm,
     Release,
 )
+from kinematics.text import counted
 
 if sys.platform != "win32":
     import termios
@@ -189,7 +190,8 @@ def advice(found: Held) -> list[str]:
         )
     elif found.breaks:
         faults.append(
-            f"the jog would have ended {found.breaks} time(s) while the key was held, since "
+            f"the jog would have ended {counted(found.breaks, 'time')} while the key was "
+            "held, since "
             f"repeats came up to {found.longest_s * 1e3:.0f} ms apart: set a faster repeat, or use "
             "a faster link"
         )
@@ -199,7 +201,7 @@ def advice(found: Held) -> list[str]:
 def sentence(found: Held) -> str:
     """Return the measurements in one line."""
     if found.delay_s is None or found.interval_s is None:
-        return f"{found.events} event(s) of the held key came"
+        return f"{counted(found.events, 'event')} of the held key came"
     hold_s = min(max(HOLD_INTERVALS * found.interval_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
     return (
         f"first repeat after {found.delay_s * 1e3:.0f} ms, then {1.0 / found.interval_s:.0f} a "

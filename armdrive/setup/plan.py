@@ -22,6 +22,7 @@ from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_json
 from armdrive.text.toml import FORMAT, FORMAT_KEY, Problems, TomlTable, require_format
+from kinematics.text import counted
 
 DEGREES, MM = "°", "mm"
 
@@ -121,8 +122,8 @@ def plan_of(config: ArmConfig) -> CommissioningPlan:
         )
     if len(device.ids) < len(transmission.motors):
         raise BadRequest(
-            f"{spoken}.ids names {len(device.ids)} drives, and the arm has "
-            f"{len(transmission.motors)} motors: give each its own"
+            f"{spoken}.ids names {counted(len(device.ids), 'drive')}, and the arm has "
+            f"{counted(len(transmission.motors), 'motor')}: give each its own"
         )
     arm = config.model.arm
     posture = found_posture(arm)

@@ -28,6 +28,7 @@ from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.text.toml import value as toml
 from armdrive.transports.can_health import BusHealth, BusState, frame_bits
+from kinematics.text import counted
 
 CHECK_WIRING = (
     "check that the arm is switched on, that the cable carries data, and that transmit and "
@@ -192,7 +193,7 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
         return [ok(f"nothing passed in {seconds:g} s, so questions disturb no other program")]
     bits = sum(map(frame_bits, traffic.passing))
     load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
-    what = f"{count} frames passed in {seconds:g} s{load}"
+    what = f"{counted(count, 'frame')} passed in {seconds:g} s{load}"
     if traffic.commands:
         describer = likely(traffic.commands).describer()
         shown = "; ".join(describer.describe(each).words for each in traffic.commands[:MOST_SHOWN])

@@ -24,6 +24,7 @@ import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from armdrive.errors import BadRequest
 from armdrive.text.reading import (
     CAREFULLY,
     PRIVATE,
@@ -186,6 +187,25 @@ def replace_durably(
 def replace_file(path: Path, text: str) -> None:
     """Replace a file's text so that a reader finds either the old text or the new one, complete."""
     replace_durably(DISK, path, text.encode() + b"\n")
+
+
+def write_named(path: Path, data: bytes) -> None:
+    """Write a file that a person has named. Raises `OSError`, and `BadRequest` without its folder.
+
+    Every function that writes such a file uses this one, or `require_folder`.
+    """
+    require_folder(path)
+    replace_durably(DISK, path.absolute(), data)
+
+
+def require_folder(path: Path) -> None:
+    """Raise `BadRequest` unless the folder of a file that a person has named exists.
+
+    If it were made, a misspelt folder would keep the file, and the person would not find it.
+    """
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise BadRequest(f"{path} could not be written: there is no folder {folder}; make it first")
 
 
 def require_writable(folder: Path) -> None:

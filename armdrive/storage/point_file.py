@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
-from armdrive.errors.arguments import BASIC, Rule, checked_calls, made_of
+from armdrive.errors.arguments import BASIC, Rule, checked_calls, known_attributes, made_of
 from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, NotWanted, StateFiles, followed, replace_durably, stamp_of
@@ -230,6 +230,7 @@ def not_connected() -> Point:
     raise Refused("the arm is not connected, so its posture is unknown: connect first")
 
 
+@known_attributes
 @checked_calls(RULES)
 class Points(MutableMapping[str, Point]):
     """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/how-to/points.md.

@@ -20,6 +20,7 @@ from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
 from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.table import Faults
@@ -88,6 +89,8 @@ def _alike(asked: ArmConfig, here: ArmConfig) -> bool:
     return same_dialect and asked.calibration == here.calibration
 
 
+@known_attributes
+@checked_calls(BASIC)
 class ArmWorld:
     """A world for tests. Inside `with world:`, every `connect` of this process leads to its arms.
 
@@ -224,8 +227,6 @@ class ArmWorld:
 
     def set_input(self, number: int, on: bool = True) -> None:
         """Switch an input of the controller, counted from 1. Raises `BadRequest`."""
-        if isinstance(number, bool) or not isinstance(number, int):
-            raise BadRequest(f"inputs are counted from 1, not {number!r}")
         self.twin.device.set_input(number - 1, on)
 
     def after(self, by_s: float, action: Callable[[], object]) -> None:

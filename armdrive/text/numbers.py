@@ -1,4 +1,4 @@
-"""Numbers as people type and read them: plain ones, whole ones, speeds, and counts of things."""
+"""Numbers as people type and read them: plain ones, whole ones, and speeds."""
 
 from __future__ import annotations
 
@@ -27,11 +27,6 @@ def whole(word: str) -> int:
         raise BadRequest(f"{word!r} is not a whole number")
     number(word)  # refuses more digits than Python converts
     return int(word)
-
-
-def counted(count: int, what: str) -> str:
-    """Return a count of things: `1 act`, `2 acts`."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 # A speed is a fraction of the arm's limits, written as `0.5` or `50%`.

@@ -15,7 +15,6 @@ import functools
 import json
 import math
 import re
-import textwrap
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
@@ -26,6 +25,7 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.text.reading import Failure
 from kinematics.errors import BadNumber, KinematicsError, did_you_mean, finite
 from kinematics.limits import JointRange
+from kinematics.text import counted, filled
 
 S = TypeVar("S")
 D = TypeVar("D")
@@ -309,7 +309,8 @@ def _convert_tuple(inner: tuple[Any, ...], value: object, where: str) -> tuple[A
     if len(inner) == 2 and inner[1] is Ellipsis:
         inner = (inner[0],) * len(value)
     if len(value) != len(inner):
-        raise ArmFileError(f"{where} must have {len(inner)} entries, not {len(value)}")
+        entries = counted(len(inner), "entry", "entries")
+        raise ArmFileError(f"{where} must have {entries}, not {len(value)}")
     return tuple(
         _convert(kind, item, f"{where}[{i}]")
         for i, (kind, item) in enumerate(zip(inner, value, strict=True))
@@ -458,7 +459,7 @@ class TomlSection:
 
 def document(sections: Iterable[TomlSection], heading: str = "") -> str:
     """Return the text of a document, one line at the end."""
-    lines = [each for line in heading.splitlines() for each in textwrap.wrap(line, WIDTH)]
+    lines = [each for line in heading.splitlines() for each in filled(line, WIDTH)]
     blocks = ["\n".join(f"# {line}" for line in lines)] if lines else []
     blocks += [_section(each) for each in sections if each.entries]
     return "\n\n".join(blocks) + "\n"

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self
 
 from armdrive.status import Current, State, Trust
 from kinematics.spaces import Motors
+from kinematics.text import counted
 
 
 class Topic(StrEnum):
@@ -164,7 +165,7 @@ class EntryRing:
         if not self.dropped:
             return (*self._opening, *self._lasting, *self._entries)
         begun_s = self._opening[-1].time_s if self._opening else 0.0
-        words = f"{self.dropped} entries have gone"
+        words = f"{counted(self.dropped, 'entry has', 'entries have')} gone"
         first = TraceEntry(begun_s, EntryKind.GAP, words)
         ended_s = self._lasting[-1].time_s if self._lasting else begun_s
         last = TraceEntry(ended_s, EntryKind.GAP, "from here on nothing is missing")

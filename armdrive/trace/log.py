@@ -18,6 +18,7 @@ from armdrive.registry import DIALECTS
 from armdrive.status import code_of_reason
 from armdrive.trace.entries import EntryKind, Since, Topic, TraceEntry
 from armdrive.trace.files import Recording
+from kinematics.text import counted
 
 _PLAIN = Describer(lambda: AnswerLines(b"\r\n", answer), None)
 
@@ -150,7 +151,8 @@ def heading(recording: Recording) -> str:
     span_s = recording.entries[-1].time_s - header.began_s if recording.entries else 0.0
     return (
         f"{header.arm} ({header.title}) on {header.link}, connected {header.began}, "
-        f"{span_s:.1f} s, {len(recording.entries)} entries, written: {header.why}, "
+        f"{span_s:.1f} s, {counted(len(recording.entries), 'entry', 'entries')}, written: "
+        f"{header.why}, "
         f"by armdrive {header.version}"
     )
 

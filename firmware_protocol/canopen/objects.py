@@ -117,7 +117,7 @@ class DataType(IntEnum):
         """
         size = self.size
         if size is not None and (len(data) != size if exact else len(data) < size):
-            raise RemoteProtocolError(f"{len(data)} bytes where {self.name} has {size}")
+            raise RemoteProtocolError(f"length {len(data)} where {self.name} has {size}")
         data = data[:size]
         if self.limits is not None:
             return int.from_bytes(data, "little", signed=self.signed)

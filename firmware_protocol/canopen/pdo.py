@@ -103,7 +103,7 @@ class Mapping:
         Bytes after the last entry are ignored, as CiA 301 requires.
         """
         if len(data) < self.size:
-            raise RemoteProtocolError(f"{len(data)} bytes where the PDO has {self.size}")
+            raise RemoteProtocolError(f"length {len(data)} where the PDO has {self.size}")
         return tuple([kind.unpack(data[where]) for kind, where in self._parts])
 
 

@@ -258,7 +258,7 @@ def place_of(data: bytes) -> Place:
 
 def _kind(data: bytes) -> int:
     if len(data) != SDO_SIZE:
-        raise RemoteProtocolError(f"{len(data)} bytes where an SDO frame has {SDO_SIZE}")
+        raise RemoteProtocolError(f"length {len(data)} where an SDO frame has {SDO_SIZE}")
     return data[0] & _KIND
 
 

@@ -95,7 +95,7 @@ def sized(frame: Frame, low: int, high: int = DATA_MAX) -> bytes:
     """Return a frame's data if its length is in range, or raise `RemoteProtocolError`."""
     if not low <= len(frame.data) <= high:
         belong = f"{low}" if low == high else f"{low} to {high}"
-        raise RemoteProtocolError(f"{len(frame.data)} bytes where {belong} belong")
+        raise RemoteProtocolError(f"length {len(frame.data)} where {belong} belong")
     return frame.data
 
 

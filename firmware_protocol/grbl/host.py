@@ -123,7 +123,7 @@ class Positions:
         for values in (report.machine_position, report.work_position, report.work_offset):
             if values is not None and len(values) != axes:
                 raise RemoteProtocolError(
-                    f"{len(values)} coordinates, but the board has {axes} axes"
+                    f"coordinates: {len(values)}, but the board has {axes} axes"
                 )
         if report.work_offset is not None:
             self._offset = report.work_offset

@@ -341,7 +341,7 @@ def _checked(frame: Frame) -> tuple[Code, bytes]:
         raise RemoteProtocolError("a frame of another kind than the drive's")
     data = frame.data
     if len(data) < 2:
-        raise RemoteProtocolError(f"{len(data)} bytes where 2 to {DATA_MAX} belong")
+        raise RemoteProtocolError(f"length {len(data)} where 2 to {DATA_MAX} belong")
     wanted = check_byte(frame.can_id, data[:-1])
     if data[-1] != wanted:
         raise RemoteProtocolError(f"the check byte should be {wanted:02x}")

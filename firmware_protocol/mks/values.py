@@ -332,7 +332,7 @@ def sized(payload: bytes, *sizes: int) -> bytes:
     """Return a payload if it has one of these lengths. Raises `RemoteProtocolError`."""
     if len(payload) not in sizes:
         belong = " or ".join(map(str, sizes))
-        raise RemoteProtocolError(f"{len(payload)} bytes where {belong} belong")
+        raise RemoteProtocolError(f"length {len(payload)} where {belong} belong")
     return payload
 
 

@@ -110,7 +110,7 @@ def wrap(position_steps: int) -> int:
 
 def _require_length(op: Op, payload: bytes, length: int, belong: str) -> bytes:
     if len(payload) != length:
-        raise RemoteProtocolError(f"{op.name} with {len(payload)} bytes where {belong}")
+        raise RemoteProtocolError(f"{op.name} of length {len(payload)} where {belong}")
     return payload
 
 

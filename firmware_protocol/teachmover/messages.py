@@ -469,7 +469,7 @@ def _counted(fields: list[bytes], least: int, most: int) -> tuple[int, ...]:
     """Read integers where their number fits."""
     if not least <= len(fields) <= most:
         wanted = f"{least}" if least == most else f"{least} or {most}"
-        raise RemoteProtocolError(f"{len(fields)} numbers follow the name where {wanted} belong")
+        raise RemoteProtocolError(f"numbers after the name: {len(fields)} where {wanted} belong")
     return _integers(fields)
 
 

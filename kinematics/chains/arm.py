@@ -41,6 +41,7 @@ from kinematics.paths.curves import (
     straight_between,
 )
 from kinematics.spaces import JOINTS_EXAMPLE, Joints, Pose
+from kinematics.text import counted
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -253,7 +254,9 @@ class ChainArm:
     def _values(self, joints: Joints) -> tuple[float, ...]:
         require("joints", joints, Joints, JOINTS_EXAMPLE)
         if len(joints.angles_rad) != len(self.chain):
-            raise KinematicsError(f"this arm has {len(self.chain)} joints, not {len(joints)}")
+            raise KinematicsError(
+                f"this arm has {counted(len(self.chain), 'joint')}, not {len(joints)}"
+            )
         return joints.angles_rad
 
     def _directions(self, joints: Joints) -> tuple[float, ...]:

@@ -24,6 +24,7 @@ from kinematics.frames.transforms import (
 )
 from kinematics.frames.vectors import Vector, norm
 from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns, turn_into
+from kinematics.text import aligned, counted
 
 LIMIT_TOLERANCE_MM = 1e-6
 """How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
@@ -77,7 +78,8 @@ class Chain:
         )
         if len(names) != len(self.links) or len(set(names)) != len(names):
             raise KinematicsError(
-                f"{len(self.links)} different joint names are needed, not {', '.join(names)}"
+                f"{counted(len(self.links), 'joint name is', 'different joint names are')} needed, "
+                f"not {', '.join(names)}"
             )
         object.__setattr__(self, "joint_names", names)
 
@@ -221,7 +223,8 @@ class Chain:
         bounds = ((-math.inf, math.inf),) * len(self) if limits is None else as_list(limits) or ()
         if len(bounds) != len(self) or any(len(as_list(pair) or ()) != 2 for pair in bounds):
             raise KinematicsError(
-                f"the limits of this chain are {len(self)} pairs, lowest and highest value of each "
+                f"the limits of this chain are {counted(len(self), 'pair')}, lowest and "
+                "highest value of each "
                 f"joint, not {limits!r}"
             )
         links = tuple(
@@ -299,16 +302,6 @@ def table_text(chain: Chain) -> str:
     return "\n".join(
         [f"{title}{chain.convention.value} convention, * varies", *aligned(cells, left=1)]
     )
-
-
-def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
-    """Return rows of cells as lines of aligned columns, the first `left` of them flush left."""
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    sides = [str.ljust] * left + [str.rjust] * (len(widths) - left)
-    return [
-        gap.join(side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True))
-        for row in cells
-    ]
 
 
 def _link(number: int, row: Mapping[str, object]) -> DHLink:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from kinematics.errors import KinematicsError, finite, hand_angle
+from kinematics.text import counted
 
 QUARTER_TOLERANCE_RAD = 1e-12
 """An angle this near to a whole number of quarter turns is one: cos(pi / 2) is not 6e-17.
@@ -41,7 +42,9 @@ def numbers(what: str, values: Any, names: Sequence[str]) -> tuple[Any, ...]:
     given = as_list(values)
     if given is None or len(given) != len(names):
         got = repr(values) if given is None else str(len(given))
-        raise KinematicsError(f"{what} needs {len(names)} numbers ({', '.join(names)}), not {got}")
+        raise KinematicsError(
+            f"{what} needs {counted(len(names), 'number')} ({', '.join(names)}), not {got}"
+        )
     found = []
     for name, value in zip(names, given, strict=True):
         plain = type(value) is float and value - value == 0.0  # the usual case, quickly

@@ -39,6 +39,7 @@ from kinematics.paths.curves import (
     straight_between,
 )
 from kinematics.spaces import JOINTS_EXAMPLE, POSE_EXAMPLE, Joints, Pose
+from kinematics.text import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +160,8 @@ class _Layer:
     def _turn(self, goal: Joints) -> list[Chord]:
         if len(goal) != len(self._here):
             raise KinematicsError(
-                f"this arm has {len(self._here)} joints, not the {len(goal)} of a joint motion"
+                f"this arm has {counted(len(self._here), 'joint')}, not the {len(goal)} of "
+                "a joint motion"
             )
         curve = JointCurve(self._arm, (self._here, goal))
         return cut(self._arm, curve, self._here, self._tolerance_mm)

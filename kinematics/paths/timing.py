@@ -34,6 +34,7 @@ from typing import NamedTuple
 
 from kinematics.errors import KinematicsError, finite, not_negative, positive
 from kinematics.paths.profiles import Phase, Profile, jerk_limited
+from kinematics.text import counted
 
 # The limits of a timed path: those of every coordinate, and of every motor after the couplings.
 
@@ -67,7 +68,8 @@ class MotionLimits:
         not_negative("jerk_s", self.jerk_s)
         if any(len(row) != count for row in (self.accelerations, *self.motors)):
             raise KinematicsError(
-                f"{count} coordinates have a speed limit, so as many accelerations are needed, "
+                f"{counted(count, 'coordinate has', 'coordinates have')} a speed limit, so "
+                "as many accelerations are needed, "
                 "and as many numbers in each motor's row"
             )
 
@@ -463,7 +465,8 @@ def _check(points: tuple[Point, ...], limits: MotionLimits, speed: float) -> Non
     for point in points:
         if len(point) != count:
             raise KinematicsError(
-                f"{count} coordinates have limits, so each corner needs {count}, not {len(point)}"
+                f"{counted(count, 'coordinate has', 'coordinates have')} limits, so each "
+                f"corner needs {count}, not {len(point)}"
             )
         for value in point:
             finite("a corner's coordinate", value)

@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from kinematics.chains.chain import aligned
 from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD
 from kinematics.frames.transforms import Transform
+from kinematics.text import aligned
 from kinematics.textbook.symbols import (
     QUARTER,
     Atom,

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
-from kinematics.chains.chain import aligned
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.transforms import Transform, position_of
+from kinematics.text import aligned, folded
 from kinematics.textbook.study import ROW_NAMES, Study, named_factors
 from kinematics.textbook.systems.named import NamedSingularity
 from kinematics.textbook.worked_example import (
@@ -99,8 +98,7 @@ def wrapped(lines: Sequence[str], width: int) -> Iterator[str]:
         if len(line) <= width or "[" in line:
             yield line
         else:
-            own = len(line) - len(line.lstrip())
-            yield from textwrap.wrap(line, max(width, 1), subsequent_indent=" " * (own + 2))
+            yield from folded(line, max(width, 1))
 
 
 def _links(of: Study) -> Iterator[str]:

@@ -28,6 +28,7 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of
 from kinematics.frames.vectors import Vector, angle_between, distance
+from kinematics.text import counted
 from kinematics.textbook.systems.named import assignment_rules
 from kinematics.textbook.worked_example import frame_text, number_text, plain
 
@@ -113,7 +114,7 @@ class _Account:
     def steps(self) -> Iterator[AssignmentStep]:
         count = self._count
         self._stage = "The joints"
-        yield self._step(1, 0, f"{count} joint{'' if count == 1 else 's'}: frames 0 to {count}")
+        yield self._step(1, 0, f"{counted(count, 'joint')}: frames 0 to {count}")
         self._stage = "Frame 0"
         self._know(0, Z_ONLY if self._craig else WHOLE)
         shown = () if self._craig else (self._origin(0), self._x(0))

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kinematics.chains.chain import Chain, JointViolation, aligned, table_text
+from kinematics.chains.chain import Chain, JointViolation, table_text
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import solve_frame_ik
@@ -21,6 +21,7 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of
+from kinematics.text import aligned, counted
 from kinematics.textbook.notation import (
     GREEK,
     PLAIN,
@@ -268,7 +269,7 @@ def _inverse(example: Study) -> Iterator[str]:
     yield f"goal: {coordinates_text(example.coordinates, example.goal)}"
     count = len(example.branches)
     within = sum(each.within_limits for each in example.branches)
-    yield f"{count} solution{'' if count == 1 else 's'}, {within} within the joint limits"
+    yield f"{counted(count, 'solution')}, {within} within the joint limits"
     if any(one.symbol == "lift" for each in example.branches for one in each.workings):
         yield TRIANGLE
     for each in example.branches:

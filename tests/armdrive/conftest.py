@@ -1,4 +1,4 @@
-"""Fixtures for several packages: calling commands, and writing programs."""
+"""Fixtures for several packages: calling commands, writing programs, holding a simulated arm."""
 
 from __future__ import annotations
 
@@ -6,6 +6,12 @@ from textwrap import dedent
 
 import pytest
 from cli_calls import Caller
+
+from armdrive import Arm
+from armdrive.connect.control_socket import serve
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
+from armdrive.storage.arm_lock import hold
 
 
 @pytest.fixture
@@ -31,3 +37,19 @@ def write(tmp_path):
         return str(path)
 
     return written
+
+
+@pytest.fixture
+def arm():
+    """Return a simulated arm."""
+    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
+        yield arm
+
+
+@pytest.fixture
+def holding(arm):
+    """Hold the arm by its name and by that of its port, and serve it to other programs."""
+    holding = hold("bench", "/dev/ttyUSB0")
+    serve(holding, arm)
+    yield holding
+    holding.release()

@@ -15,10 +15,7 @@ from pathlib import Path
 import pytest
 
 import armdrive
-from armdrive import Arm
 from armdrive.connect.control_socket import serve
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.sim.serving.servers import TcpServer, UdpServer, beyond_this_computer
 from armdrive.storage import files as places
@@ -48,20 +45,6 @@ SUSPICIOUS = re.compile(
 )
 """Found in every source that does what is forbidden, and in some others."""
 posix = pytest.mark.skipif(os.name != "posix", reason="files have modes and owners on POSIX")
-
-
-@pytest.fixture
-def arm():
-    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
-        yield arm
-
-
-@pytest.fixture
-def holding(arm):
-    holding = hold("bench")
-    serve(holding, arm)
-    yield holding
-    holding.release()
 
 
 # -- the simulator's doors ------------------------------------------------------------------------

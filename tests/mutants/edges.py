@@ -249,4 +249,37 @@ MUTANTS = (
             "test_a_caller_who_is_somebody_else_is_hung_up_on",
         ),
     ),
+    Mutant(
+        name="a misspelt attribute of an arm is accepted",
+        promise="a program that slows an arm slows it, or is told that it does not",
+        path="armdrive/errors/arguments.py",
+        old="            _require_known(self, name, value)\n",
+        new="            pass\n",
+        tests=tests_of(
+            "tests/armdrive/arm/test_arguments.py",
+            "test_a_misspelt_attribute_changes_nothing_and_the_nearest_one_is_named",
+        ),
+    ),
+    Mutant(
+        name="a time below zero is accepted",
+        promise="no call takes a time that is none",
+        path="armdrive/errors/arguments.py",
+        old="    if finite(name, value) < 0.0:\n",
+        new="    if finite(name, value) < -1e9:\n",
+        tests=tests_of(
+            "tests/armdrive/arm/test_arguments.py",
+            "test_a_time_below_zero_is_refused_and_nothing_happens",
+        ),
+    ),
+    Mutant(
+        name="the desk promises a stop while the link is lost",
+        promise="a person who cannot stop the arm by a key is told so",
+        path="tui/desk.py",
+        old="        hint = without_link(status, desk.keys) if lost else self.hint\n",
+        new="        hint = self.hint\n",
+        tests=tests_of(
+            "tests/tui/test_desk_link.py",
+            "test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends",
+        ),
+    ),
 )

@@ -39,6 +39,45 @@ async def test_a_key_that_is_held_when_the_link_breaks_only_says_so():
         assert "L looks for it, ctrl+q leaves" in session.text("messages")
 
 
+@pytest.mark.parametrize(
+    ("dialect", "sooner"),
+    [
+        ("teachmover", "The pendant's STOP key stops faster"),
+        ("mks", "The motors' power switch stops faster; the arm then sags."),
+    ],
+)
+@pytest.mark.parametrize("screen", ["f2", "f3", "f6"])
+async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(dialect, sooner, screen):
+    async with Session(FakeArm(simulated=False, dialect=dialect)) as session:
+        await session.press(screen)
+        assert "space" in session.text("footer")
+        session.arm.set(
+            state=State.DISCONNECTED, error="the cable was pulled", silent_time_s=0.312,
+            silent_distance_mm=20.1, trust=Trust.SUSPECT, trust_reason="it was moving",
+        )  # fmt: skip
+        await session.poll()
+        for key in ("", "space"):
+            if key:
+                await session.press(key)
+                await session.settle()
+            said = session.text("messages")
+            assert "No key reaches the arm, not even SPACE" in said
+            assert "ends by itself within 0.32 s and 21 mm" in said
+            assert sooner in said
+            assert "at any time" not in said
+            assert "asked for" not in said
+            assert "space" not in session.text("footer")
+            assert session.text("trust").endswith("position suspect: it was moving")
+            assert session.text("stopping").startswith(
+                "no stop reaches it; it ends by itself within 21 mm, 0.32 s"
+            )
+        assert session.arm.asked("stop")  # and yet the driver is told
+        session.arm.set(state=State.STANDBY, error="")
+        await session.poll()
+        assert session.text("stopping").startswith("a stop takes up to 14 mm, 0.21 s")
+        assert "space" in session.text("footer")
+
+
 async def test_a_lost_link_closes_the_question_that_was_open():
     async with Session(FakeArm(simulated=False)) as session:
         await session.press("H")

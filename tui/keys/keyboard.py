@@ -137,7 +137,7 @@ class Keyboard:
         yield f"1  {self.label('reference')} tells the desk where the arm is (the reference)."
         yield f"2  {self.label('arm')} arms the keys below; they disarm after 60 s without a key."
         yield "3  Tap a key for one step. Hold it to keep moving; let go and the arm stops."
-        yield f"4  {label(self.of(STOP)[0])} stops it at any time, on every screen."
+        yield f"4  {label(self.of(STOP)[0])} stops it on every screen, unless the link is lost."
         yield ""
         yield "Jog keys, while armed: the first moves by +, the second by -."
         for pair in pairs:

@@ -16,6 +16,7 @@ from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
 from armdrive.storage.points import Point, StepList
 from kinematics.geometry import ArmGeometry
+from kinematics.text import counted
 from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
@@ -142,7 +143,7 @@ def list_rows(listed: PointList, arm: ArmGeometry) -> list[str]:
     return [
         f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} "
         + (
-            f"sequence, {len(listed.taught.sequences[name].steps)} steps"
+            f"sequence, {counted(len(listed.taught.sequences[name].steps), 'step')}"
             if is_sequence
             else _tip(listed.taught.points[name], arm)
         )

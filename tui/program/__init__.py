@@ -16,6 +16,7 @@ from armdrive.programs.progress import RunView, duration
 from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
+from kinematics.text import counted
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
@@ -52,7 +53,8 @@ def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
     """Say how far a rehearsal has come."""
     yield "REHEARSING: nothing moves", "$primary"
     if far is not None:
-        yield f"line {far.mark.line}, {far.acts} acts, {duration(far.took_s)} of the arm's time", ""
+        acts, took = counted(far.acts, "act"), duration(far.took_s)
+        yield f"line {far.mark.line}, {acts}, {took} of the arm's time", ""
 
 
 def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator[Span]:
@@ -61,8 +63,8 @@ def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator
         where = "" if found.at is None else f" IN LINE {found.at.line}"
         yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
     else:
-        acts = sum(map(len, found.loops))
-        yield f"rehearsed: {duration(found.took_s)}, {acts} acts{found.end_words}", "$success"
+        acts = counted(sum(map(len, found.loops)), "act")
+        yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$success"
         go = keys.label("program-go")
         if half:
             yield f"{go} AGAIN RUNS IT; another key takes that back", WARN

@@ -37,6 +37,7 @@ from armdrive.status import Status
 from armdrive.storage.files import stamp_of
 from armdrive.text.reading import read_text
 from kinematics.errors import KinematicsError
+from kinematics.text import counted
 from tui.desk import Desk
 from tui.keys.presses import STEP_QUIET_S, SinglePress
 
@@ -303,7 +304,7 @@ class DeskRun:
             except (ArmError, KinematicsError) as error:
                 self._failed(error, run)
             else:
-                self.outcome = f"DONE: {run.done} acts in {duration(run.took_s)}"
+                self.outcome = f"DONE: {counted(run.done, 'act')} in {duration(run.took_s)}"
         finally:
             self.busy, self.asks, self._performer = False, "", None
             arm.program = None
@@ -314,7 +315,7 @@ class DeskRun:
         why = self._halted if self._halted and isinstance(error, Stopped) else reason(error)
         self.failed, self.failed_in = True, None if mark is None else mark.line
         where = "" if mark is None else f" IN LINE {mark.line}"
-        self.outcome = f"ENDED{where}, after {run.done} acts: {why}"
+        self.outcome = f"ENDED{where}, after {counted(run.done, 'act')}: {why}"
 
     def _end_words(self) -> str:
         """Say on whatever screen is shown that the program has ended."""

@@ -9,6 +9,7 @@ from armdrive.render.scene import Moment
 from armdrive.setup.directions import TRIAL_SPEED, DirectionCheck, SawMotion, check_of
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust, rounded_up
+from kinematics.text import counted
 from tui.desk import Desk
 from tui.keys.presses import SinglePress
 from tui.setup.stages import Correction, Go, SetupStage, StageText
@@ -51,8 +52,8 @@ class MotorsStage(SetupStage):
         if self._turning:
             return "IT TURNS. space stops it"
         if self.check.away:
-            return f"{turn}: TURN IT BACK by {steps} steps"
-        return f"{turn}: TURN IT by {steps} steps; once more brings it back"
+            return f"{turn}: TURN IT BACK by {counted(steps, 'step')}"
+        return f"{turn}: TURN IT by {counted(steps, 'step')}; once more brings it back"
 
     def _questions(self) -> list[str]:
         check, keys = self.check, self.desk.keys

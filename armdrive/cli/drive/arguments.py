@@ -94,7 +94,7 @@ def _enable(parser: argparse.ArgumentParser) -> None:
 
 
 def _home(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `home`.
+    r"""Add the options of `home`.
 
     An arm without switches cannot find its position by itself. `home` draws the reference posture;
     you jog the arm there, with lines such as `shoulder -2` or in the desk, and confirm with `done`.
@@ -104,7 +104,8 @@ def _home(parser: argparse.ArgumentParser) -> None:
     Examples:
       armdrive home
       armdrive home --declare park         the arm stands in its park posture
-      armdrive home --declare base=0 shoulder=40 elbow=-60 wrist_pitch=-70 wrist_roll=0
+      armdrive home --declare base=0 shoulder=40 elbow=-60 \
+          wrist_pitch=-70 wrist_roll=0
 
     """
     how = parser.add_mutually_exclusive_group()

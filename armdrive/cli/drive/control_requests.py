@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
 from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Result
 from armdrive.errors import ArmError, BadRequest
+from armdrive.storage.files import require_folder, write_named
 from armdrive.storage.lock_client import ask_holder, held_arms
 
 
@@ -87,9 +87,12 @@ def record(options: argparse.Namespace) -> list[Result]:
         raise ArmError("no program of yours is driving an arm: there is nothing to record")
     if options.output is not None and len(names) > 1:
         raise BadRequest(f"several arms are being driven ({', '.join(names)}): name one")
+    if options.output is not None:
+        require_folder(options.output)
     files = [_recorded(name) for name in names]
     if options.output is not None:
-        files = [Path(shutil.copyfile(files[0], options.output))]
+        write_named(options.output, files[0].read_bytes())
+        files = [options.output]
     return [Result({"recording": str(file)}, f"saved {file}") for file in files]
 
 

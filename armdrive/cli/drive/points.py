@@ -16,9 +16,10 @@ from armdrive.errors import BadRequest
 from armdrive.programs.teaching.export import program_of
 from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
 from armdrive.status import pose_view
-from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.files import write_named
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import StepList, Taught, check_name, point_view
+from kinematics.text import counted
 
 
 def _book(options: argparse.Namespace) -> tuple[ArmConfig, Points]:
@@ -51,7 +52,7 @@ def _listed(path: Path, taught: Taught) -> Iterator[str]:
         yield f"  {name:<{width}}{point.joints}{f'   {point.note}' * bool(point.note)}"
     for name, steps in taught.sequences.items():
         note = f"   {steps.note}" * bool(steps.note)
-        yield f"  {name:<{width}}sequence of {len(steps.steps)} steps{note}"
+        yield f"  {name:<{width}}sequence of {counted(len(steps.steps), 'step')}{note}"
     if not (taught.points or taught.sequences):
         yield "  no points yet: `armdrive points save NAME` saves the place where the arm is"
 
@@ -117,7 +118,10 @@ def shape(options: argparse.Namespace) -> Result:
     )
     book.put_all(points, sequences, again=options.again)
     lines = [f"{name}: {point.joints}" for name, point in points.items()]
-    lines += [f"{name}: sequence of {len(each.steps)} steps" for name, each in sequences.items()]
+    lines += [
+        f"{name}: sequence of {counted(len(each.steps), 'step')}"
+        for name, each in sequences.items()
+    ]
     view = {"name": options.new, "points": list(points), "sequences": list(sequences)}
     return Result(view, lines)
 
@@ -144,7 +148,7 @@ def export(options: argparse.Namespace) -> Result:
     steps, taught = book.sequence(options.name), book.read()
     tree = program_of(options.name, steps, taught.points, config.model.arm.fk)
     program = programs.written_program(tree, str(path))
-    replace_durably(DISK, path.absolute(), program.text.encode("utf-8"))
+    write_named(path, program.text.encode("utf-8"))
     return Result(
         {"file": str(path), "sha256": program.digest, "steps": len(steps.steps)},
         f"{options.name} is now {path}; `armdrive run {path} --check` rehearses it",

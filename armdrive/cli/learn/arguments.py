@@ -130,7 +130,7 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 
 
 def _ik(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `ik`.
+    r"""Add the options of `ik`.
 
     Every solution is printed, with the limits that rule it out, and then the one that is used. For
     a link table without a closed form a numerical solver finds one solution. Except for a built-in
@@ -139,7 +139,8 @@ def _ik(parser: argparse.ArgumentParser) -> None:
 
     Examples:
       armdrive ik --x 250 --y 0 --z 120 --pitch -90
-      armdrive ik --model puma --x 400 --y 100 --z 200 --pitch -90 --roll 0 --yaw 15
+      armdrive ik --model puma --x 400 --y 100 --z 200 \
+          --pitch -90 --roll 0 --yaw 15
 
     """
     for axis in ("x", "y", "z"):

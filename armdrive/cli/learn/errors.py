@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import shutil
-import sys
-import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict
 
 from armdrive.cli.presenter import Outcome, Result, as_json, put
-from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.errors.table import (
     ENTRIES,
-    INDENT,
     CatalogueEntry,
     by_code,
     found,
@@ -39,13 +34,7 @@ def errors(options: argparse.Namespace) -> Outcome:
 
 
 def _in_full(rows: tuple[CatalogueEntry, ...]) -> Iterator[str]:
-    """Yield the lines of rows; a terminal gets them folded to its width."""
-    width = shutil.get_terminal_size().columns - 1 if sys.stdout.isatty() else sys.maxsize
     for row in rows:
-        for line in in_full(row):
-            text = presented(line, COMMAND_LINE)  # before it is folded: words may span a fold
-            yield from textwrap.wrap(
-                text, width, subsequent_indent=" " * INDENT, break_on_hyphens=False
-            )
+        yield from in_full(row)
     if not rows:
         yield "no error has these words; `armdrive errors` lists them all"

@@ -33,6 +33,7 @@ from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.transforms import Transform, compose, position_of, translation
 from kinematics.frames.vectors import distance, norm
 from kinematics.spaces import Pose
+from kinematics.text import counted
 from kinematics.textbook.study import (
     FRAME_COORDINATES,
     Subject,
@@ -122,8 +123,8 @@ def given_joints(chain: Chain, typed: Sequence[float]) -> tuple[float, ...]:
     """Return joint values in rad and mm. Raises `BadRequest` for too few or too many."""
     if len(typed) != len(chain):
         raise BadRequest(
-            f"{len(chain)} joint values are required ({', '.join(chain.joint_names)}), "
-            f"not {len(typed)}"
+            f"{counted(len(chain), 'joint value is', 'joint values are')} required "
+            f"({', '.join(chain.joint_names)}), not {len(typed)}"
         )
     return tuple(
         math.radians(value) if kind is JointKind.REVOLUTE else value
@@ -141,7 +142,9 @@ def given_goal(
     if len(typed) not in (len(coordinates), least):
         names = [typed_name(name) for name in coordinates]
         fewer = f", or {', '.join(names[:least])} alone" if least else ""
-        raise BadRequest(f"a goal is {', '.join(names)}{fewer}, not {len(typed)} numbers")
+        raise BadRequest(
+            f"a goal is {', '.join(names)}{fewer}, not {counted(len(typed), 'number')}"
+        )
     return tuple(
         math.radians(value) if name.endswith("_rad") else value
         for name, value in zip(coordinates, typed, strict=False)
@@ -310,7 +313,7 @@ def _meets(goal: Goal, frame: Transform) -> bool:
 def _count_text(goal: Goal, branches: Sequence[NamedBranch]) -> str:
     if not branches:
         return "solved numerically"
-    count = "1 solution" if len(branches) == 1 else f"{len(branches)} solutions"
+    count = counted(len(branches), "solution")
     return count if goal.parts == ALL_PARTS else f"{count} with the free angles as found below"
 
 

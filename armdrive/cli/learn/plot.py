@@ -19,6 +19,7 @@ from armdrive.render.sketch import (
     section_sketch,
     sketch_rows,
 )
+from armdrive.storage.files import require_folder
 from kinematics.presets import PRESETS, preset
 
 MOST_COLUMNS, MOST_ROWS = 110, 36
@@ -31,6 +32,7 @@ def plot(options: argparse.Namespace) -> Result:
     title, sketches = _sketches(options)
     lines: Iterable[str] = _drawn(title, sketches, plain=options.ascii)
     if options.output is not None:
+        require_folder(options.output)
         save_sketches(sketches, title, options.output)
         lines = (f"{title}: written to {options.output}",)
     view = {

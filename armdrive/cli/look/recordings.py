@@ -17,6 +17,7 @@ from armdrive.trace.files import ENDING, Recording, read_recording
 from armdrive.trace.log import SEPARATOR, LogFilter, heading, lines, recorded
 from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
 from kinematics.errors import suggestion
+from kinematics.text import counted
 
 
 def log(options: argparse.Namespace) -> Iterator[Result]:
@@ -90,6 +91,9 @@ def _verdict(replayed: Replayed) -> Iterator[str]:
     if replayed.late_s > 0.0:
         yield f"note: the simulated arm took {replayed.late_s:.3f} s longer in total"
     if replayed.divergence is None:
-        yield f"no difference: {replayed.compared} answers and counts compared"
+        yield (
+            "no difference: "
+            f"{counted(replayed.compared, 'answer or count', 'answers and counts')} compared"
+        )
     else:
         yield str(replayed.divergence)

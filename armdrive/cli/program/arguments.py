@@ -16,6 +16,7 @@ from armdrive.cli.options import (
     add_pace_option,
     add_switches,
     count,
+    duration,
     fraction,
     number,
     positive,
@@ -216,7 +217,7 @@ def _retime_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("--speed", type=fraction, help="a new speed, 0.5 or 50%%")
     action.add_argument("--factor", type=number, default=1.0, help="a factor of the speeds")
     action.add_argument(
-        "--wait", type=number, metavar="SECONDS", help="a new duration of the waits"
+        "--wait", type=duration, metavar="SECONDS", help="a new duration of the waits"
     )
     action.add_argument(
         "--wait-factor", type=number, default=1.0, help="multiply the present waits"
@@ -234,7 +235,7 @@ def _record_words(action: argparse.ArgumentParser) -> None:
     action.add_argument("--speed", type=fraction, default=1.0, help="of every move, 0.5 or 50%%")
     add_switches(action, {"--waits": "record how long the arm rested"})
     action.add_argument(
-        "--rest", type=number, default=REST_S, metavar="SECONDS",
+        "--rest", type=duration, default=REST_S, metavar="SECONDS",
         help=f"how long the arm must rest at a place to record it (default {REST_S:g})",
     )  # fmt: skip
     add_switches(action, {"--again": "overwrite an existing sequence"})

@@ -20,9 +20,10 @@ from armdrive.programs.teaching.export import rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import Trust
-from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.files import require_folder, write_named
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
+from kinematics.text import counted
 
 
 def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
@@ -52,7 +53,7 @@ def read(options: argparse.Namespace) -> Result:
     config, program = _read_from(options)
     into_file(path, config, program)
     view = {"file": str(path), **pendant_of(config).view(config, program)}
-    return Result(view, f"{len(program.rows)} rows are in {path} now")
+    return Result(view, f"{counted(len(program.rows), 'row is', 'rows are')} in {path} now")
 
 
 def write(options: argparse.Namespace) -> Result:
@@ -67,7 +68,10 @@ def write(options: argparse.Namespace) -> Result:
         if not options.yes and (as_json(options) or not agreed(_question(arm, program))):
             raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
         written = _written(arm, program, leave_others=options.leave_others)
-    summary = f"{count} rows are in the arm: {written} written, and all read back as they should"
+    summary = (
+        f"{counted(count, 'row is', 'rows are')} in the arm: {written} written, and "
+        "all read back as they should"
+    )
     return Result({"rows": count, "written": written}, summary)
 
 
@@ -76,7 +80,8 @@ def _question(arm: Arm, program: PendantProgram) -> str:
     if program.origin is not None and not known:
         say("This arm was not homed: its rows may lead elsewhere than when they were read.")
     return (
-        f"Write {len(program.rows)} rows into the memory of {arm.status.arm}? Nothing moves. yes: "
+        f"Write {counted(len(program.rows), 'row')} into the memory of {arm.status.arm}? "
+        "Nothing moves. yes: "
     )
 
 
@@ -111,11 +116,12 @@ def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
     text = text_of(config, program)
     if pendant_of(config).parse(text) != program:
         raise PendantFileError("what was read does not fit into a file: nothing was written")
-    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    write_named(path, text.encode("utf-8"))
 
 
 def require_free(path: Path, *, force: bool) -> None:
-    """Raise `BadRequest` where a file is there already, before anything is asked of an arm."""
+    """Raise `BadRequest` where no file can be put, before anything is asked of an arm."""
+    require_folder(path)
     if path.exists() and not force:
         raise BadRequest(f"{path} is there already: name another file, or say --force")
 
@@ -139,7 +145,8 @@ def make_points(options: argparse.Namespace) -> Result:
     count = len(steps.steps)
     return Result(
         {"sequence": options.name, "points": list(points), "steps": count},
-        f"{options.name}: {count} steps over {len(points)} points, in {book.path}",
+        f"{options.name}: {counted(count, 'step')} over {counted(len(points), 'point')}, in "
+        f"{book.path}",
     )
 
 
@@ -152,4 +159,6 @@ def make_rows(options: argparse.Namespace) -> Result:
         program = rows_of(arm.config, steps, taught.points, origin)
         into_file(Path(options.file), arm.config, program)
     view = {"file": options.file, "rows": len(program.rows)}
-    return Result(view, f"{options.name} is {len(program.rows)} rows in {options.file} now")
+    return Result(
+        view, f"{options.name} is {counted(len(program.rows), 'row')} in {options.file} now"
+    )

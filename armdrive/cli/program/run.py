@@ -40,8 +40,9 @@ from armdrive.programs.scripts import (
     read_script,
 )
 from armdrive.render.sketch import check_output
-from armdrive.text.numbers import counted
+from armdrive.storage.files import require_folder
 from kinematics.errors import KinematicsError
+from kinematics.text import counted
 
 MOVING = frozenset(
     {
@@ -185,3 +186,4 @@ def run(options: argparse.Namespace) -> int:
 def _check_plot(output: str) -> None:
     if output:
         check_output(Path(output))
+        require_folder(Path(output))

@@ -32,7 +32,7 @@ from armdrive.errors.table import tagged
 from armdrive.runtime.clock import PaceChoice
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State
-from armdrive.storage.files import DISK
+from armdrive.storage.files import require_folder
 
 # A person's answers while a program runs: Enter, `armdrive resume`, and Ctrl-C.
 
@@ -247,7 +247,7 @@ def stands_at(arm: Arm) -> str:
 def require_recordable(path: Path) -> None:
     """Raise `BadRequest` if no recording can be written there: after the run it is too late."""
     try:
-        DISK.make_folder(path.parent)
+        require_folder(path)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
         reason = "it is a folder" if path.is_dir() else ""

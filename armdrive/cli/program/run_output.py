@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import Result, background_thread, put, put_error
+from armdrive.cli.presenter import Result, background_thread, fit, put, put_error
 from armdrive.errors import Stopped
 from armdrive.errors.actions import COMMAND_LINE, Words, presented
 from armdrive.errors.printable import printable
@@ -26,7 +26,7 @@ from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.problems import SourceLines, SourceMark, excerpt
 from armdrive.programs.progress import RunView, duration, place_words
 from armdrive.status import pose_view
-from armdrive.text.numbers import counted
+from kinematics.text import counted
 
 if TYPE_CHECKING:
     from armdrive.programs.program import Machine
@@ -65,7 +65,7 @@ class RunOutput:
             if not self.as_json:
                 self.wipe()
                 lines = (result.lines,) if isinstance(result.lines, str) else result.lines
-                self._put("".join(f"{line}\n" for line in lines))
+                self._put("".join(f"{line}\n" for line in lines), folds=True)
             elif result.document is not None:
                 self._put(f"{json.dumps(dict(result.document))}\n")
 
@@ -101,11 +101,12 @@ class RunOutput:
         line = lines.get((mark.file, mark.line))
         put_error(f"{mark}\n" if line is None else f"{mark}\n{excerpt(line, mark.column)}\n")
 
-    def _put(self, text: str, control: str = "") -> None:
+    def _put(self, text: str, control: str = "", *, folds: bool = False) -> None:
         if not (text or control):
             return
+        shown = presented(text, self._words)
         try:
-            put(presented(text, self._words), control=control, output=self._stdout)
+            put(fit(shown, self._stdout) if folds else shown, control=control, output=self._stdout)
         except BrokenPipeError:  # a program whose reader has gone must not seem to end well
             os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_OUTPUT)
             words = "the program was ended: its output was closed"

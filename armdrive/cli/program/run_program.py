@@ -50,9 +50,9 @@ from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import can_braille
 from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
-from armdrive.text.numbers import counted
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
+from kinematics.text import counted
 
 
 def run_program(options: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ from armdrive.status import status_view
 from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Step, StepList, check_name
+from kinematics.text import counted
 
 LOOK_EVERY_S = 0.1
 
@@ -51,7 +52,7 @@ def record(options: argparse.Namespace) -> Result:
         keep(recorder.end(time.monotonic()))
     if not recorder.steps:
         raise Refused("nothing was recorded: the arm was never seen at rest")
-    count = f"{len(recorder.steps)} steps over {len(recorder.points)} points"
+    count = f"{counted(len(recorder.steps), 'step')} over {counted(len(recorder.points), 'point')}"
     return Result(None, f"{options.name}: {count}, in {book.path}")
 
 

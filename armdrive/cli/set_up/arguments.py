@@ -15,6 +15,7 @@ from armdrive.cli.options import (
     count,
     name,
     number,
+    positive,
 )
 from armdrive.registry import DIALECTS, LANGUAGES, USUAL
 from armdrive.setup.templates import available
@@ -28,12 +29,13 @@ COMPLETED = ("arms", "places", "sequences")
 
 
 def _completion(parser: argparse.ArgumentParser) -> None:
-    """Declare what `completion` takes.
+    r"""Declare what `completion` takes.
 
     Commands, options, arm names, dialects, points, error codes and files are completed on Tab once
     the script is where your shell looks for it, in every terminal opened after that:
 
-      armdrive completion bash > ~/.local/share/bash-completion/completions/armdrive
+      armdrive completion bash \
+          > ~/.local/share/bash-completion/completions/armdrive
       armdrive completion zsh > ~/.zfunc/_armdrive       with fpath+=~/.zfunc before compinit
       armdrive completion fish > ~/.config/fish/completions/armdrive.fish
     """
@@ -58,7 +60,11 @@ def _config_default(parser: argparse.ArgumentParser) -> None:
 
 def _config_new(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", help="what the arm is called")
-    parser.add_argument("--template", choices=list(available()), help="what to begin from")
+    templates = list(available())
+    parser.add_argument(
+        "--template", metavar="NAME", choices=templates,
+        help=f"what to begin from: {', '.join(templates)}",
+    )  # fmt: skip
     parser.add_argument("--port", help="the port that leads to it")
     parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
     add_switches(
@@ -178,7 +184,7 @@ def _can_monitor(parser: argparse.ArgumentParser) -> None:
         choices=list(LANGUAGES),
         help=f"what the drives speak (as the arm file says, else {USUAL.name})",
     )
-    parser.add_argument("--seconds", type=number, metavar="S", help="end after this time")
+    parser.add_argument("--seconds", type=positive, metavar="S", help="end after this time")
     parser.add_argument("--count", type=count, metavar="N", help="end after N frames")
     add_json_option(parser)
 
@@ -195,8 +201,7 @@ def _node(word: str) -> int:
 
 ADAPTERS = """\
   can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
-  can:socketcan:can0                        with candleLight firmware: a CAN interface of Linux,
-                                            once it is up
+  can:socketcan:can0                        candleLight firmware, on Linux once the interface is up
   can:gs_usb:0?bitrate=500000               the same on Windows and macOS
 `armdrive ports` lists the adapters that are there, each with its line."""
 """How to name the adapter of a CAN bus: printed wherever one is missing."""
@@ -320,12 +325,13 @@ def _ports(parser: argparse.ArgumentParser) -> None:
 
 
 def _sim(parser: argparse.ArgumentParser) -> None:
-    """Declare what `sim` takes.
+    r"""Declare what `sim` takes.
 
     Examples:
       armdrive sim teachmover --pty /tmp/arm         then: armdrive jog --port /tmp/arm
       armdrive sim teachmover --tcp 127.0.0.1:4001   then: armdrive jog --port socket://127.0.0.1:4001
-      armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
+      armdrive sim teachmover --pty /tmp/arm \
+          --fault drop:0.01,from=host --fault unplug@20
       armdrive sim mks --slcan /tmp/can0             then: armdrive jog --port 'can:slcan:/tmp/can0'
       armdrive sim --list                            every dialect, its settings and its faults
 

@@ -12,7 +12,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
-from armdrive.cli.presenter import Outcome, Result, as_json, put_error, say, say_lines, show, tell
+from armdrive.cli.presenter import (
+    Outcome,
+    Result,
+    as_json,
+    put,
+    put_error,
+    say,
+    say_lines,
+    show,
+    tell,
+)
 from armdrive.cli.questions import TerminalPerson, agree, ask_value
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.config.arm import ArmConfig
@@ -46,6 +56,7 @@ from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker
+from kinematics.text import counted
 
 ONE_PROGRAM = (
     "Only one program can open a serial adapter: listen with a second adapter on the bus. If an "
@@ -99,7 +110,8 @@ def _shown(
 
 
 def _passed_over(count: int) -> None:
-    put_error(f"{count} exchanges are missing: they came faster than they could be shown\n")
+    missing = counted(count, "exchange is missing: it", "exchanges are missing: they")
+    put_error(f"{missing} came faster than could be shown\n")
 
 
 def _explanation(language: Language, shown: int, foreign: int) -> str:
@@ -111,7 +123,10 @@ def _explanation(language: Language, shown: int, foreign: int) -> str:
         )
     if 2 * foreign > shown:
         others = " or ".join(f"--protocol {name}" for name in LANGUAGES if name != language.name)
-        return f"{foreign} of {shown} frames are not from {language.title}: try {others}"
+        return (
+            f"{foreign} of {counted(shown, 'frame is', 'frames are')} not from "
+            f"{language.title}: try {others}"
+        )
     return ""
 
 
@@ -295,7 +310,7 @@ def _end(
         say(f"The directions of {', '.join(unclear)} contradict each other: repeat with --again.")
     if outcome.left_out:
         say(f"Left out: {', '.join(outcome.left_out)}. The same command continues there.")
-    say_lines(f"\n{proposal.after}")
+    put(f"\n{proposal.after}\n")
     aside = f"{path.name}{BEFORE}"
     old = f" (the old text is kept as {aside})" if proposal.before else ""
     if not proposal.differs:

@@ -21,7 +21,7 @@ from armdrive.cli.drive.arguments import ARGUMENTS as DRIVE
 from armdrive.cli.learn.arguments import ARGUMENTS as LEARN
 from armdrive.cli.look.arguments import ARGUMENTS as LOOK
 from armdrive.cli.options import CommandParser, Declare, help_of
-from armdrive.cli.presenter import Result, say_lines
+from armdrive.cli.presenter import Result
 from armdrive.cli.program.arguments import ARGUMENTS as PROGRAM
 from armdrive.cli.set_up.arguments import ARGUMENTS as SET_UP
 from armdrive.cli.set_up.arguments import SHELLS
@@ -36,12 +36,11 @@ from kinematics.textbook.systems import MODEL_NAMES
 ALL: Mapping[str, Declare] = MappingProxyType({**DRIVE, **PROGRAM, **SET_UP, **LOOK, **LEARN})
 
 
-def completion(options: argparse.Namespace) -> int | Result:
+def completion(options: argparse.Namespace) -> Result:
     """Print the script of a shell, or the names that such a script asks for."""
     if options.names is not None:
         return Result(None, NAMES[options.names]())
-    say_lines(script(options.shell).rstrip())
-    return 0
+    return Result(None, script(options.shell).rstrip().split("\n"), verbatim=True)
 
 
 def script(shell: str) -> str:

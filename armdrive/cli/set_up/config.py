@@ -25,6 +25,7 @@ from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
 from kinematics.errors import KinematicsError
 from kinematics.presets import ArmPreset
+from kinematics.text import counted
 from kinematics.transmission import MotorSpec, Transmission
 
 
@@ -74,7 +75,7 @@ def show(options: argparse.Namespace) -> Result:
         raise ArmFileError(f"{arm.path}: {error}; `armdrive config check` tells all") from None
     if options.toml:
         text = complete(config, arm.table)
-        return Result({"toml": text}, text.rstrip("\n").split("\n"))
+        return Result({"toml": text}, text.rstrip("\n").split("\n"), verbatim=True)
     view = arm_view(config)
     return Result(view, arm_lines(view))
 
@@ -103,17 +104,13 @@ def _checked(name: str) -> Result:
             config = load_arm(arm.path)
             remarks += [*remarks_on(config), *limit_remarks(config)]
     view = {"arm": called, "ok": not problems, "problems": problems, "remarks": remarks}
-    verdict = _count(len(problems)) if problems else "fine"
+    verdict = counted(len(problems), "problem") if problems else "fine"
     lines = (
         f"{called}: {verdict}",
         *(f"  ! {sentence}" for sentence in problems),
         *(f"  - {sentence}" for sentence in remarks),
     )
     return Result(view, lines, WRONG if problems else 0)
-
-
-def _count(problems: int) -> str:
-    return f"{problems} problem{'s' if problems > 1 else ''}"
 
 
 def set_default(options: argparse.Namespace) -> Result:

@@ -20,6 +20,7 @@ from armdrive.setup.ports import look_at, port_of
 from armdrive.setup.survey import Diagnosis, Report, measured_jitter, of_jitter, survey_port
 from armdrive.tasks import DeviceSettings
 from armdrive.transports.address import PREFIX, is_can
+from kinematics.text import counted
 
 EXIT_CODES: Mapping[Diagnosis, int] = MappingProxyType(
     {Diagnosis.FINE: 0, Diagnosis.PROBLEM: 1, Diagnosis.CLOSED: 4, Diagnosis.NO_ARM: 6}
@@ -109,8 +110,8 @@ def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | 
             return bool(options.yes)
         for each in settings.differences:
             say(f"  {each}")
-        count = len(settings.differences)
-        return agreed(f"Write these {count} settings to the controller? Type yes: ")
+        these = counted(len(settings.differences), "setting")
+        return agreed(f"Write {these} to the controller? Type yes: ")
 
     return agree if options.mend else None
 

@@ -24,6 +24,7 @@ from armdrive.tasks import (
 )
 from armdrive.text.toml import within
 from armdrive.transports.address import is_can
+from kinematics.text import counted
 
 BUS_REQUESTS = (
     MoveBy,
@@ -175,7 +176,8 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
     names = tuple(motor.name for motor in transmission.motors)
     if len(ids) < len(names):
         raise ArmFileError(
-            f"{section}.ids names {len(ids)} drives, but the arm has {len(names)} motors"
+            f"{section}.ids names {counted(len(ids), 'drive')}, but the arm has "
+            f"{counted(len(names), 'motor')}"
         )
     speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
     spans = [one.high_rad - one.low_rad for one in config.model.arm.limits]

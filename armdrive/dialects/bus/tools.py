@@ -20,6 +20,7 @@ from armdrive.dialects.exchange import Received, Script, ScriptIO, ScriptLoop
 from armdrive.dialog.conversation import Dialog, Finding, note, problem
 from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker
+from kinematics.text import counted
 
 IDS = tuple(range(1, 17))
 """The ids that are asked by default."""
@@ -224,8 +225,9 @@ SOME = 2
 def of_lost(missed: int, garbled: int, health: BusHealth) -> list[Finding]:
     """Report lost and broken frames, and what causes them."""
     what = (
-        f"{missed} answers came only after a second question, {garbled} frames were unreadable, "
-        f"{health.error_frames} error frames were seen"
+        f"{counted(missed, 'answer')} came only after a second question, "
+        f"{counted(garbled, 'frame was', 'frames were')} unreadable, "
+        f"{counted(health.error_frames, 'error frame was', 'error frames were')} seen"
     )
     wiring = f"a missing resistor, a loose plug or a long stub causes that: {RESISTORS}"
     if missed > SOME or garbled or health.error_frames:

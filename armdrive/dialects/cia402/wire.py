@@ -22,6 +22,7 @@ from firmware_protocol import canopen
 from firmware_protocol.canopen.sdo import Upload
 from firmware_protocol.frames import pack
 from kinematics.spaces import Motors
+from kinematics.text import counted
 
 TARGET_MAX = (1 << 31) - 1
 """The greatest target that can be commanded, in increments."""
@@ -274,7 +275,7 @@ class DriveGroup:
             case canopen.UnreadableFrame(frame, reason):
                 self._warn(f"frame {frame}: {reason}")
             case canopen.Overrun(count):
-                self._warn(f"{count} frames were not read in time and are lost")
+                self._warn(f"lost {counted(count, 'frame')}, not read in time")
 
     def _warn(self, words: str) -> None:
         self._io.notify(ProtocolWarning(words))

@@ -28,6 +28,7 @@ from firmware_protocol.grbl import (
     Unlock,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
+from kinematics.text import counted
 
 TRIES = 3
 """Attempts to read the build information, to set the modes, and to confirm a surprising report."""
@@ -93,7 +94,8 @@ class GrblContact:
     def _lacking_words(self) -> str:
         axes, lacking = self.board.letters, ", ".join(self.board.lacking)
         return (
-            f"the board has {len(axes)} axes ({axes}), but grbl.axes also puts motors of this arm "
+            f"the board has {counted(len(axes), 'axis', 'axes')} ({axes}), but grbl.axes "
+            "also puts motors of this arm "
             f"on {lacking}: use a board and a firmware with an axis for each motor "
             "(grbl-Mega-5X, grblHAL, FluidNC), or correct the letters in grbl.axes"
         )

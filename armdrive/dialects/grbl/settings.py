@@ -16,6 +16,7 @@ from armdrive.text.toml import check_settings, setting
 from firmware_protocol.grbl import AXIS_LETTERS, Variant
 from firmware_protocol.grbl.dialect import write_number
 from kinematics.spaces import Motors
+from kinematics.text import counted
 
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
@@ -169,11 +170,15 @@ class BoardAxes:
         count = len(transmission.motors)
         if len(settings.axes) < count:
             raise ArmFileError(
-                f"grbl.axes names {len(settings.axes)} axes, but the arm has {count} motors"
+                f"grbl.axes names {counted(len(settings.axes), 'axis', 'axes')}, but the "
+                f"arm has {counted(count, 'motor')}"
             )
         for name in ("rates", "accelerations", "travel"):
             if len(getattr(settings, name)) not in (0, count):
-                raise ArmFileError(f"grbl.{name} must have {count} entries, one for each motor")
+                raise ArmFileError(
+                    f"grbl.{name} must have {counted(count, 'entry', 'entries')}, one for "
+                    "each motor"
+                )
         per_unit = tuple(
             1.0
             if settings.unit == "steps"

@@ -29,6 +29,7 @@ from firmware_protocol.grbl import (
     StatusReported,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
+from kinematics.text import counted
 
 REPORTED_OUTPUTS = {"M3", "flood", "mist"}
 """The outputs whose state a status report shows (gnea/grbl grbl/report.c)."""
@@ -58,8 +59,8 @@ class GrblOutputs:
         """Raise `Refused` if the arm file names no output for one of the bits."""
         if bits >> len(self._settings.outputs):
             raise Refused(
-                f"this board has {len(self._settings.outputs)} outputs, {bits} needs more: "
-                "name them in grbl.outputs"
+                f"this board has {counted(len(self._settings.outputs), 'output')}, {bits} needs "
+                "more: name them in grbl.outputs"
             )
 
     def check_gripper(self) -> None:

@@ -24,6 +24,7 @@ from firmware_protocol.grbl.answers import (
 )
 from firmware_protocol.grbl.codes import alarm_code, error_code
 from firmware_protocol.grbl.commands import Realtime, split_realtime
+from kinematics.text import counted
 
 _WORD = re.compile(r"([A-Za-z])([-+]?[0-9.]+)")
 
@@ -58,7 +59,9 @@ def _report(message: StatusReport) -> str:
     position = message.machine_position or message.work_position or ()
     at = f" at {' '.join(f'{each:g}' for each in position)}" if position else ""
     feed = f", feed {message.feed:g}" if message.feed else ""
-    room = "" if message.free_blocks is None else f", room for {message.free_blocks} blocks"
+    room = (
+        "" if message.free_blocks is None else f", room for {counted(message.free_blocks, 'block')}"
+    )
     pins = f", pins {message.pins}" if message.pins else ""
     return f"{state}{sub}{at}{feed}{room}{pins}"
 

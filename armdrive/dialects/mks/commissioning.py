@@ -54,6 +54,7 @@ from firmware_protocol.mks import (
     StateRead,
     needed_for,
 )
+from kinematics.text import counted
 from kinematics.transmission import MotorSpec, Transmission
 
 ACC = 236
@@ -372,9 +373,9 @@ def _checked(dialog: DriveDialog, drive: DrivePlace) -> KnownDrive | None:
         dialog.say(_two(drive.node))
         return None
     calibrated = "" if found.version is None else _calibrated_words(found.version.calibrated)
+    at = "" if found.counts is None else f", at {counted(found.counts, 'count')}"
     dialog.say(
-        f"Drive {found.node} answers: {found.board}, {found.firmware_words}, "
-        f"at {found.counts} counts{calibrated}."
+        f"Drive {found.node} answers: {found.board}, {found.firmware_words}{at}{calibrated}."
     )
     return found
 

@@ -34,6 +34,7 @@ from firmware_protocol.mks import (
     encode,
 )
 from firmware_protocol.mks import Done as Taken
+from kinematics.text import counted
 
 _LINE = re.compile(r"\s*([0-9]{1,4})\s*:\s*((?:[0-9A-Fa-f]{2}\s*){2,7})")
 _NOT_BY_LINE = (Code.NODE, Code.BITRATE, Code.GROUP)
@@ -63,7 +64,7 @@ def wanted_settings(device: MksSettings, current_ma: int) -> tuple[WantedSetting
         ),
         WantedSetting(
             SetMicrosteps(device.microsteps),
-            f"{device.microsteps} microsteps",
+            counted(device.microsteps, "microstep"),
             "with 16, 32 or 64 the drive's speeds are in rpm",
         ),
         WantedSetting(SetCurrent(current_ma), f"{current_ma} mA", "the motor's own rating"),

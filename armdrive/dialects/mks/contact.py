@@ -45,6 +45,7 @@ from firmware_protocol.mks import (
 )
 from firmware_protocol.mks import Done as Taken
 from firmware_protocol.mks import Request as Message
+from kinematics.text import counted
 
 # The firmware of a drive. Before 1.0.8 it does not report its version, which then follows from the
 # questions that it answers.
@@ -189,7 +190,8 @@ class MksInquiry:
 def _departed_words(drive: ObservedDrive, verdict: Verdict) -> str:
     if verdict.finding in (DriveFinding.OFF_PATH, DriveFinding.WEAK):
         return (
-            f"{drive} has {verdict.off:.0f} counts of following error; the other drives are on the "
+            f"{drive} has {counted(round(verdict.off), 'count')} of following error; the "
+            "other drives are on the "
             "path. It is overloaded, or its supply is too weak for its speed"
         )
     return off_target_words(drive, verdict.count, round(verdict.place), "counts")

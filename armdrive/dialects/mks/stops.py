@@ -34,6 +34,7 @@ from firmware_protocol.mks import (
     acc_of,
     ramp_rpm_s,
 )
+from kinematics.text import counted
 
 STOP_POLL_S = 0.02
 """How often braking drives are polled, and get the stop again if they have not confirmed it."""
@@ -248,12 +249,14 @@ def pushing_words(drive: ObservedDrive, off: int) -> str:
     """Return that a drive pushed against something, or still does if it rejected its relief."""
     if drive.rejections.pending:
         return (
-            f"{drive} presses against something, {abs(off)} counts from its target, and rejects "
+            f"{drive} presses against something, {counted(abs(off), 'count')} from its "
+            "target, and rejects "
             "the order to stay where it is: its shaft springs when it comes free. Support the arm, "
             "switch the motors' supply off, and find out why (`armdrive doctor`)"
         )
     return (
-        f"{drive} pressed against something as it stopped, {abs(off)} counts from its target: it "
+        f"{drive} pressed against something as it stopped, {counted(abs(off), 'count')} "
+        "from its target: it "
         "is blocked, overloaded, or was turned by force. Its target is now where it stands, so it "
         "pushes no more"
     )

@@ -46,6 +46,7 @@ from firmware_protocol.mks import (
     VersionRead,
     abilities_of,
 )
+from kinematics.text import counted
 
 
 def scripts(ids: Sequence[int]) -> ScriptLoop[Event]:
@@ -255,7 +256,8 @@ def of_answers(found: Survey, health: BusHealth, arm: str = "NAME") -> list[Find
 def of_drive(drive: KnownDrive, arm: str = "NAME") -> list[Finding]:
     """Report one drive's data, and what is wrong with it."""
     mode = drive.mode
-    words = [drive.board, drive.firmware_words, f"at {drive.counts} counts"]
+    words = [drive.board, drive.firmware_words]
+    words += [] if drive.counts is None else [f"at {counted(drive.counts, 'count')}"]
     words += [f"mode {int(mode.mode)}"] if mode else []
     words += ["holds" if drive.enabled else "has let its motor go"]
     words += [drive.state.name.lower().replace("_", " ")] if drive.state is not None else []

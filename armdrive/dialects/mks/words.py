@@ -86,7 +86,7 @@ SENTENCES: Sentences = MappingProxyType(
         MoveAbsoluteAxis: lambda message: f"go to {message.counts} {_pace(message)}",
         MoveRelativeAxis: lambda message: f"go by {message.counts:+d} {_pace(message)}",
         MoveAbsolutePulses: lambda message: f"go to pulse {message.pulses} {_pace(message)}",
-        MoveRelativePulses: lambda message: f"go by {message.pulses:+d} pulses {_pace(message)}",
+        MoveRelativePulses: lambda message: f"go in pulses by {message.pulses:+d} {_pace(message)}",
         RunAtSpeed: lambda message: f"turn without end {_pace(message)}",
         RunFor: lambda message: f"turn for {message.duration_ms} ms {_pace(message)}",
     }

@@ -22,6 +22,7 @@ from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolErro
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
 from firmware_protocol.teachmover.messages import MOVE_KIND
 from kinematics.spaces import Joints, Motors
+from kinematics.text import counted
 
 _SPAN = 1 << 16
 """Registers wrap around after this many steps."""
@@ -50,7 +51,7 @@ class PendantProgram:
             raise DeviceFault(f"the program in the arm cannot be read: {error}") from None
 
     def __repr__(self) -> str:  # short, for recordings of calls, which contain the rows as bytes
-        return f"<PendantProgram of {len(self.rows)} rows, origin {self.origin}>"
+        return f"<PendantProgram of {counted(len(self.rows), 'row')}, origin {self.origin}>"
 
     @property
     def words(self) -> tuple[tuple[int, ...], ...]:

@@ -38,8 +38,8 @@ from armdrive.programs.language.words import (
     ValueKind,
 )
 from armdrive.programs.problems import Problem, SourceMark
-from armdrive.text.numbers import counted
 from kinematics.errors import suggestion
+from kinematics.text import counted
 
 # The kind of every name of a program, inferred from the lines that set it.
 

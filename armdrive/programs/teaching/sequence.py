@@ -8,6 +8,7 @@ from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.errors import BadRequest, NotReferenced, Refused, Stopped
+from armdrive.errors.arguments import known_attributes
 from armdrive.moves import REST_S, JointMove, LineMove
 from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
@@ -161,6 +162,7 @@ SLICE_S = 0.05
 """The longest sleep of a delay: between two sleeps a stop ends it."""
 
 
+@known_attributes
 class Stepper:
     """A running sequence: `at` counts the steps done, so `steps[at]` is the next one."""
 

@@ -20,6 +20,7 @@ from armdrive.sim.world import World
 from armdrive.sim.world.saved import MEND, Json, Saved
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
+from kinematics.text import counted
 
 COUNT_MOST = 1 << 40
 N = TypeVar("N", bound=BusNode)
@@ -80,7 +81,8 @@ class DrivesBoard(Board, Generic[N]):
         drives = saved.items("drives")
         if len(drives) != len(self.nodes):
             raise StateFileError(
-                f"{len(drives)} drives are saved of an arm that has {len(self.nodes)}; {MEND}"
+                f"{counted(len(drives), 'drive is', 'drives are')} saved of an arm that has "
+                f"{len(self.nodes)}; {MEND}"
             )
         for node, item in zip(self.nodes, drives, strict=True):
             one = Saved(item, f"drive {node.motor.index + 1}")

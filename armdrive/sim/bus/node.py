@@ -18,6 +18,7 @@ from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mechanics.switches import LimitSwitch, switch_places
 from armdrive.sim.world.saved import Json, Saved
 from firmware_protocol.frames import Frame
+from kinematics.text import counted
 
 # --- Quirks --------------------------------------------------------------------------------------
 
@@ -56,7 +57,9 @@ def node_ids(ids: Sequence[int] | None, count: int) -> tuple[int, ...]:
     """Return one id for each of `count` motors, from an arm file's ids. Raises `BadRequest`."""
     numbers = tuple(ids or range(1, count + 1))[:count]
     if len(numbers) < count:
-        raise BadRequest(f"ids of {len(numbers)} drives cannot turn the {count} motors of this arm")
+        raise BadRequest(
+            f"ids of {counted(len(numbers), 'drive')} cannot turn {counted(count, 'motor')}"
+        )
     return numbers
 
 

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.errors.arguments import BASIC, checked_calls, made_of
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes, made_of
 from armdrive.sim.bus import DriveControls, DrivesBoard
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import (
@@ -484,6 +484,7 @@ def link_cable(link: MemoryLink[PacedDevice]) -> Cable:
     return Cable(link.line, link.unplug, link.replug)
 
 
+@known_attributes
 @checked_calls({**BASIC, "FaultRequest": made_of(FaultRequest, "a fault that was asked for")})
 class Faults:
     """The faults of one device. Call it from the thread that owns the device, or under its lock."""

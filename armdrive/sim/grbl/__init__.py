@@ -44,6 +44,7 @@ from armdrive.sim.mechanics.switches import LimitSwitch, switch_places
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from firmware_protocol.grbl import AXIS_LETTERS
+from kinematics.text import counted
 from kinematics.transmission import Transmission
 
 # --- What the board would trip over in an arm file -----------------------------------------------
@@ -127,8 +128,8 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
         given = getattr(device, name)
         if given and len(given) != len(turning.motors):
             raise ArmFileError(
-                f"grbl.{name} must have {len(turning.motors)} entries, one for each motor, "
-                f"not {len(given)}"
+                f"grbl.{name} must have {counted(len(turning.motors), 'entry', 'entries')}, one "
+                f"for each motor, not {len(given)}"
             )
     per_unit = _steps_per_unit(device, turning)
     rates = device.rates or _rates_hz(config, turning)
@@ -198,7 +199,7 @@ def gripper_wiring(config: ArmConfig) -> OutputWiring:
         if not 0 <= device.gripper_output < len(device.outputs):
             raise ArmFileError(
                 f"grbl.gripper_output is bit {device.gripper_output}, but grbl.outputs names "
-                f"{len(device.outputs)} outputs, which count from 0: name the gripper's"
+                f"{counted(len(device.outputs), 'output')}, counted from 0: name the gripper's"
             )
         name, closes = device.outputs[device.gripper_output], device.gripper_closes
         what = "digital" if name.startswith("P") else name

@@ -28,6 +28,7 @@ from armdrive.sim.world.saved import Json
 from armdrive.sim.world.table import PARTS, block_of
 from armdrive.text.numbers import number, whole
 from kinematics.errors import did_you_mean
+from kinematics.text import counted
 
 # --- A command and its answer --------------------------------------------------------------------
 
@@ -173,7 +174,9 @@ def _push(console: Console, words: list[str]) -> ConsoleAnswer:
     if not 1 <= motor <= count:
         raise BadRequest(f"motors are numbered 1 to {count}, not {motor}")
     console.device.push([steps if index == motor else 0 for index in range(1, count + 1)])
-    return ConsoleAnswer(f"pushed motor {motor} by {steps} half-steps, unknown to the registers")
+    return ConsoleAnswer(
+        f"pushed motor {motor} by {counted(steps, 'half-step')}, unknown to the registers"
+    )
 
 
 def _speed_error(console: Console, words: list[str]) -> ConsoleAnswer:

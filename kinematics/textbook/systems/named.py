@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import re
-import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,6 +25,7 @@ from kinematics.frames.orientations import solve_rpy
 from kinematics.frames.rotations import IDENTITY, columns, multiply, rotate
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
 from kinematics.frames.vectors import ZERO, Vector, add, angle_between, distance
+from kinematics.text import filled
 
 # The texts of the lecture notes, from `notes.toml`: what they say of a system, and their rules.
 
@@ -385,7 +385,7 @@ class System:
         """Return the system's figure in text, with its own lengths in mm."""
         drawing = self.notes.drawing.rstrip()
         legend = ", ".join(f"{name} = {value:g} mm" for name, value in self.lengths().items())
-        return f"{drawing}\n\n{textwrap.fill(legend, WIDTH)}" if legend else drawing
+        return "\n".join((drawing, "", *filled(legend, WIDTH))) if legend else drawing
 
     def finished(self, found: Sequence[NamedBranch], near: Values) -> tuple[NamedBranch, ...]:
         """Return branches with each angle on the turn to take, and the limits they break."""

@@ -7,11 +7,13 @@ added later is held to them as well.
 from __future__ import annotations
 
 import asyncio
+import copy
 import functools
 import inspect
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -26,12 +28,17 @@ from armdrive import (
     BadArgument,
     BadRequest,
     Handle,
+    InputTimeout,
     Jog,
     JointPart,
     Joints,
     LinePart,
     Point,
     Pose,
+    SimulatedClock,
+    Step,
+    StepList,
+    Stepper,
     UnknownPoint,
     WaitTimeout,
 )
@@ -46,6 +53,7 @@ from armdrive.sim.faults.table import Faults
 from armdrive.sim.world import World
 from armdrive.storage import point_file
 from armdrive.storage.point_file import Points
+from armdrive.testing import ArmWorld
 
 A_POSE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 RIGHT = MappingProxyType(
@@ -250,6 +258,36 @@ def test_a_wrong_count_and_an_unknown_option_are_refused(kind, name):
     assert seen() == before
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "time"), [each for each in parameters() if each[2].endswith("_s")], ids=str
+)
+def test_a_time_below_zero_is_refused_and_nothing_happens(kind, name, time):
+    words, named = given(dict(calls(kind))[name], time, -0.5)
+    before = seen()
+    with pytest.raises(BadRequest, match=f"^{time} must be 0 or more seconds, not -0.5"):
+        make(kind, name, words, named)
+    assert seen() == before
+
+
+@pytest.mark.parametrize("time_s", [-0.5, math.nan, math.inf, "1", None])
+def test_a_world_of_a_test_takes_no_time_that_is_none(time_s):
+    with pytest.raises(BadRequest, match=r"^by_s must "):
+        ArmWorld().after(time_s, print)
+    if time_s != -0.5:  # the origin of a clock is anywhere
+        with pytest.raises(BadRequest, match=r"^now_s must be a finite"):
+            SimulatedClock(time_s)
+
+
+def test_an_endless_limit_is_none():
+    arm = bench()
+    arm.core.readings.inputs = 0
+    assert done().wait(timeout_s=math.inf)
+    with pytest.raises(InputTimeout, match="waited 3600 s"):
+        arm.wait_inputs(high=1, within_s=math.inf)
+    with pytest.raises(InputTimeout, match="waited 0 s"):
+        arm.wait_inputs(high=1, within_s=0)
+
+
 @pytest.mark.parametrize("kind", [Arm, Gripper, Handle, AsyncArm, AsyncHandle, Points])
 def test_every_annotation_of_a_public_call_has_a_rule(kind):
     for name, signature in calls(kind):
@@ -265,6 +303,74 @@ def test_every_public_call_is_checked(kind):
         found = inspect.getattr_static(kind, name)
         if not name.startswith("_") and inspect.isfunction(found):
             assert hasattr(found, "__wrapped__"), name
+
+
+# Attributes that a program assigns.
+
+
+def others() -> dict[type, Callable[[], object]]:
+    """Return how to make objects of the public classes that have no checked calls."""
+    steps = StepList((Step(point="pick"),))
+    return {
+        ArmWorld: ArmWorld,
+        SimulatedClock: SimulatedClock,
+        Stepper: lambda: Stepper(bench(), steps, {}),
+    }
+
+
+@pytest.mark.parametrize(
+    "kind", [each for each in (*KINDS, *TWINS, *others()) if each is not World], ids=str
+)
+def test_an_unknown_attribute_is_refused_and_not_created(kind):
+    thing = others()[kind]() if kind in others() else owner(kind)
+    with pytest.raises(BadArgument, match=f"^{kind.__name__} has no attribute 'nonsense'$"):
+        thing.nonsense = 1
+    assert not hasattr(thing, "nonsense")
+    thing._private = 1
+
+
+@pytest.mark.parametrize("kind", [Arm, AsyncArm])
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("speed_overide", r"has no attribute 'speed_overide'; did you mean 'speed_override'\?$"),
+        ("speed_overrides", "did you mean 'speed_override'"),
+        ("pause", r"\.pause is a call, not a value: write pause\(\.\.\.\)$"),
+        ("estop", "is a call"),
+        ("paus", "has no attribute 'paus'$"),  # neither a call nor what is only read is near
+    ],
+)
+def test_a_misspelt_attribute_changes_nothing_and_the_nearest_one_is_named(kind, name, said):
+    before = seen()
+    with pytest.raises(BadArgument, match=f"^{kind.__name__}.*{said}"):
+        setattr(owner(kind), name, 0.5)
+    assert seen() == before
+
+
+def test_what_python_does_with_objects_still_works():
+    arm, clock = bench(), SimulatedClock()
+    with mock.patch.object(arm, "stop") as stopped:
+        arm.stop()
+    stopped.assert_called_once_with()
+    assert "stop" not in vars(arm)
+    assert mock.create_autospec(Arm, instance=True).speed_override is not None
+    again = copy.copy(clock)
+    again.now_s = 2.0
+    assert (clock.now_s, again.now_s) == (0.0, 2.0)
+    with pytest.raises(BadArgument, match="did you mean 'now_s'"):
+        again.now = 3.0
+    assert list(inspect.signature(Arm).parameters) == ["parts"]
+
+
+def test_a_subclass_has_attributes_of_its_own():
+    class Counted(Handle):
+        def __init__(self, *words):
+            super().__init__(*words)
+            self.calls = 0
+
+    counted = Counted(None, None, 1.0)
+    counted.later = 1
+    assert (counted.calls, counted.later) == (0, 1)
 
 
 # What the sentences say.

@@ -58,6 +58,8 @@ arm.jog_l(w_mm=5)  # wrong
 
 angle: float = arm.joints.base_deg + arm.joints.wrist_roll_rad
 arm.joints.elbw_deg  # wrong
+arm.speed_override = 0.5
+arm.speed_overide = 0.5  # wrong
 
 
 async def main() -> None:
@@ -66,6 +68,8 @@ async def main() -> None:
         await left.move_j(bse_deg=1)  # wrong
         await left.jog_l(x_mm=5)
         await left.jog_l(x_m=5)  # wrong
+        left.speed_override = 0.5
+        left.speed_overide = 0.5  # wrong
 """
 
 

@@ -56,6 +56,46 @@ def test_the_help_shows_every_command_in_its_group_on_one_screen(call, words):
         assert [cell.split()[0] for cell in rows[group]] == list(commands)
 
 
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (("watch",), "--every"),
+        (("teach", "follow", "stack"), "--rest"),
+        (("teach", "retime", "stack"), "--wait"),
+        (("can", "monitor", "can:virtual:x"), "--seconds"),
+    ],
+)
+@pytest.mark.parametrize("time", ["-1", "nan", "inf"])
+def test_a_time_is_finite_and_not_below_zero(call, words, option, time):
+    said = call.refused(*words, f"{option}={time}", code=2)
+    assert option in said
+    assert f"'{time}'" in said
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("points", "export", "stack", "FILE"),
+        ("pendant", "read", "FILE"),
+        ("pendant", "make", "stack", "FILE"),
+        ("run", "PROGRAM", "--record", "FILE"),
+        ("run", "PROGRAM", "--plot", "FILE.svg"),
+        ("plot", "workspace", "--output", "FILE.svg"),
+    ],
+)
+def test_a_file_that_is_named_in_a_folder_that_is_not_there_is_refused(call, words, tmp_path):
+    program = tmp_path / "stack.arm"
+    program.write_text("home\n", encoding="utf-8")
+    call("home", code=0)
+    call("teach", "add", "stack", "gripper", "20", code=0)
+    folder = tmp_path / "misspelt"
+    named = [w.replace("FILE", f"{folder}/it").replace("PROGRAM", str(program)) for w in words]
+    assert f"could not be written: there is no folder {folder}; make it first" in call.refused(
+        *named, code=2
+    )
+    assert not folder.exists()
+
+
 def test_the_exit_codes_have_a_page_of_help(call):
     text = call("help", "exit-codes", code=0).out
     assert all(f"  {code} " in text for code in EXIT_CODES)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 import shlex
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -45,7 +47,7 @@ NOT_RUN = {
 def examples(name: str) -> list[list[str]]:
     """Return the words of every example in the help of a command."""
     function, _, summary = ROWS[name]
-    text = command_parser(name, summary, function).format_help()
+    text = re.sub(r"\\\n *", "", command_parser(name, summary, function).format_help())
     return [shlex.split(re.split(" [<>] ", found)[0]) for found in EXAMPLE.findall(text)]
 
 
@@ -56,6 +58,28 @@ def test_every_command_has_examples_and_understands_them(name):
     for command, *words in found:
         function, _, summary = ROWS[command]
         command_parser(command, summary, function).parse_args(words)
+
+
+def helps(parser: argparse.ArgumentParser) -> Iterator[str]:
+    """Give the help of a parser and of its actions."""
+    yield parser.format_help()
+    for action in parser._actions:  # argparse has no public way to them
+        if isinstance(action, argparse._SubParsersAction):
+            for each in action.choices.values():
+                yield from helps(each)
+
+
+@pytest.mark.parametrize("columns", [80, 70])
+@pytest.mark.parametrize("name", sorted(ROWS))
+def test_help_fits_the_terminal_and_breaks_no_word(name, columns, monkeypatch):
+    def shown(width: int) -> list[str]:
+        monkeypatch.setenv("COLUMNS", str(width))
+        function, _, summary = ROWS[name]
+        return list(helps(command_parser(name, summary, function)))
+
+    for narrow, wide in zip(shown(columns), shown(1000), strict=True):
+        assert [line for line in narrow.splitlines() if len(line) > columns] == []
+        assert narrow.split() == wide.split()
 
 
 @pytest.fixture

@@ -17,12 +17,17 @@ from armdrive.cli.presenter import (
     Result,
     agreed,
     complain,
+    emit,
     has_colour,
     present,
+    put,
     say,
+    say_lines,
     tell,
+    typed,
     with_arm,
 )
+from armdrive.cli.program.run_output import RunOutput
 
 if sys.platform != "win32":
 
@@ -130,6 +135,59 @@ def test_a_pipe_gets_no_colours(capsys):
     say((Inked("moving", Ink.GOOD), "!"))
     complain("armdrive: [E404] in use")
     assert capsys.readouterr() == ("moving!\n", "armdrive: [E404] in use\n")
+
+
+# A terminal gets lines folded at spaces. Its own way is to break them in the middle of a word.
+
+LONG = "the arm stands, and what is longer than a line goes on below"
+FOLDED = "the arm stands, and\n  what is longer than\n  a line goes on below"
+
+
+@pytest.fixture
+def narrow(terminal, monkeypatch):
+    """Put a terminal of 22 columns in place."""
+    monkeypatch.setenv("COLUMNS", "22")
+    return terminal
+
+
+@pytest.mark.parametrize(
+    ("show", "shown"),
+    [
+        (lambda: say(LONG), f"{FOLDED}\n"),
+        (lambda: say_lines(f"{LONG}\nas two\n"), f"{FOLDED}\nas two\n\n"),
+        (lambda: tell(Namespace(), LONG), f"{FOLDED}\n"),
+        (lambda: present(Result({}, (LONG, LONG)), Namespace()), f"{FOLDED}\n{FOLDED}\n"),
+        (lambda: complain(LONG), f"{FOLDED}\n"),
+        (lambda: typed(f"{LONG}? "), f"{FOLDED.removesuffix(' below')}\n  below? "),
+        (lambda: RunOutput(as_json=False).tell(None, LONG), f"{FOLDED}\n"),
+        (lambda: put(LONG), LONG),
+        (lambda: emit({"said": LONG}), f'{{"said": "{LONG}"}}\n'),
+        (lambda: present(Result({}, LONG, verbatim=True), Namespace()), f"{LONG}\n"),
+        (lambda: RunOutput(as_json=True).tell({"said": LONG}, ""), f'{{"said": "{LONG}"}}\n'),
+    ],
+)
+def test_a_terminal_gets_sentences_folded_and_documents_as_they_are(
+    narrow, monkeypatch, show, shown
+):
+    stream = narrow()
+    monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
+    show()
+    assert stream.getvalue() == shown
+
+
+def test_a_folded_line_keeps_its_colours(narrow):
+    stream = narrow()
+    say(("state   ", Inked("moving, slowly", Ink.GOOD), " and", Inked(" on", Ink.BAD)))
+    assert stream.getvalue() == (
+        "state   \x1b[32mmoving, slowly\x1b[0m\n        and \x1b[1;31mon\x1b[0m\n"
+    )
+
+
+def test_a_pipe_gets_whole_lines(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "22")
+    say(LONG)
+    complain(LONG)
+    assert capsys.readouterr() == (f"{LONG}\n", f"{LONG}\n")
 
 
 # A remedy that names a command names the arm as well, if one was named.

@@ -118,7 +118,7 @@ OWN_WORDS = {
     "__init__.py": {"_exit_codes()", "_help()", "f\"armdrive {version('armdrive')}\\n\""},
     "presenter.py": {
         "text",
-        "''.join((_shown(part, coloured=coloured) for part in parts)) + '\\n'",
+        "(_in_inks(rows, parts) if has_colour(sys.stdout) else rows) + '\\n'",
         "control + _printable(text, stream)",
         "control + ''.join((f'{line}{line_end}' for line in shown))",
     },

@@ -82,7 +82,7 @@ def test_fingers_grasp_and_let_go(arm, does):
 
 
 def test_a_program_references_only_an_unreferenced_arm(arm, does, monkeypatch):
-    monkeypatch.setattr(arm, "home", None)
+    monkeypatch.setattr(arm, "home", pytest.fail)
     does(Home())
     monkeypatch.undo()
     arm.disable()

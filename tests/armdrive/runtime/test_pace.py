@@ -9,7 +9,7 @@ from faults import ready_arm
 from waiting import returns, until
 
 from armdrive import Arm
-from armdrive.errors import ArmError, Stopped
+from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.runtime import clock as pace
 from armdrive.runtime.clock import RealPace, SimulatedPace
 from armdrive.status import State
@@ -20,7 +20,9 @@ def test_sleep_follows_the_arms_own_clock():
     began_s = arm.status.time_s
     returns(lambda: arm.sleep(300.0))
     assert arm.status.time_s - began_s == pytest.approx(300.0)
-    arm.sleep(-1.0)
+    arm.sleep(0)
+    with pytest.raises(BadRequest, match=r"^time_s must be 0 or more seconds"):
+        arm.sleep(-1.0)
     assert arm.status.time_s - began_s == pytest.approx(300.0)
 
 

@@ -273,7 +273,7 @@ def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
     for motor in (0, 1, 2, 3, 5):
         bench.board.drives.plug(motor, True)
     answers = iter(["yes", "no"])
-    bench.person.says["drives plugged in? Then they are asked"] = lambda: next(answers)
+    bench.person.says["in all? Then they are asked"] = lambda: next(answers)
     missing = together(bench.dialog, bench.plan)
     assert "Not there, or two drives with one id: left wrist (drive 5)" in bench.person.text
     assert missing == NAMES

@@ -75,9 +75,9 @@ def test_a_value_of_another_type_is_ours_to_mend(kind, value):
 
 def test_a_length_that_was_told_must_be_right_and_one_that_was_not_may_be_more():
     assert DataType.I16.unpack(b"\xfe\xff\0\0", exact=False) == -2
-    with pytest.raises(RemoteProtocolError, match="4 bytes where I16 has 2"):
+    with pytest.raises(RemoteProtocolError, match="length 4 where I16 has 2"):
         DataType.I16.unpack(b"\xfe\xff\0\0")
-    with pytest.raises(RemoteProtocolError, match="1 bytes where I16 has 2"):
+    with pytest.raises(RemoteProtocolError, match="length 1 where I16 has 2"):
         DataType.I16.unpack(b"\xfe", exact=False)
 
 

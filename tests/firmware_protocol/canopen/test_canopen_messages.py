@@ -113,15 +113,15 @@ def test_nonsense_of_ours_names_its_field(make, field):
     [
         (Nmt, "000#0301", "no NMT order: 03 to 1"),
         (Nmt, "000#0180", "no NMT order: 01 to 128"),
-        (Nmt, "000#01", "1 bytes where 2 belong"),
+        (Nmt, "000#01", "length 1 where 2 belong"),
         (Nmt, "00000000#0101", "no frame of nmt"),
         (Heartbeat, "701#06", "node 1 has no state 06"),
         (Heartbeat, "700#05", "no frame of heartbeat"),
         (Heartbeat, "701#R", "no frame of heartbeat"),
         (Sync, "080#00", "counter must be"),
-        (Sync, "080#0102", "2 bytes where 0 to 1 belong"),
+        (Sync, "080#0102", "length 2 where 0 to 1 belong"),
         (Emergency, "080#0000000000000000", "no frame of emcy"),
-        (Emergency, "081#00", "1 bytes where 8 belong"),
+        (Emergency, "081#00", "length 1 where 8 belong"),
     ],
 )
 def test_nonsense_of_others_says_what_it_is(kind, text, reason):

@@ -100,7 +100,7 @@ def test_a_client_leaves_aside_what_is_repeated_late_or_foreign():
     assert told(client, "585#20", "585#2000000000000000") == ["", "605#1B65210000000000"]
     (garbled,) = events(client)
     assert garbled == canopen.UnreadableFrame(
-        Frame.parse("585#20"), "1 bytes where an SDO frame has 8"
+        Frame.parse("585#20"), "length 1 where an SDO frame has 8"
     )
 
 
@@ -212,7 +212,7 @@ def test_what_is_no_request_is_told_to_the_owner():
     assert told(server, "605#40", "606#4008100000000000", "605#R") == ["", "", ""]
     (ignored,) = events(server)
     assert ignored == canopen.UnreadableFrame(
-        Frame.parse("605#40"), "1 bytes where an SDO frame has 8"
+        Frame.parse("605#40"), "length 1 where an SDO frame has 8"
     )
 
 
@@ -331,11 +331,11 @@ def test_any_bytes_have_a_meaning_that_is_kept_or_a_reason(decode, data):
 @pytest.mark.parametrize(
     ("decode", "text", "reason"),
     [
-        (decode_request, "40 18 10 01", "4 bytes where an SDO frame has 8"),
+        (decode_request, "40 18 10 01", "length 4 where an SDO frame has 8"),
         (decode_request, "A0 08 10 00 00 00 00 00", "no SDO request begins with a0"),
         (decode_request, "C0 08 10 00 00 00 00 00", "no SDO request begins with c0"),
         (decode_response, "A0 08 10 00 00 00 00 00", "no SDO response begins with a0"),
-        (decode_response, "", "0 bytes where an SDO frame has 8"),
+        (decode_response, "", "length 0 where an SDO frame has 8"),
     ],
 )
 def test_what_is_not_spoken_is_named(decode, text, reason):

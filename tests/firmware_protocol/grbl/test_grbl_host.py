@@ -210,7 +210,7 @@ def test_positions_are_known_in_both_spaces_once_the_offset_was_reported():
 def test_a_report_with_another_number_of_axes_is_not_believed():
     (event,) = heard(grbl.Host(grbl.MEGA_5X), b"<Idle|MPos:0.000,0.000,0.000>\n")
     assert isinstance(event, grbl.Unreadable)
-    assert event.reason == "3 coordinates, but the board has 6 axes"
+    assert event.reason == "coordinates: 3, but the board has 6 axes"
 
 
 @pytest.mark.parametrize("code", range(1, 19))

@@ -131,13 +131,13 @@ def test_any_frame_has_a_meaning_or_a_typed_reason(node, code, payload):
 @pytest.mark.parametrize(
     ("frame", "reason"),
     [
-        (Frame(1), "0 bytes where 2 to 8 belong"),
-        (Frame(1, b"\x31"), "1 bytes where 2 to 8 belong"),
+        (Frame(1), "length 0 where 2 to 8 belong"),
+        (Frame(1, b"\x31"), "length 1 where 2 to 8 belong"),
         (Frame(1, b"\x31\x33"), "the check byte should be 32"),
         (Frame(1, b"\x31\x32", extended=True), "of another kind"),
         (Frame(1, remote=True), "of another kind"),
         (Frame(1, b"\x77\x78"), "no code has the number 77"),
-        (Frame(1, b"\x31\x01\x33"), "ENCODER: 1 bytes where 0 belong"),
+        (Frame(1, b"\x31\x01\x33"), "ENCODER: length 1 where 0 belong"),
         (Frame(1, b"\x82\x06\x89"), "MODE: 6 is not a valid Mode"),
         (Frame(1, b"\xf3\x02\xf6"), "ENABLE: 2 where 0 or 1 belongs"),
         (Frame(1, b"\x00\x31\x32"), "READ_SETTING: setting must be the Code of a setting"),
@@ -153,10 +153,10 @@ def test_a_frame_that_is_no_request_says_why(frame, reason):
     [
         ("01 4B 01 4D", "1 says nothing of GO"),
         ("01 F5 04 FA", "4 says nothing of ABSOLUTE_AXIS"),
-        ("01 F5 F6", "0 bytes where 1 belong"),
+        ("01 F5 F6", "length 0 where 1 belong"),
         ("01 F1 07 F9", "7 is not a valid MotorState"),
-        ("01 3B 3C", "0 bytes where 1 or 2 belong"),
-        ("01 40 12 53", "1 bytes where 3 or 4 belong"),
+        ("01 3B 3C", "length 0 where 1 or 2 belong"),
+        ("01 40 12 53", "length 1 where 3 or 4 belong"),
         ("01 01 82 01 85", "reading must be a reading's Code"),
     ],
 )

@@ -129,9 +129,9 @@ def test_any_frame_has_a_meaning_or_a_typed_reason(kind, op, rest):
     [
         (Kind.REQUEST, 0, b"", "no operation has the number 0"),
         (Kind.REQUEST, 17, b"", "no operation has the number 17"),
-        (Kind.REQUEST, 2, b"x", "STOP with 1 bytes where none belong"),
-        (Kind.REQUEST, 6, b"x" * 23, "MOVE_RELATIVE with 23 bytes where 24 belong"),
-        (Kind.REQUEST, 8, b"", "OUTPUTS with 0 bytes where one belongs"),
+        (Kind.REQUEST, 2, b"x", "STOP of length 1 where none belong"),
+        (Kind.REQUEST, 6, b"x" * 23, "MOVE_RELATIVE of length 23 where 24 belong"),
+        (Kind.REQUEST, 8, b"", "OUTPUTS of length 0 where one belongs"),
         (Kind.ANSWER, 2, b"\x01", "an answer, where requests belong"),
     ],
 )
@@ -146,10 +146,10 @@ def test_a_frame_that_is_no_request_says_why(kind, op, rest, reason):
         (Kind.REQUEST, 2, b"", "a request, where answers belong"),
         (Kind.ANSWER, 99, b"\x01", "no operation has the number 99"),
         (Kind.ANSWER, 2, b"\x05", "no status has the number 5"),
-        (Kind.ANSWER, 2, b"\x01x", "STOP with 1 bytes where none belong"),
-        (Kind.ANSWER, 9, b"\x01", "INPUTS with 0 bytes where one belongs"),
-        (Kind.ANSWER, 11, b"\x01" + bytes(22), "POSITION with 22 bytes where 24 belong"),
-        (Kind.ANSWER, 6, b"\x03xy", "MOVE_RELATIVE with 2 bytes where one belongs"),
+        (Kind.ANSWER, 2, b"\x01x", "STOP of length 1 where none belong"),
+        (Kind.ANSWER, 9, b"\x01", "INPUTS of length 0 where one belongs"),
+        (Kind.ANSWER, 11, b"\x01" + bytes(22), "POSITION of length 22 where 24 belong"),
+        (Kind.ANSWER, 6, b"\x03xy", "MOVE_RELATIVE of length 2 where one belongs"),
     ],
 )
 def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):

@@ -92,7 +92,7 @@ def test_a_malformed_line_says_why_and_is_answered():
     device = given(b"@STEP 240,1", b"@RUN")
     event = device.next_event()
     assert event == teachmover.Unreadable(
-        b"@STEP 240,1", "2 numbers follow the name where 7 or 8 belong"
+        b"@STEP 240,1", "numbers after the name: 2 where 7 or 8 belong"
     )
     assert device.unanswered == event
     assert device.send(teachmover.Status.FAILED) == b"0\r"

@@ -185,7 +185,7 @@ async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
     ("distance_mm", "shown"), [(0.0, "0 mm"), (0.3, "1 mm"), (50.0, "50 mm"), (119.2, "120 mm")]
 )
 def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, shown):
-    text = stopping_text(distance_mm, 0.21)
+    text = stopping_text("moving", stop=(distance_mm, 0.21), silent=(500.0, 1.0))
     assert text == f"a stop takes up to {shown}, 0.21 s"
 
 

@@ -143,7 +143,7 @@ def test_in_a_terminal_of_any_size_it_is_drawn_and_leaves_the_terminal_as_it_was
     assert b"Traceback" not in shown
     assert shown.count(CURSOR_OFF) == shown.count(CURSOR_ON) == 1
     assert shown.index(CURSOR_OFF) < shown.index(CURSOR_ON)
-    assert b"Every block stands where it belongs" in shown
+    assert b"Every block stands where it belongs" in b" ".join(shown.split())
     assert shown.isascii() == bool(words)
     if not words:
         assert any("\u2800" < character <= "\u28ff" for character in shown.decode())  # braille

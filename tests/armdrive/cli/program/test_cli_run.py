@@ -242,13 +242,14 @@ def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
         output = tmp_path / f"{name}.jsonl"
         homed("run", write(text), "--record", str(output), code=code)
         assert output.exists() is (code == 0)
-    homed("run", write("ready\n"), "--record", str(tmp_path / "no" / "such"), code=0)
     before = homed("status", "--json").json["read_back_steps"]
-    for impossible in (tmp_path, tmp_path / "good.jsonl" / "in-a-file.jsonl"):
+    in_a_file, in_no_folder = tmp_path / "good.jsonl" / "it.jsonl", tmp_path / "no" / "such"
+    for impossible in (tmp_path, in_a_file, in_no_folder):
         path = write("move at(250, 0, 120, -90)\n")
         refused = homed("run", path, "--record", str(impossible), code=2)
         assert "could not be written" in refused.err
         assert refused.out == ""
+    assert not in_no_folder.parent.exists()
     assert homed("status", "--json").json["read_back_steps"] == before
 
 

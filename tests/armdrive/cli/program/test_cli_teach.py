@@ -151,7 +151,7 @@ def test_ctrl_c_ends_a_recording_and_keeps_it(call, views):
     view, told = views
     told += [view, KeyboardInterrupt()]
     said = call("teach", "follow", "tour", code=0).out
-    assert "tour: 2 steps over 1 points" in said
+    assert "tour: 2 steps over 1 point," in said
     assert shown(call, "tour") == ["to tour-1", "gripper 0 mm"]
 
 

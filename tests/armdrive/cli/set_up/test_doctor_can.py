@@ -28,6 +28,7 @@ from firmware_protocol.mks import (
     ReadEncoder,
     encode,
 )
+from kinematics.text import counted
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -139,12 +140,14 @@ def test_answers_that_get_lost_point_to_the_wiring():
     assert found.drives
     missed = sum(each.missed for each in found.drives)
     told = words(mks.of_answers(found, BusHealth(error_frames=2)))
-    assert f"problem {missed} answers came only after a second question" in told
+    assert f"problem {counted(missed, 'answer')} came only after a second question" in told
     late = Survey(drives=(replace(found.drives[0], missed=1),))
     told = words(mks.of_answers(late, BusHealth()))
-    assert "note 1 answers came only after a second question" in told
+    assert "note 1 answer came only after a second question, 0 frames were unreadable" in told
     assert "busy computer" in told
     assert "120" in told
+    told = words(mks.of_answers(replace(late, garbled=1), BusHealth(error_frames=1)))
+    assert "1 frame was unreadable, 1 error frame was seen" in told
 
 
 def test_bus_load_is_reported_and_other_masters_are_named():
@@ -195,7 +198,7 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
     assert "drive 3: mode 2 (PULSE_FOC)" in said
     assert "`armdrive doctor --arm bench --mend`" in said
     said = call("doctor", "--arm", "bench", "--mend", "--yes", code=0).out
-    assert "settings were written" in said
+    assert "1 setting was written" in said
     assert "every drive of the arm file answers" in said
 
 

@@ -147,7 +147,7 @@ CONVERSATION = (
     (pdo(Service.TPDO4, 4, "01 02"), ANSWER, "node 4: TPDO4 01 02"),
     (Frame(0x183, b"\x01\x02\x03"), ANSWER, "node 3: TPDO1 01 02 03"),
     (Frame(0x7E5, bytes(8)), UNKNOWN, "not of CANopen's predefined ids (its id)"),
-    (Frame(0x583, b"\x01"), UNKNOWN, "perhaps sdo response: 1 bytes where an SDO frame has 8"),
+    (Frame(0x583, b"\x01"), UNKNOWN, "perhaps sdo response: length 1 where an SDO frame has 8"),
     (Frame(0x701, b"\x33"), UNKNOWN, "perhaps heartbeat: node 1 has no state 33"),
     (Frame(0x123, b"", extended=True), UNKNOWN, "(extended)"),
     (Frame(5, b"", remote=True), UNKNOWN, "(remote)"),

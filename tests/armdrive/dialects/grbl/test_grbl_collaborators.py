@@ -211,7 +211,7 @@ def test_a_gripper_on_an_output_closes_as_it_is_wired(closes, said):
 def test_what_no_output_or_gripper_can_do_is_refused_before_anything_is_sent():
     outputs = Parts().outputs
     outputs.check(1)
-    with pytest.raises(Refused, match="1 outputs, 2 needs more"):
+    with pytest.raises(Refused, match="1 output, 2 needs more"):
         outputs.check(2)
     with pytest.raises(Refused, match="driven by a motor"):
         outputs.check_gripper()

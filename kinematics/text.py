@@ -1,0 +1,52 @@
+"""Lines of text: columns in line, lines folded to a width, and counts of things."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Sequence
+
+
+def counted(count: int, one: str, several: str = "") -> str:
+    """Return a count of things: `1 act`, `2 acts`, `3 axes`.
+
+    `several` is the plural, unless it only adds an s. Both may have a verb: `row is`, `rows are`.
+    """
+    return f"{count} {one if count == 1 else several or f'{one}s'}"
+
+
+def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
+    """Return rows of cells as lines of aligned columns, the first `left` of them flush left."""
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    sides = [str.ljust] * left + [str.rjust] * (len(widths) - left)
+    return [
+        gap.join(side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True))
+        for row in cells
+    ]
+
+
+def folded(line: str, width: int) -> list[str]:
+    """Return a line as rows of at most `width` characters, broken at spaces.
+
+    A word is broken only if it is longer than a row. The further rows begin below the last column
+    of the line, which two spaces or more divide from what precedes it, if it has enough room
+    there; else two columns further in than the line itself.
+    """
+    if len(line) <= width:
+        return [line]
+    own = len(line) - len(line.lstrip())
+    columns = [found.end() for found in re.finditer(r"(?<=\S)  +(?=\S)", line)]
+    column = max((at for at in columns if at <= width * _LAST_COLUMN), default=0)
+    longest = max(map(len, line[column:].split()), default=0)
+    indent = min(column or own + 2, max(width - longest, 0))
+    rows = textwrap.wrap(line, width, subsequent_indent=" " * indent, break_on_hyphens=False)
+    return rows or [""]
+
+
+_LAST_COLUMN = 0.7
+"""The share of the width up to which a column has enough room for words."""
+
+
+def filled(text: str, width: int) -> list[str]:
+    """Return a paragraph as rows of at most `width` characters, broken like folded lines."""
+    return textwrap.wrap(text, width, break_on_hyphens=False)

@@ -1,0 +1,65 @@
+"""Lines folded to a width."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kinematics.text import counted, filled, folded
+
+
+@pytest.mark.parametrize(
+    ("count", "words", "said"),
+    [
+        (0, ("act",), "0 acts"),
+        (1, ("act",), "1 act"),
+        (2, ("act",), "2 acts"),
+        (-1, ("count",), "-1 counts"),
+        (1, ("axis", "axes"), "1 axis"),
+        (3, ("axis", "axes"), "3 axes"),
+        (1, ("row is", "rows are"), "1 row is"),
+        (0, ("row is", "rows are"), "0 rows are"),
+    ],
+)
+def test_a_count_and_its_noun_agree(count, words, said):
+    assert counted(count, *words) == said
+
+
+LINES = st.text(alphabet="ab- ", max_size=120)
+WIDTHS = st.integers(1, 60)
+
+
+@given(LINES, WIDTHS)
+def test_a_line_is_broken_at_spaces_and_a_word_only_if_it_is_longer_than_a_row(line, width):
+    rows = folded(line, width)
+    assert all(len(row) <= width for row in rows)
+    words = line.split()
+    assert "".join("".join(row.split()) for row in rows) == "".join(words)
+    if len(line) <= width:
+        assert rows == [line]
+    elif all(len(word) <= width // 4 for word in words):
+        assert [word for row in rows for word in row.split()] == words
+
+
+@given(st.lists(st.text(alphabet="ab-", min_size=1, max_size=20), min_size=1), st.integers(20, 60))
+def test_no_word_that_fits_into_a_row_is_broken(words, width):
+    for rows in (folded(" ".join(words), width), filled(" ".join(words), width)):
+        assert [word for row in rows for word in row.split()] == words
+
+
+@pytest.mark.parametrize(
+    ("line", "width", "rows"),
+    [
+        ("a plain line", 20, ["a plain line"]),
+        ("a well-known word", 12, ["a well-known", "  word"]),
+        ("  an example of a line", 14, ["  an example", "    of a line"]),
+        ("  cause   the cable is loose", 20, ["  cause   the cable", "          is loose"]),
+        ("a  b  the last of the columns", 16, ["a  b  the last", "      of the", "      columns"]),
+        ("a column too far to the   right", 28, ["a column too far to the", "  right"]),
+        ("  path   /a/path/that/is/long", 20, ["  path", "/a/path/that/is/long"]),
+        ("abcdefgh", 3, ["abc", "def", "gh"]),
+    ],
+)
+def test_further_rows_begin_below_the_last_column(line, width, rows):
+    assert folded(line, width) == rows
