@@ -378,17 +378,6 @@ MUTANTS = (
         ),
     ),
     Mutant(
-        name="an answer to an outage's own question begins another outage",
-        promise="a late bus does not count as an outage",
-        path="armdrive/dialects/mks/motion.py",
-        old="if math.isinf(self._asked_s) or observer.outage_s > MAX_DELAY_S:\n",
-        new="if True:\n",
-        tests=tests_of(
-            "tests/armdrive/dialects/mks/test_mks_outages.py",
-            "test_replies_that_always_take_less_than_a_tenth_of_a_second_end_no_motion",
-        ),
-    ),
-    Mutant(
         name="a late answer is taken for that to a newer question",
         promise="a late bus blames no drive",
         path="armdrive/dialects/bus/observer.py",

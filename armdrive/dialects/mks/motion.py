@@ -359,10 +359,7 @@ class Outage:
         """Return what has changed."""
         run, observer = self._run, self._wire.observer
         if math.isfinite(observer.returned_s):
-            # a reply to its own question may take as long as any other: that is no new outage
-            if math.isinf(self._asked_s) or observer.outage_s > MAX_DELAY_S:
-                self._back_s, self._asked_s = now_s, math.inf
-            observer.returned_s = math.inf
+            self._back_s, self._asked_s, observer.returned_s = now_s, math.inf, math.inf
         if run.blame(observer.silence()):
             return Signal.TROUBLE
         if not self._all_read or observer.doubtful:

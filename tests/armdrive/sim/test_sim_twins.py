@@ -172,7 +172,7 @@ def test_a_setting_that_no_device_has_is_refused(dialect, setting, named):
 @pytest.mark.parametrize("dialect", ["mks", "cia402"])
 @pytest.mark.parametrize("ids", [(1, 2), (1, 2, 3)])
 def test_every_motor_needs_a_drive(dialect, ids):
-    with pytest.raises(BadRequest, match=f"{len(ids)} drives cannot turn the 6 motors"):
+    with pytest.raises(BadRequest, match=f"{len(ids)} drives cannot turn 6 motors"):
         simulate(arm_config(dialect, {"ids": ids}))
 
 
