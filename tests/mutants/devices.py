@@ -385,7 +385,7 @@ MUTANTS = (
         new="if True:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_outages.py",
-            "test_replies_that_always_take_less_than_a_tenth_of_a_second_end_no_motion[0.065-0.5-settings3]",
+            "test_replies_that_always_take_less_than_a_tenth_of_a_second_end_no_motion",
         ),
     ),
     Mutant(
