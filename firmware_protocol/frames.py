@@ -74,8 +74,9 @@ class Frame(_FrameFields):
         return cls(int(number, 16), data, len(number) > 3, remote)
 
 
+@lru_cache(maxsize=4096)
 def pack(frame: Frame) -> bytes:
-    """Return the record of a frame."""
+    """Return the record of a frame; cached, as each node that it passes packs it again."""
     kind = len(frame.data) | frame.extended * _EXTENDED | frame.remote * _REMOTE
     number = frame.can_id.to_bytes(4 if frame.extended else 2, "big")
     body = bytes((_SYNC, kind)) + number + frame.data

@@ -18,6 +18,7 @@ if sys.dont_write_bytecode:
     os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+from _pytest.runner import runtestprotocol
 from amounts import THOROUGH
 from hypothesis import Phase, settings
 
@@ -81,6 +82,23 @@ def arm_port(request):
 def arm_dialect(request):
     """Return the dialect of the real arm."""
     return request.config.getoption("--arm-dialect")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item, nextitem):
+    """Have a worker send one report of a test that passes, instead of three.
+
+    To send and read the other two takes longer than many tests.
+    """
+    if not hasattr(item.config, "workerinput"):
+        return None  # this process shows its reports by itself
+    test = {"nodeid": item.nodeid, "location": item.location}
+    item.ihook.pytest_runtest_logstart(**test)
+    for report in runtestprotocol(item, log=False, nextitem=nextitem):
+        if report.when == "call" or not report.passed:
+            item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(**test)
+    return True
 
 
 @pytest.hookimpl(trylast=True)

@@ -41,6 +41,9 @@ LIBRARIES = (
     "xdist.plugin",
 )
 """What many tests import and no mutant is in: imported once for all of them."""
+PURE = ("firmware_protocol", "kinematics")
+"""Packages that import no other one of the project and do nothing when they are imported. They too
+are imported once for all mutants but their own."""
 SERVER = Path(__file__).with_name("pytest_server.py")
 PASSED, FAILED = 0, 1
 """Exit codes of pytest; the others say that no test was run, or not the one that was meant."""
@@ -98,6 +101,12 @@ def environment(folder: Path) -> dict[str, str]:
     return {**kept, "PYTHONPATH": str(folder), "HYPOTHESIS_PROFILE": "unshrunk"}
 
 
+def modules_of(folder: Path, package: str) -> list[str]:
+    """Return the names of a package's modules."""
+    names = (path.relative_to(folder).with_suffix("") for path in folder.glob(f"{package}/**/*.py"))
+    return sorted(".".join(name.parts).removesuffix(".__init__") for name in names)
+
+
 def require_imported(folder: Path, packages: Sequence[str]) -> None:
     """Raise `CopyError` unless the product's packages are imported from this copy."""
     code = "import importlib,sys\nfor n in sys.argv[1:]: print(importlib.import_module(n).__file__)"
@@ -120,8 +129,9 @@ class Copy:
         self.folder = folder
         self._output = folder.with_name(f"{folder.name}.txt")
         self._temporary = folder.with_name(f"{folder.name}-temporary")
+        pure = [name for package in PURE for name in modules_of(folder, package)]
         self._server = subprocess.Popen(
-            [sys.executable, "-P", str(SERVER), *LIBRARIES],
+            [sys.executable, "-P", str(SERVER), *LIBRARIES, *pure],
             cwd=folder,
             env=environment(folder),
             stdin=subprocess.PIPE,
@@ -133,8 +143,13 @@ class Copy:
         """End the process."""
         self._server.communicate()
 
-    def run_tests(self, tests: Sequence[str], *, workers: int = 0, first: bool = True) -> Run:
-        """Run tests in this copy; `first` ends the run at the first failure."""
+    def run_tests(
+        self, tests: Sequence[str], *, changed: str = "", workers: int = 0, first: bool = True
+    ) -> Run:
+        """Run tests in this copy, of which one package may have `changed` since it was made.
+
+        `first` ends the run at the first failure.
+        """
         words = ["-q", "-rfE", "--tb=line", "--color=no", "-p", "no:cacheprovider"]
         # the libraries are plugins too, and pytest warns that it cannot rewrite their assertions
         words += ["-W", "ignore::pytest.PytestAssertRewriteWarning", "-n", str(workers)]
@@ -143,7 +158,7 @@ class Copy:
         began_s = time.monotonic()
         assert self._server.stdin is not None
         assert self._server.stdout is not None
-        self._server.stdin.write(json.dumps([str(self._output), *words]) + "\n")
+        self._server.stdin.write(json.dumps([str(self._output), changed, *words]) + "\n")
         self._server.stdin.flush()
         code = int(self._server.stdout.readline())
         told = self._output.read_text(encoding="utf-8", errors="replace")

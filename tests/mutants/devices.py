@@ -355,7 +355,7 @@ MUTANTS = (
         new="        if False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_following.py",
-            "test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause",
+            "test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause[-200-0.0-0.5]",
         ),
     ),
     Mutant(
@@ -385,7 +385,7 @@ MUTANTS = (
         new="drive.ledger.timeout_s",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_outages.py",
-            "test_a_motion_on_a_bus_that_is_always_slower_ends_by_itself_and_blames_no_drive",
+            "test_a_motion_on_a_bus_that_is_always_slower_ends_by_itself_and_blames_no_drive[0.35-0.5-settings18]",
         ),
     ),
     Mutant(
@@ -426,7 +426,7 @@ MUTANTS = (
         new="return (Signal.ALL_SENT",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
-            "test_a_blocked_shaft_is_found_in_the_same_time_at_any_speed",
+            "test_a_blocked_shaft_is_found_in_the_same_time_at_any_speed[2000.0]",
         ),
     ),
     Mutant(

@@ -24,7 +24,7 @@ MUTANTS = (
         new="        yield\n",
         tests=tests_of(
             "tests/armdrive/motion/test_faults_in_motion.py",
-            "test_no_motion_ends_well_in_error_stop",
+            "test_no_motion_ends_well_in_error_stop[teachmover-move-True]",
         ),
     ),
     Mutant(

@@ -1,12 +1,13 @@
-"""Runs pytest in forks of one process that has already imported pytest and the libraries.
+"""Runs pytest in forks of one process that has already imported pytest and other modules.
 
-Importing them takes longer than most mutants' tests. Of the project nothing is imported before the
-fork, so that each run imports the copy's code as it is at that moment.
+Importing them takes longer than most mutants' tests.
 
-    python -P pytest_server.py numpy textual.app
+    python -P pytest_server.py numpy textual.app kinematics.frames
 
-Each line of the standard input is a JSON list: a file for the output, then pytest's arguments. The
-answer is one line: pytest's exit code, or minus the number of the signal that ended the run.
+Each line of the standard input is a JSON list: a file for the output, a package that has changed
+since it was imported (or nothing), then pytest's arguments. The run imports that package again. So
+no module that stays may have imported it. The answer is one line: pytest's exit code, or minus the
+number of the signal that ended the run.
 """
 
 from __future__ import annotations
@@ -28,20 +29,21 @@ RUN_LIMIT_S = 900
 """No run of a few tests takes longer; the tests have a limit of their own, which comes first."""
 
 
-def main(libraries: list[str]) -> int:
+def main(modules: list[str]) -> int:
     """Answer requests until there are no more."""
     own = (f"_pytest.{name}" for name in default_plugins)
-    for name in (*libraries, *own):
+    for name in (*modules, *own):
         with contextlib.suppress(ImportError):  # an optional library, or one of another system
             importlib.import_module(name)
     gc.collect()
-    gc.freeze()  # no fork searches the libraries for garbage
+    gc.freeze()  # no fork searches the modules for garbage
     for line in sys.stdin:
-        output, *arguments = json.loads(line)
+        output, changed, *arguments = json.loads(line)
         child = os.fork()
         if child == 0:
             signal.signal(signal.SIGALRM, signal.SIG_DFL)
             redirect(output)
+            forget(changed)
             end(int(pytest.main(arguments)))
         signal.signal(signal.SIGALRM, lambda *_, child=child: os.kill(child, signal.SIGKILL))
         signal.alarm(RUN_LIMIT_S)
@@ -50,6 +52,13 @@ def main(libraries: list[str]) -> int:
         sys.stdout.write(f"{os.waitstatus_to_exitcode(status)}\n")
         sys.stdout.flush()
     return 0
+
+
+def forget(package: str) -> None:
+    """Have a package imported again."""
+    for name in [*sys.modules]:
+        if name.partition(".")[0] == package:
+            del sys.modules[name]
 
 
 def end(code: int) -> NoReturn:

@@ -102,11 +102,12 @@ def try_all(
 def try_one(copies: Copies, mutant: Mutant, stamp: int, *, everything: bool = False) -> Trial:
     """Try one mutant. With `everything`, run the whole suite if its own tests all pass."""
     copy = copies.take()
+    package = mutant.path.partition("/")[0]
     try:
         with applied(mutant, copy.folder, stamp):
-            run = copy.run_tests(mutant.tests)
+            run = copy.run_tests(mutant.tests, changed=package)
             if run.code == PASSED and everything:
-                run = copy.run_tests((ALL_OTHERS,))
+                run = copy.run_tests((ALL_OTHERS,), changed=package)
     except ValueError as error:
         return Trial(mutant, Verdict.BROKEN, str(error), 0.0)
     finally:
