@@ -87,7 +87,8 @@ def _what_next(report: Report) -> Iterator[str]:
 def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
     """Survey the CAN bus that is meant."""
     deeper = _deeper()
-    port = PortOpening(config).find() if config and not options.can else _named_port(options)
+    own = PortOpening(config) if config is not None else None
+    port = own.find() if own is not None and not options.can else _named_port(options)
     if not is_can(port):
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)

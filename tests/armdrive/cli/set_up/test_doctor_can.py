@@ -227,6 +227,12 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
     assert served.server.adapter.refused == 0
 
 
+@pytest.mark.parametrize("words", [("doctor", "--yes", "--can"), ("status", "--port")])
+def test_a_controller_that_is_not_on_a_bus_is_not_looked_for_there(call, words):
+    sentence = call.refused(*words, "can:socketcan:can0", "--dialect", "teachmover", code=4)
+    assert "can:socketcan:can0 is a CAN bus, but a controller that speaks teachmover" in sentence
+
+
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
     monkeypatch.setattr("serial.tools.list_ports.comports", list)
     listed = "armdrive.transports.ports.list_can_ports"
