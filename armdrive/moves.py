@@ -19,9 +19,10 @@ from types import NoneType
 from typing import TypedDict, get_args
 
 from armdrive.errors import BadArgument, BadRequest
+from armdrive.errors.arguments import made_of, several
 from armdrive.errors.kinematic import checked_number
 from kinematics.errors import finite, suggestion
-from kinematics.paths.parts import ArcPart, JointPart, LinePart, PathPart, PosePart
+from kinematics.paths.parts import PathPart
 from kinematics.spaces import Joints, Pose
 
 
@@ -281,6 +282,12 @@ class ArcMove:
         _check_way(self)
 
 
+_A_PART = f"LinePart({A_POSE})"
+_PARTS = several(
+    made_of(get_args(PathPart), "a part of a path", _A_PART), "a list of parts", f"[{_A_PART}]"
+)
+
+
 @dataclass(frozen=True, slots=True)
 class PathMove:
     """Move along several parts, checked as a whole, with blends between them."""
@@ -290,12 +297,9 @@ class PathMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        kinds = (JointPart, PosePart, LinePart, ArcPart)
-        for index, part in enumerate(self.parts):
-            _require(f"parts[{index}]", part, kinds, "a part of a path", f"LinePart({A_POSE})")
+        object.__setattr__(self, "parts", _PARTS("parts", self.parts))
         if not self.parts:
             raise BadRequest("a path needs at least one part, for example LinePart(pose)")
-        object.__setattr__(self, "parts", tuple(self.parts))
         _check_way(self)
         if self.frame == TOOL_FRAME:
             raise BadRequest(
@@ -368,11 +372,10 @@ class MoveSequence:
     moves: tuple[SingleMove, ...]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "moves", _MOVES("moves", self.moves))
         flat = tuple(_flattened(self.moves))
         if not flat:
             raise BadRequest("a sequence needs at least one move")
-        for index, move in enumerate(flat):
-            _require(f"moves[{index}]", move, get_args(SingleMove), "a move", f"LineMove({A_POSE})")
         if any(isinstance(move, GraspMove) for move in flat[:-1]):
             raise BadRequest("a grasp must be the last move of a sequence: plan the rest after it")
         if any(isinstance(move, JogMove) for move in flat):
@@ -382,6 +385,9 @@ class MoveSequence:
 
 Move = SingleMove | MoveSequence
 """A move that `arm.run`, `arm.start` and `arm.preview` accept."""
+
+_A_MOVE = f"LineMove({A_POSE})"
+_MOVES = several(made_of(get_args(Move), "a move", _A_MOVE), "a list of moves", f"[{_A_MOVE}]")
 
 
 def _flattened(moves: Iterable[Move]) -> Iterator[SingleMove]:

@@ -21,9 +21,10 @@ from armdrive.arm.reference import Accept, GroupReport, Referencing, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
+from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors import NoAnswer, WrongState
-from armdrive.errors.arguments import checked_calls
+from armdrive.errors.arguments import checked_calls, made_of
 from armdrive.motion import device as device_tasks
 from armdrive.motion import standing
 from armdrive.motion.device import RowReport
@@ -83,6 +84,9 @@ class Arm:
 
     def __init__(self, parts: Parts) -> None:
         """Assemble an arm from the parts that `Arm.connect` makes."""
+        made_of(Parts, "the parts of a connection", f'Arm.connect("{DEFAULT_TARGET}")')(
+            "parts", parts
+        )
         self.config = parts.config
         self.core = parts.core
         self.engine = parts.engine

@@ -17,6 +17,7 @@ from types import FrameType, TracebackType
 from typing import Any, Protocol, Self
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.errors.kinematic import checked_number
 from armdrive.runtime.engine import Engine
 from armdrive.status import Lateness
 
@@ -90,7 +91,7 @@ class SimulatedClock:
 
     def __init__(self, now_s: float = 0.0) -> None:
         self.lock = threading.RLock()
-        self.now_s = now_s
+        self.now_s = checked_number("now_s", now_s)
         self._engines: tuple[Engine, ...] = ()
 
     @property

@@ -26,7 +26,7 @@ from armdrive.cli.learn.models import (
     subject_of,
     typed_coordinates,
 )
-from armdrive.cli.presenter import Outcome, Result, say_lines
+from armdrive.cli.presenter import Outcome, Result
 from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
 from armdrive.render.canvas import can_braille
@@ -119,9 +119,9 @@ def _refuse_contradictions(options: argparse.Namespace) -> None:
         raise BadRequest("--axes is about the zero position; leave joints and goal out")
 
 
-def _urdf(word: str) -> int:
-    say_lines(urdf_of_chain(find_model(word).chain).rstrip())
-    return 0
+def _urdf(word: str) -> Result:
+    text = urdf_of_chain(find_model(word).chain)
+    return Result({"urdf": text}, text.splitlines())
 
 
 def _example(

@@ -137,7 +137,9 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
         raise BadRequest("--mend needs --arm or --dialect, which say what is expected")
     if not (options.arm or options.dialect):
         return None
-    target = find(options.arm or _named_port(options), dialect_name=options.dialect, baud=options.baud)
+    target = find(
+        options.arm or _named_port(options), dialect_name=options.dialect, baud=options.baud
+    )
     if target.simulated:
         raise BadRequest(f"{options.arm} is simulated: there is no port to look at")
     wire = target.config.connection

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 
 from armdrive.arm import Arm
 from armdrive.errors import BadRequest, Refused, Stopped
+from armdrive.errors.arguments import made_of
 from armdrive.moves import JointMove, LineMove
 from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
@@ -23,6 +24,9 @@ class Stepper:
 
     def __init__(self, arm: Arm, steps: StepList, points: Mapping[str, Point]) -> None:
         """Stand before the first step. Raises `BadRequest` for an empty sequence."""
+        made_of(Arm, "a connected arm")("arm", arm)
+        made_of(StepList, "a sequence", 'arm.points.sequence("stack")')("steps", steps)
+        made_of(Mapping, "points by their names", "arm.points")("points", points)
         if not steps.steps:
             raise BadRequest("the sequence has no steps")
         self._arm = arm

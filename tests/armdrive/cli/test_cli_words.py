@@ -145,6 +145,8 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["sim", "teachmover", "--pty", "x", "--baud", "0"], "'0' is not a whole number above 0"),
         (["demo", "--nonsense"], "--nonsense"),
         (["move", "--sped=2"], "there is no option --sped (did you mean --speed?)"),
+        (["move", "-sped=2"], "there is no option -sped (did you mean --speed?)"),
+        (["doctor", "--fresh"], "there is no option --fresh; see"),
         (["replay", "x.jsonl", "--speed=2"], "there is no option --speed"),
         (["move", "now"], "'now' is one too many"),
         (["move", "--via", "1,2"], "--via X,Y,Z: write it like"),
