@@ -35,6 +35,7 @@ from armdrive import (
     PendantProgram,
     Point,
     Pose,
+    Refused,
     SimulatedClock,
     Step,
     StepList,
@@ -46,6 +47,8 @@ from armdrive import errors as ours
 from armdrive.aio.arm import AsyncGripper
 from armdrive.arm.arguments import RULES
 from armdrive.arm.gripper import Gripper
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, arguments, kinematic
 from armdrive.errors.table import entry
 from armdrive.moves import JointMove, LineMove, PoseMove
@@ -401,6 +404,13 @@ def test_a_value_that_cannot_be_is_refused_where_it_is_made(made, said):
     with pytest.raises(BadRequest, match=said) as raised:
         made()
     assert raised.value.code in ("E115", "E602")
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid"])
+def test_a_controller_without_settings_says_so(dialect):
+    with Arm(connect_simulated(simulated_config(dialect))) as arm:
+        with pytest.raises(Refused, match="has no settings that can be written"):
+            arm.mend_settings(["$100=250"])
 
 
 def test_an_unknown_point_is_said_without_quotes_around_the_sentence():
