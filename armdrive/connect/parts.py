@@ -334,7 +334,8 @@ class ConnectOptions:
 @blocking
 async def connect(target: str | None, options: ConnectOptions) -> Parts:
     """Connect; see `Arm.connect`."""
-    found = find(target or DEFAULT_TARGET, dialect_name=options.dialect, baud=options.baud)
+    name = DEFAULT_TARGET if target is None else target
+    found = find(name, dialect_name=options.dialect, baud=options.baud)
     if found.simulated:
         return await coroutine_of(connect_simulated)(
             found.config,

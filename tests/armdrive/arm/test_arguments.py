@@ -393,6 +393,7 @@ def test_a_wrong_argument_is_a_type_error_as_well():
         (lambda: SimulatedClock("noon"), "now_s must be a finite number, not 'noon'"),
         (lambda: Point(HOME, "wide"), "gripper_mm must be a finite number, not 'wide'"),
         (lambda: Step(wait_s="long"), "wait_s must be a finite number, not 'long'"),
+        (lambda: Arm.connect(""), "the name of the arm is empty: name one"),
         (lambda: Arm("bench"), r'parts of a connection, not .bench.; for example Arm.connect\("'),
         (lambda: AsyncArm("bench"), r'for example AsyncArm.connect\("'),
         (lambda: Stepper(bench(), "stack", {}), "steps must be a sequence, not 'stack'"),
@@ -403,14 +404,16 @@ def test_a_wrong_argument_is_a_type_error_as_well():
 def test_a_value_that_cannot_be_is_refused_where_it_is_made(made, said):
     with pytest.raises(BadRequest, match=said) as raised:
         made()
-    assert raised.value.code in ("E115", "E602")
+    assert raised.value.code in ("E101", "E115", "E602")
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid"])
 def test_a_controller_without_settings_says_so(dialect):
-    with Arm(connect_simulated(simulated_config(dialect))) as arm:
-        with pytest.raises(Refused, match="has no settings that can be written"):
-            arm.mend_settings(["$100=250"])
+    with (
+        Arm(connect_simulated(simulated_config(dialect))) as arm,
+        pytest.raises(Refused, match="has no settings that can be written"),
+    ):
+        arm.mend_settings(["$100=250"])
 
 
 def test_an_unknown_point_is_said_without_quotes_around_the_sentence():
