@@ -212,7 +212,7 @@ class Parts:
     def known(self, value: T | None) -> T:
         """Return a value of the status; raises `NotReferenced` if it is None."""
         if value is None:
-            self.core.require_reference()
+            self.core.require_reference("knowing where the arm is needs")
             raise ArmError("the position is not known")
         return value
 
