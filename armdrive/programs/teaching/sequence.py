@@ -24,7 +24,6 @@ class Stepper:
 
     def __init__(self, arm: Arm, steps: StepList, points: Mapping[str, Point]) -> None:
         """Stand before the first step. Raises `BadRequest` for an empty sequence."""
-        made_of(Arm, "a connected arm")("arm", arm)
         made_of(StepList, "a sequence", 'arm.points.sequence("stack")')("steps", steps)
         made_of(Mapping, "points by their names", "arm.points")("points", points)
         if not steps.steps:

@@ -397,7 +397,6 @@ def test_a_wrong_argument_is_a_type_error_as_well():
         (lambda: Arm("bench"), r'parts of a connection, not .bench.; for example Arm.connect\("'),
         (lambda: AsyncArm("bench"), r'for example AsyncArm.connect\("'),
         (lambda: Stepper(bench(), "stack", {}), "steps must be a sequence, not 'stack'"),
-        (lambda: Stepper("bench", STEPS, {}), "arm must be a connected arm, not 'bench'"),
         (lambda: Stepper(bench(), STEPS, None), "points must be points by their names, not None"),
     ],
 )
