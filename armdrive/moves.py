@@ -19,9 +19,10 @@ from types import NoneType
 from typing import TypedDict, get_args
 
 from armdrive.errors import BadArgument, BadRequest
+from armdrive.errors.arguments import made_of, several
 from armdrive.errors.kinematic import checked_number
 from kinematics.errors import finite, suggestion
-from kinematics.paths.routes import ArcPart, JointPart, LinePart, PathPart, PosePart
+from kinematics.paths.routes import PathPart
 from kinematics.spaces import POSE_EXAMPLE, Joints, Pose
 
 
@@ -284,6 +285,12 @@ class ArcMove:
         _check_way(self)
 
 
+_A_PART = f"LinePart({POSE_EXAMPLE})"
+_PARTS = several(
+    made_of(get_args(PathPart), "a part of a path", _A_PART), "a list of parts", f"[{_A_PART}]"
+)
+
+
 @dataclass(frozen=True, slots=True)
 class PathMove:
     """Move along several parts, checked as a whole, with blends between them."""
@@ -293,14 +300,9 @@ class PathMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        kinds = (JointPart, PosePart, LinePart, ArcPart)
-        for index, part in enumerate(self.parts):
-            _require(
-                f"parts[{index}]", part, kinds, "a part of a path", f"LinePart({POSE_EXAMPLE})"
-            )
+        object.__setattr__(self, "parts", _PARTS("parts", self.parts))
         if not self.parts:
             raise BadRequest("a path needs at least one part, for example LinePart(pose)")
-        object.__setattr__(self, "parts", tuple(self.parts))
         _check_way(self)
         if self.frame == TOOL_FRAME:
             raise BadRequest(
@@ -373,13 +375,10 @@ class MoveSequence:
     moves: tuple[SingleMove, ...]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "moves", _MOVES("moves", self.moves))
         flat = tuple(_flattened(self.moves))
         if not flat:
             raise BadRequest("a sequence needs at least one move")
-        for index, move in enumerate(flat):
-            _require(
-                f"moves[{index}]", move, get_args(SingleMove), "a move", f"LineMove({POSE_EXAMPLE})"
-            )
         if any(isinstance(move, GraspMove) for move in flat[:-1]):
             raise BadRequest("a grasp must be the last move of a sequence: plan the rest after it")
         if any(isinstance(move, JogMove) for move in flat):
@@ -389,6 +388,9 @@ class MoveSequence:
 
 Move = SingleMove | MoveSequence
 """A move that `arm.run`, `arm.start` and `arm.preview` accept."""
+
+_A_MOVE = f"LineMove({POSE_EXAMPLE})"
+_MOVES = several(made_of(get_args(Move), "a move", _A_MOVE), "a list of moves", f"[{_A_MOVE}]")
 
 
 def _flattened(moves: Iterable[Move]) -> Iterator[SingleMove]:

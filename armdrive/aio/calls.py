@@ -14,8 +14,8 @@ from armdrive.arm import Arm, connected, connections_overridden
 from armdrive.arm.connected import Handle
 from armdrive.blocking import coroutine_of, waiting_part
 from armdrive.connect.parts import ConnectOptions
-from armdrive.connect.target import SIM, simulation_forced
-from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
+from armdrive.connect.target import DEFAULT_TARGET, SIM, simulation_forced
+from armdrive.errors.arguments import BASIC, checked_calls, known_attributes, made_of
 from armdrive.runtime.clock import PaceChoice
 
 R = TypeVar("R")
@@ -146,6 +146,7 @@ class AsyncConnection(AsyncCalls[Arm]):
 
     def __init__(self, sync: Arm) -> None:
         """Wrap a connected arm."""
+        made_of(Arm, "a connected arm", f'AsyncArm.connect("{DEFAULT_TARGET}")')("sync", sync)
         super().__init__(sync, sync)
 
     async def __aenter__(self) -> Self:

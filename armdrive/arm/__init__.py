@@ -20,9 +20,10 @@ from armdrive.arm.reference import Accept, GroupReport, Referencing, unreported
 from armdrive.blocking import Wait, blocking, coroutine_of, run_blocking
 from armdrive.connect.control_socket import serve
 from armdrive.connect.parts import PATIENCE_S, ConnectOptions, Parts, connect
+from armdrive.connect.target import DEFAULT_TARGET
 from armdrive.dialog.operator import Operator, PostureRequest
 from armdrive.errors import NoAnswer, WrongState
-from armdrive.errors.arguments import checked_calls, known_attributes
+from armdrive.errors.arguments import checked_calls, known_attributes, made_of
 from armdrive.motion import standing
 from armdrive.motion.execute import Moved
 from armdrive.motion.frames import frame_names, pose_in_frame
@@ -81,6 +82,9 @@ class Arm:
 
     def __init__(self, parts: Parts) -> None:
         """Assemble an arm from the parts that `Arm.connect` makes."""
+        made_of(Parts, "the parts of a connection", f'Arm.connect("{DEFAULT_TARGET}")')(
+            "parts", parts
+        )
         self.config = parts.config
         self.core = parts.core
         self.engine = parts.engine

@@ -21,24 +21,35 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if argv is None else argv)
     if words[:1] == [HELP]:  # `help points go` is `points go --help`
         if words[1:] == [EXIT_CODES_TOPIC]:
-            sys.stdout.write(_exit_codes())
-            return 0
+            return _print(_exit_codes())
         words = [*words[1:], "--help"]
     word = words[0] if words else "--help"
     if word in ("-h", "--help"):
-        sys.stdout.write(_help())
-        return 0
+        return _print(_help())
     if word == "--version":
         from importlib.metadata import version
 
-        sys.stdout.write(f"armdrive {version('armdrive')}\n")
-        return 0
+        return _print(f"armdrive {version('armdrive')}\n")
     from armdrive.cli.runner import refuse, run_command
 
     if word not in ROWS or " ".join(words[:2]) in INSTEAD:
         return refuse(words)
     function, _, summary = ROWS[word]
     return run_command(word, summary, function, words[1:])
+
+
+def _print(text: str) -> int:
+    """Print a text and return the exit code."""
+    if sys.stdout is None:  # closed, as with `>&-`
+        return 0
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as error:
+        from armdrive.cli.runner import report_output
+
+        return report_output(error)
+    return 0
 
 
 _COLUMNS = ((9, 27), (11, 24))

@@ -132,7 +132,7 @@ EXIT_CODES: Mapping[int, str] = MappingProxyType(
     {
         0: "done",
         1: "something went wrong, or a check at the end failed",
-        2: "the command itself is wrong: an option, a number, an arm file",
+        2: "the command itself is wrong: an option, a number, an arm file, a program",
         3: "refused: out of reach, beyond a limit, not referenced; nothing moved",
         4: "the port cannot be opened, was lost, or another program has the arm",
         5: "stopped before the end",

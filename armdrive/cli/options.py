@@ -107,8 +107,10 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:
-    near = nearest_word(word, known)
-    return f" (did you mean {near}?)" if near else ""
+    """Return a hint at the most similar word; the dashes that options share do not count."""
+    bare = {each.lstrip("-"): each for each in known}
+    near = nearest_word(word.lstrip("-"), bare)
+    return f" (did you mean {bare[near]}?)" if near else ""
 
 
 _UNKNOWN = r"(?s)unrecognized arguments: (\S+).*"

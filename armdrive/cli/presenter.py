@@ -178,9 +178,17 @@ def _printable(text: str, output: TextIO) -> str:
     return encodable(printable_lines(text), getattr(output, "encoding", None))
 
 
+def of_output(error: OSError) -> OSError:
+    """Return an error of the output with its name; the system's own error names no file."""
+    return OSError(error.errno, error.strerror, "the output")
+
+
 def _send(text: str, output: TextIO) -> None:
-    output.write(text)
-    output.flush()
+    try:
+        output.write(text)
+        output.flush()
+    except OSError as error:
+        raise of_output(error) from None
 
 
 # Colours.

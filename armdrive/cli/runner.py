@@ -22,6 +22,7 @@ from armdrive.cli.presenter import (
     Outcome,
     as_json,
     complain,
+    of_output,
     present,
     put_error,
     with_arm,
@@ -45,7 +46,7 @@ class CommandEnded(BaseException):
     def __init__(self, number: int) -> None:
         self.number = number
         name = signal.Signals(number).name
-        super().__init__(f"ended by {name}; an arm that moved was stopped")
+        super().__init__(f"ended by {name}; an arm that this command moved was stopped")
 
 
 def run_command(name: str, summary: str, function: str, words: list[str]) -> int:
@@ -62,7 +63,7 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         with _signals(), _threads_reported():
             return present(command(options), options)
     except KeyboardInterrupt:
-        pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
+        pressed = KeyboardInterrupt("interrupted; an arm that this command moved was stopped")
         return _say(options, pressed, INTERRUPTED)
     except CommandEnded as ended:
         return _say(options, ended, 128 + ended.number)
@@ -72,16 +73,25 @@ def run_command(name: str, summary: str, function: str, words: list[str]) -> int
         return _say(options, error, USAGE)
     except KinematicsError as error:
         return _say(options, error, REFUSED)
-    except BrokenPipeError:
-        # the reader of our output has gone (armdrive ... | head): end quietly
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
-        return _say(options, in_words(error), ArmError.exit_code)
+        return _report_system(error, options)
     except Exception as error:
         if _raises_unexpected():
             raise
         return _say(options, _unexpected(error), FAULT)
+
+
+def report_output(error: OSError) -> int:
+    """Report that standard output could not be written; return the exit code."""
+    return _report_system(of_output(error), argparse.Namespace())
+
+
+def _report_system(error: OSError, options: argparse.Namespace) -> int:
+    if isinstance(error, BrokenPipeError):
+        # the reader of our output has gone (armdrive ... | head): end quietly
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return _say(options, in_words(error), ArmError.exit_code)
 
 
 @functools.cache  # the shell runs many commands in one process

@@ -209,7 +209,7 @@ class Parts:
     def known(self, value: T | None) -> T:
         """Return a value of the status; raises `NotReferenced` if it is None."""
         if value is None:
-            self.core.require_reference()
+            self.core.require_reference("knowing where the arm is needs")
             raise ArmError("the position is not known")
         return value
 
@@ -331,7 +331,8 @@ class ConnectOptions:
 @blocking
 async def connect(target: str | None, options: ConnectOptions) -> Parts:
     """Connect; see `Arm.connect`."""
-    found = find(target or DEFAULT_TARGET, dialect_name=options.dialect, baud=options.baud)
+    name = DEFAULT_TARGET if target is None else target
+    found = find(name, dialect_name=options.dialect, baud=options.baud)
     if found.simulated:
         return await coroutine_of(connect_simulated)(
             found.config,

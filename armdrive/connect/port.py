@@ -44,6 +44,11 @@ class PortOpening:
                 f'the arm file of {config.name} names no port: write port (such as "/dev/ttyUSB0") '
                 "or usb_serial under [connection]"
             )
+        if is_can(self._port) and DIALECTS[self._wire.dialect].bus is None:
+            raise PortUnavailable(
+                f"{self._port} is a CAN bus, but a controller that speaks {self._wire.dialect} is "
+                "not on a bus: correct the port or the dialect"
+            )
 
     def find(self) -> str:
         """Return the port's present name. Raises `NoSuchPort` if no port has the serial number."""

@@ -37,6 +37,8 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     A port needs a dialect, because nothing is sent to find it out. Other arms have one already.
     Raises `BadRequest`, or `ArmFileError`, which lists the known arms.
     """
+    if not name:
+        raise BadRequest(f"the name of the arm is empty: name one, for example {DEFAULT_TARGET}")
     if name.startswith(SIM):
         target = Target(simulated_config(name.removeprefix(SIM)), simulated=True)
         return _as_named(target, name, dialect_name, baud)

@@ -269,6 +269,16 @@ def problem(what: str, mend: str) -> Finding:
     return Finding(Grade.PROBLEM, what, mend)
 
 
+def parted(error: str) -> tuple[str, str]:
+    """Split an error into what is wrong and its remedy, at the first colon outside brackets."""
+    depth = 0
+    for at, each in enumerate(error):
+        depth += (each == "(") - (each == ")")
+        if depth == 0 and error.startswith(": ", at):
+            return error[:at], error[at + 2 :]
+    return error, ""
+
+
 def any_problem(findings: Iterable[Finding]) -> bool:
     """Return whether a finding needs a remedy."""
     return any(each.grade is Grade.PROBLEM for each in findings)

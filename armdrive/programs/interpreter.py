@@ -480,12 +480,12 @@ def _wait_input(context: LineContext) -> None:
         limits = _values(context, (row.limit,))
         _require_bounds((TIME,), limits)
         limit_s = number(limits[0])
-    came = context.ask(AwaitInputs(*_parted(wanted), limit_s))
+    awaited = AwaitInputs(*_parted(wanted), limit_s)
+    came = context.ask(awaited)
     if row.into:
         context.store(came)
     elif row.limit is not None and not came:
-        inputs = ", ".join(written(value) for value in row.values)
-        raise LineFailure(f"the inputs were not {inputs} within {written(row.limit)} s")
+        raise LineFailure(f"within {written(row.limit)} s it did not happen that {awaited}")
 
 
 def _hold(context: LineContext) -> None:

@@ -147,6 +147,8 @@ class Rehearser(Performer):
         outputs: int = 0,
     ) -> None:
         super().__init__(twin, UnattendedPerson(), outputs=outputs)
+        if inputs:
+            input_bits(twin.core, tuple(inputs))  # raises for an input that the arm does not have
         self._assumptions = assumptions
         self._inputs = inputs
         self._switched: set[int] = set()

@@ -131,8 +131,8 @@ def save_sketches(sketches: Sequence[Sketch], title: str, path: Path) -> None:
         from matplotlib.figure import Figure
     except ModuleNotFoundError:
         raise BadRequest(
-            "drawing PNG and SVG files needs matplotlib: pip install 'armdrive[plot]' "
-            "(without --output the picture is drawn in the terminal)"
+            "drawing PNG and SVG files needs matplotlib: pip install 'armdrive[plot]', "
+            "or leave out the file to draw in the terminal"
         ) from None
     size = (_WIDTH_IN * len(sketches), _HEIGHT_IN)
     figure = Figure(figsize=size, layout="constrained")

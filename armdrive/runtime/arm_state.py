@@ -25,7 +25,14 @@ from armdrive.runtime.position import (
     PositionLedger,
     motors_of,
 )
-from armdrive.runtime.states import FIRST_BELIEF, Belief, Event, after, require_reference
+from armdrive.runtime.states import (
+    FIRST_BELIEF,
+    PLANNED_MOTION,
+    Belief,
+    Event,
+    after,
+    require_reference,
+)
 from armdrive.runtime.stop_bounds import StopBound, StopForecast
 from armdrive.status import Evidence, LinkStats, SchedulingJitter, State, Status, Trust, coded
 from armdrive.storage.record import PositionRecorder, Record
@@ -193,9 +200,9 @@ class Core:
             self.remember()
             self.tracer.changed()
 
-    def require_reference(self) -> None:
-        """Raise `NotReferenced` unless planned motion is allowed."""
-        require_reference(self.belief, allow_restored=self.allow_restored)
+    def require_reference(self, what: str = PLANNED_MOTION) -> None:
+        """Raise `NotReferenced`, which begins with `what`, unless planned motion is allowed."""
+        require_reference(self.belief, allow_restored=self.allow_restored, what=what)
 
     def require_geometry(self) -> None:
         """Raise `Refused` if the arm's lengths and steps are unverified template values."""

@@ -170,13 +170,19 @@ _REMEDY = MappingProxyType(
 )
 
 
-def require_reference(belief: Belief, *, allow_restored: bool) -> None:
-    """Raise `NotReferenced`, with the remedy, unless planned motion is allowed."""
+PLANNED_MOTION = "planned motion needs"
+
+
+def require_reference(belief: Belief, *, allow_restored: bool, what: str = PLANNED_MOTION) -> None:
+    """Raise `NotReferenced`, with the remedy, unless planned motion is allowed.
+
+    `what` begins the message: what needs a trusted position.
+    """
     if belief.trust is Trust.REFERENCED:
         return
     if belief.trust is Trust.RESTORED and allow_restored:
         return
     raise NotReferenced(
-        f"planned motion needs a trusted position, and this one is {belief.trust.value}: "
+        f"{what} a trusted position, and this one is {belief.trust.value}: "
         f"{belief.reason}. To fix this, {_REMEDY[belief.trust]}"
     )

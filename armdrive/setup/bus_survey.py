@@ -28,7 +28,7 @@ from armdrive.dialects.bus.tools import (
     frame_scripts,
     of_nobody,
 )
-from armdrive.dialog.conversation import Finding, note, ok, problem
+from armdrive.dialog.conversation import Finding, note, ok, parted, problem
 from armdrive.errors import ArmError, BadRequest, LinkLost, PortUnavailable
 from armdrive.registry import DIALECTS
 from armdrive.setup import dialog_runner
@@ -100,7 +100,7 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
 
 def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
     """Say why an arm that was recognised did not connect, with the remedy of its error."""
-    what, _, mend = bare(error, config.connection).partition(": ")
+    what, mend = parted(bare(error, config.connection))
     return problem(f"it was recognised, but did not connect: {what}", mend or "try once more")
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import PortOpening
-from armdrive.dialog.conversation import Finding, Grade, note, ok, problem
+from armdrive.dialog.conversation import Finding, Grade, note, ok, parted, problem
 from armdrive.errors import ArmError, NoSuchPort, PortUnavailable
 from armdrive.registry.arm_files import arm_paths, load_arm
 from armdrive.storage.lock_client import ask_holder
@@ -154,7 +154,7 @@ def port_of(config: ArmConfig) -> ClosedPort:
     try:
         port = PortOpening(config).find()
     except PortUnavailable as error:
-        what, _, mend = str(error).partition(": ")
+        what, mend = parted(str(error))
         return ClosedPort("", (problem(what, mend),), openable=False)
     wire = config.connection
     own = PortNaming(config.name, wire.port, wire.usb_serial)  # its file may lie elsewhere
@@ -270,5 +270,5 @@ def _described(info: PortInfo) -> str:
 
 def _refused(port: str, error: OSError) -> Finding:
     """Return the finding for an error that opening the port would raise, with its remedy."""
-    what, colon, mend = str(refusal(port, error)).partition(": ")
-    return problem(what, mend if colon else "name another port")
+    what, mend = parted(str(refusal(port, error)))
+    return problem(what, mend or "name another port")

@@ -298,13 +298,26 @@ class Points(MutableMapping[str, Point]):
         aside = None
         if text is None:  # a layout that we cannot edit: keep the old file and write a new one
             text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
+        written = text.encode("utf-8")
+        self._require_readable(written)
         replace_durably(
             self._files,
             path,
-            text.encode("utf-8"),
+            written,
             aside=aside,
             wanted=lambda: self._bytes() == data,
         )
+
+    def _require_readable(self, data: bytes) -> None:
+        """Raise `BadRequest` for a file that could not be read again: it would lose every point."""
+        if len(data) > LARGEST_BYTES:
+            raise BadRequest(f"the points would take more than {LARGEST_BYTES} bytes: not written")
+        try:
+            parse_points(data.decode("utf-8"), self._names)
+        except PointsFileError as error:
+            raise BadRequest(
+                f"these points could not be read again, so nothing was written: {error}"
+            ) from None
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -440,9 +453,8 @@ def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = not_c
 
 def _found(known: Mapping[str, V], name: str, what: str) -> V:
     if name not in known:
-        words = ", ".join(known) or "none"
-        hint = suggestion(name, known)
-        raise UnknownPoint(f"there is no {what} {name!r}: known are {words}{hint}")
+        listed = f"known are {', '.join(known)}" if known else f"no {what} has been saved yet"
+        raise UnknownPoint(f"there is no {what} {name!r}: {listed}{suggestion(name, known)}")
     return known[name]
 
 

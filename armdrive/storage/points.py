@@ -11,14 +11,16 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from types import MappingProxyType
+from types import MappingProxyType, NoneType
 from typing import Any
 
 from armdrive.errors import ArmFileError, BadRequest, PointsFileError
+from armdrive.errors import arguments as rules
+from armdrive.errors.kinematic import checked_number
 from armdrive.status import joints_view
 from armdrive.text.reading import parse_toml
 from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, number, require_format, text
-from kinematics.errors import BadNumber, finite
+from kinematics.errors import BadNumber
 from kinematics.spaces import Joints
 
 NAME = r"[A-Za-z][A-Za-z0-9_-]{0,39}"
@@ -32,6 +34,9 @@ GRIPPER_WORDS = ("open", "close", "grasp", "point")
 
 LONGEST_WAIT_S = 3600.0
 
+_JOINTS = rules.made_of(Joints, "joint angles", "arm.joints")
+_DATE = rules.made_of((datetime, NoneType), "a date and a time", "datetime.now()")
+
 
 @dataclass(frozen=True, slots=True)
 class Point:
@@ -43,8 +48,11 @@ class Point:
     taught: datetime | None = None
 
     def __post_init__(self) -> None:
+        _JOINTS("joints", self.joints)
+        rules.text("note", self.note)
+        _DATE("taught", self.taught)
         if self.opening_mm is not None:
-            object.__setattr__(self, "opening_mm", finite("gripper_mm", self.opening_mm))
+            object.__setattr__(self, "opening_mm", checked_number("gripper_mm", self.opening_mm))
 
 
 def point_view(point: Point) -> dict[str, Any]:
@@ -72,6 +80,7 @@ class Step:
     wait_s: float | None = None
 
     def __post_init__(self) -> None:
+        rules.text("point", self.point)
         given = [bool(self.point), self.gripper is not None, self.wait_s is not None]
         if sum(given) != 1:
             raise BadRequest("a step has exactly one of point, gripper and wait_s")
@@ -79,7 +88,7 @@ class Step:
             raise BadRequest("how belongs to a step that leads to a point")
         if self.how not in WAYS:
             raise BadRequest(f"how is one of {', '.join(WAYS)}, not {self.how!r}")
-        if not 0.0 < finite("speed", self.speed) <= 1.0:
+        if not 0.0 < checked_number("speed", self.speed) <= 1.0:
             raise BadRequest(f"speed is above 0 and up to 1, not {self.speed:g}")
         if isinstance(self.gripper, str):
             if self.gripper not in GRIPPER_WORDS:
@@ -87,8 +96,11 @@ class Step:
                     f"gripper is one of {', '.join(GRIPPER_WORDS)}, or mm, not {self.gripper!r}"
                 )
         elif self.gripper is not None:
-            finite("gripper", self.gripper)
-        if self.wait_s is not None and not 0.0 <= finite("wait_s", self.wait_s) <= LONGEST_WAIT_S:
+            checked_number("gripper", self.gripper)
+        if (
+            self.wait_s is not None
+            and not 0.0 <= checked_number("wait_s", self.wait_s) <= LONGEST_WAIT_S
+        ):
             raise BadRequest(f"wait_s is from 0 to {LONGEST_WAIT_S:g} s, not {self.wait_s:g}")
 
     def __str__(self) -> str:
@@ -101,12 +113,20 @@ class Step:
         return f"delay {self.wait_s:g} s"
 
 
+_A_STEP = 'Step("pick")'
+_STEPS = rules.several(rules.made_of(Step, "a step", _A_STEP), "a list of steps", f"[{_A_STEP}]")
+
+
 @dataclass(frozen=True, slots=True)
 class StepList:
     """A named list of steps."""
 
     steps: tuple[Step, ...] = ()
     note: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "steps", _STEPS("steps", self.steps))
+        rules.text("note", self.note)
 
     @property
     def points(self) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
 from armdrive.dialog.operator import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
-from armdrive.errors.arguments import BASIC, checked_calls, known_attributes
+from armdrive.errors.arguments import BASIC, Rule, call, checked_calls, known_attributes, made_of
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.table import Faults
@@ -78,7 +78,7 @@ def _known(target: str | None, dialect: str | None, baud: int | None) -> Target 
     try:
         return find(target, dialect_name=dialect, baud=baud)
     except (ArmFileError, BadRequest):
-        if target.startswith("sim:") or target.endswith(".toml"):
+        if not target or target.startswith("sim:") or target.endswith(".toml"):
             raise
         return None
 
@@ -89,8 +89,19 @@ def _alike(asked: ArmConfig, here: ArmConfig) -> bool:
     return same_dialect and asked.calibration == here.calibration
 
 
+RULES: Mapping[str, Rule] = MappingProxyType(
+    {
+        **BASIC,
+        "Callable[[], object]": call,
+        "Operator": call,
+        "target: str": made_of(str, "the name of an arm", f'"{DEFAULT_TARGET}"'),
+    }
+)
+"""The checks of the arguments of an `ArmWorld`'s calls, by annotation."""
+
+
 @known_attributes
-@checked_calls(BASIC)
+@checked_calls(RULES)
 class ArmWorld:
     """A world for tests. Inside `with world:`, every `connect` of this process leads to its arms.
 
@@ -146,7 +157,8 @@ class ArmWorld:
         """
         if name in self._placed:
             raise BadRequest(f"an arm called {name!r} already stands at the table")
-        config = find(target or self._target or DEFAULT_TARGET).config
+        given = (each for each in (target, self._target) if each is not None)
+        config = find(next(given, DEFAULT_TARGET)).config
         stand = Stand(self._table, x_mm, y_mm, math.radians(turned_deg))
         return self._place(name, config, stand, **options).twin
 
@@ -227,7 +239,13 @@ class ArmWorld:
 
     def set_input(self, number: int, on: bool = True) -> None:
         """Switch an input of the controller, counted from 1. Raises `BadRequest`."""
-        self.twin.device.set_input(number - 1, on)
+        try:
+            self.twin.device.set_input(number - 1, on)
+        except BadRequest:
+            raise BadRequest(
+                f"the {self._first().config.title} has no input {number} for a sensor; inputs are "
+                "counted from 1, and a grip switch follows the fingers"
+            ) from None
 
     def after(self, by_s: float, action: Callable[[], object]) -> None:
         """Run `action` after a delay: `arm_world.after(5, lambda: world.take("A"))`."""

@@ -39,6 +39,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a line that jogs a GRBL board passes for a setting",
+        promise="writing settings moves nothing",
+        path="armdrive/dialects/grbl/controller.py",
+        old="            case MendSetting(line) if not re.fullmatch(SETTING, line):\n",
+        new='            case MendSetting(line) if not line.startswith("$"):\n',
+        tests=tests_of(
+            "tests/armdrive/dialects/grbl/test_grbl_board.py",
+            "test_a_line_that_writes_no_setting_is_not_sent[$J=G91X9F99]",
+        ),
+    ),
+    Mutant(
         name="an ok is counted for no line",
         promise="every line's ok is counted",
         path="firmware_protocol/grbl/host.py",

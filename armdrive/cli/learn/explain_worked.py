@@ -120,8 +120,8 @@ def _refuse_contradictions(options: argparse.Namespace) -> None:
 
 
 def _urdf(word: str) -> Result:
-    lines = urdf_of_chain(find_model(word).chain).rstrip().split("\n")
-    return Result(None, lines, verbatim=True)
+    text = urdf_of_chain(find_model(word).chain)
+    return Result({"urdf": text}, text.rstrip().split("\n"), verbatim=True)
 
 
 def _example(

@@ -180,6 +180,8 @@ def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -
 
 
 def _block(words: str) -> TableBlock:
+    if not 2 <= words.count(",") <= 4:
+        raise argparse.ArgumentTypeError(f"write it like A,250,0 or A,250,0,30,20, not {words!r}")
     try:
         return block_of(words.split(","))
     except BadRequest as error:

@@ -328,12 +328,13 @@ def _sim(parser: argparse.ArgumentParser) -> None:
     r"""Declare what `sim` takes.
 
     Examples:
-      armdrive sim teachmover --pty /tmp/arm         then: armdrive jog --port /tmp/arm
-      armdrive sim teachmover --tcp 127.0.0.1:4001   then: armdrive jog --port socket://127.0.0.1:4001
+      armdrive sim teachmover --pty /tmp/arm
+      armdrive jog --port /tmp/arm --dialect teachmover   in another terminal
+      armdrive sim teachmover --tcp 127.0.0.1:4001        as socket://127.0.0.1:4001
+      armdrive sim mks --slcan /tmp/can0                  as can:slcan:/tmp/can0?bitrate=500000
       armdrive sim teachmover --pty /tmp/arm \
           --fault drop:0.01,from=host --fault unplug@20
-      armdrive sim mks --slcan /tmp/can0             then: armdrive jog --port 'can:slcan:/tmp/can0'
-      armdrive sim --list                            every dialect, its settings and its faults
+      armdrive sim --list                                 every dialect, its settings and its faults
 
     Commands on standard input control the device, one per line (`help` lists them). Ctrl-C ends
     it; the end of the input does not.

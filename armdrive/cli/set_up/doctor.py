@@ -88,18 +88,22 @@ def _what_next(report: Report) -> Iterator[str]:
 def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
     """Survey the CAN bus that is meant."""
     deeper = _deeper()
-    if options.can:
-        port = options.can if is_can(options.can) else PREFIX + options.can
-    elif config is not None:
-        port = PortOpening(config).find()
-    else:
-        port = options.port or deeper.only_bus()
+    own = PortOpening(config) if config is not None else None
+    port = own.find() if own is not None and not options.can else _named_port(options)
     if not is_can(port):
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)
     ids = deeper.ids_of(options.ids) if options.ids else ()
     survey = deeper.BusSurvey(report, config, ids, options.every_rate, _mending(options))
     return _result(report, survey.run())
+
+
+def _named_port(options: argparse.Namespace) -> str:
+    """Return the port that the command names; the only CAN bus if it names none."""
+    bus: str = options.can or ""
+    if bus and not is_can(bus):
+        return PREFIX + bus
+    return bus or options.port or str(_deeper().only_bus())
 
 
 def _mending(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
@@ -126,13 +130,17 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
         raise BadRequest(
             "name one port, or an arm file with --arm; `armdrive ports` lists the ports"
         )
+    if options.can and options.port:
+        raise BadRequest("--can names the bus already: leave the port out")
     if options.arm and options.dialect:
         raise BadRequest("the arm file says which dialect it is: leave out --dialect")
     if options.mend and not (options.arm or options.dialect):
         raise BadRequest("--mend needs --arm or --dialect, which say what is expected")
     if not (options.arm or options.dialect):
         return None
-    target = find(options.arm or options.port, dialect_name=options.dialect, baud=options.baud)
+    target = find(
+        options.arm or _named_port(options), dialect_name=options.dialect, baud=options.baud
+    )
     if target.simulated:
         raise BadRequest(f"{options.arm} is simulated: there is no port to look at")
     wire = target.config.connection

@@ -29,6 +29,7 @@ from armdrive.tasks import (
     Done,
     DropCurrent,
     Halted,
+    MendSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -165,6 +166,8 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 return self._clear_fault()
             case ReadSettings():
                 return self._firmware()
+            case MendSetting():
+                raise Refused("an Armdroid's board has no settings that can be written")
         raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
 
     def unsolicited(self, event: HostEvent) -> None:

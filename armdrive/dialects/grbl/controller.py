@@ -12,6 +12,7 @@ Sources: gnea/grbl doc/markdown/interface.md, commands.md, jogging.md, settings.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -49,6 +50,8 @@ from armdrive.tasks import (
 from firmware_protocol.grbl import Acknowledged, Dialect, Host, Line, QuerySettings, Sleep
 from firmware_protocol.grbl.host import Event as HostEvent
 
+SETTING = r"\$[0-9]+=[0-9.]+"
+"""A line that writes a setting. Other lines that begin with $ jog, home or store a motion."""
 TRIES = 3
 """Attempts to read a complete set of settings."""
 SETTING_WRITE_S = 2.0
@@ -91,8 +94,8 @@ class GrblController(ScriptRunner[HostEvent]):
                 self.outputs.check(bits)
             case SetGripper():
                 self.outputs.check_gripper()
-            case MendSetting(line) if not line.startswith("$"):
-                raise Refused(f"`{line}` is not a GRBL setting")
+            case MendSetting(line) if not re.fullmatch(SETTING, line):
+                raise Refused(f"`{line}` is not a GRBL setting: write one like `$100=250`")
         return self._carry_out(request)
 
     def _carry_out(self, request: Request) -> Answering:

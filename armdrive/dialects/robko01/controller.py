@@ -28,6 +28,7 @@ from armdrive.tasks import (
     DeviceSettings,
     Done,
     DropCurrent,
+    MendSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -108,6 +109,8 @@ class RobkoController(ScriptRunner[HostEvent]):
                 return DeviceSettings()
             case ClearFault():
                 return Done()  # the board has no alarm to clear
+            case MendSetting():
+                raise Refused("a Robko 01 has no settings that can be written")
             case _:
                 raise Refused(f"a Robko 01 knows no {type(request).__name__}")
 

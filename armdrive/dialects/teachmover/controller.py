@@ -22,6 +22,7 @@ from armdrive.tasks import (
     Done,
     DropCurrent,
     Interrupted,
+    MendSetting,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
@@ -311,6 +312,8 @@ class TeachMoverController(ScriptRunner[HostEvent]):
                 return Reset()
             case WriteRow(words):
                 return QWrite(ProgramRow.from_words(words))
+            case MendSetting():
+                raise Refused("a TeachMover has no settings that can be written")
             case _:
                 raise Refused(f"a TeachMover cannot carry out {type(request).__name__}")
 

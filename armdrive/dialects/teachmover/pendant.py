@@ -16,6 +16,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects import PendantTools
 from armdrive.dialects.speed_table import SpeedTable
 from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
+from armdrive.errors.arguments import made_of, several
 from armdrive.status import joints_view
 from armdrive.storage.points import Point, Step, StepList
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
@@ -26,6 +27,13 @@ from kinematics.text import counted
 
 _SPAN = 1 << 16
 """Registers wrap around after this many steps."""
+
+
+_ROWS = several(
+    made_of(ProgramRow, "a row of a program", "arm.read_pendant_program().rows[0]"),
+    "the rows of a program",
+    "arm.read_pendant_program().rows",
+)
 
 
 def is_move(row: ProgramRow) -> bool:
@@ -39,6 +47,9 @@ class PendantProgram:
 
     rows: tuple[ProgramRow, ...] = ()
     origin: tuple[int, ...] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rows", _ROWS("rows", self.rows))
 
     @classmethod
     def from_words(

@@ -59,11 +59,17 @@ def pose_of(place: PlaceValue, fk: ForwardKinematics | None) -> Pose:
     return fk(place.joints_deg)
 
 
+LONGEST_SHOWN = 1e15
+"""A number of this size is shown as 1e+15, since further digits would mean nothing."""
+
+
 def value_text(value: Value) -> str:
     """Return a value as people read it; a number has three decimals at most."""
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, float):
+        if abs(value) >= LONGEST_SHOWN:
+            return f"{value:g}"
         return f"{round(value, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
     return str(value)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.errors import BadRequest, NotReferenced, Refused, Stopped
-from armdrive.errors.arguments import known_attributes
+from armdrive.errors.arguments import known_attributes, made_of
 from armdrive.moves import REST_S, JointMove, LineMove
 from armdrive.programs.teaching.steps import finger_move, last_point
 from armdrive.storage.points import Point, Step, StepList
@@ -168,6 +168,8 @@ class Stepper:
 
     def __init__(self, arm: Arm, steps: StepList, points: Mapping[str, Point]) -> None:
         """Stand before the first step. Raises `BadRequest` for an empty sequence."""
+        made_of(StepList, "a sequence", 'arm.points.sequence("stack")')("steps", steps)
+        made_of(Mapping, "points by their names", "arm.points")("points", points)
         if not steps.steps:
             raise BadRequest("the sequence has no steps")
         self._arm = arm

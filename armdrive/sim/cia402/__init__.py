@@ -151,9 +151,17 @@ KIND = SimDeviceKind(
         Option("bitrate", 500_000, "bits a second of the drives and their bus", BITRATES),
         Option("csp", True, "drives have cyclic synchronous position; else profile position alone"),
         Option("homing", True, "drives can home by themselves"),
-        Option("missing", "", "objects that the drives lack: 60C2 say, or more joined by +"),
-        Option("profile", PROFILE, "the device profile that 1000 tells", bounds=(0, 0xFFFF)),
-        Option("following_window", -1, "increments that a shaft may be behind at first; -1: EDS"),
+        Option(
+            "missing", "", "objects that the drives lack, for example 60C2; several are joined by +"
+        ),
+        Option(
+            "profile", PROFILE, "the device profile that object 1000 reports", bounds=(0, 0xFFFF)
+        ),
+        Option(
+            "following_window",
+            -1,
+            "following error window at power-on, in increments; -1: as in the EDS",
+        ),
         *options_of(QUIRKS),
     ),
 )

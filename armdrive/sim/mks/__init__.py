@@ -166,7 +166,11 @@ KIND = SimDeviceKind(
     board=MksBoard,
     make=_make,
     options=(
-        Option("firmware", AS_THE_ARM_FILE, "1.0.6 say, or one a drive joined by +; file: its own"),
+        Option(
+            "firmware",
+            AS_THE_ARM_FILE,
+            "for example 1.0.6, or one for each drive, joined by +; file: the arm file's",
+        ),
         Option("factory", False, "every drive as it is shipped: id 1, waiting for pulses"),
         Option("bitrate", 500_000, "bits a second of the drives and their bus", (*BITRATES,)),
         Option("limits", False, "a pressed limit switch ends motions that lead into it"),

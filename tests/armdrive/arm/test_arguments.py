@@ -33,8 +33,12 @@ from armdrive import (
     JointPart,
     Joints,
     LinePart,
+    MoveSequence,
+    PathMove,
+    PendantProgram,
     Point,
     Pose,
+    Refused,
     SimulatedClock,
     Step,
     StepList,
@@ -46,6 +50,8 @@ from armdrive import errors as ours
 from armdrive.aio import AsyncGripper
 from armdrive.arm.arguments import RULES
 from armdrive.arm.moving import Gripper
+from armdrive.connect.parts import connect_simulated
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, arguments, kinematic
 from armdrive.errors.table import entry
 from armdrive.moves import JointMove, LineMove, PoseMove
@@ -87,6 +93,9 @@ RIGHT = MappingProxyType(
 
 WRONG = (object(), 1j, [object()], b"x", {"a": object()}, math.nan, math.inf, "\0", None, True, 7)
 """Values of many kinds. A parameter is given those that its rule does not take."""
+
+HOME = Joints.of(0, 40, -60, -70, 0)
+STEPS = StepList((Step("pick"),))
 
 BELOW = frozenset({"known", "carry", "sync"})
 """Calls that take anything, and what carries the calls of an `AsyncArm`."""
@@ -468,6 +477,44 @@ def test_a_wrong_argument_is_a_type_error_as_well():
     with pytest.raises(TypeError):
         bench().move_to((1, 2, 3))
     assert (BadArgument.code, WaitTimeout.code) == ("E115", "E106")
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: MoveSequence(LineMove(A_POSE)), "moves must be a list of moves, not LineMove"),
+        (lambda: MoveSequence((LineMove(A_POSE), 1)), r"moves\[1\] must be a move, not 1"),
+        (lambda: PathMove(LinePart(A_POSE)), "parts must be a list of parts, not LinePart"),
+        (lambda: Point("pick"), "joints must be joint angles, not 'pick'"),
+        (lambda: Point(HOME, note=5), "note must be text, not 5"),
+        (lambda: Point(HOME, taught="now"), "taught must be a date and a time, not 'now'"),
+        (lambda: Step(5), "point must be text, not 5"),
+        (lambda: StepList("pick"), "steps must be a list of steps, not 'pick'"),
+        (lambda: StepList((Step("pick"), "pick")), r"steps\[1\] must be a step, not 'pick'"),
+        (lambda: PendantProgram("rows"), "rows must be the rows of a program, not 'rows'"),
+        (lambda: SimulatedClock("noon"), "now_s must be a finite number, not 'noon'"),
+        (lambda: Point(HOME, "wide"), "gripper_mm must be a finite number, not 'wide'"),
+        (lambda: Step(wait_s="long"), "wait_s must be a finite number, not 'long'"),
+        (lambda: Arm.connect(""), "the name of the arm is empty: name one"),
+        (lambda: Arm("bench"), r'parts of a connection, not .bench.; for example Arm.connect\("'),
+        (lambda: AsyncArm("bench"), r'for example AsyncArm.connect\("'),
+        (lambda: Stepper(bench(), "stack", {}), "steps must be a sequence, not 'stack'"),
+        (lambda: Stepper(bench(), STEPS, None), "points must be points by their names, not None"),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_where_it_is_made(made, said):
+    with pytest.raises(BadRequest, match=said) as raised:
+        made()
+    assert raised.value.code in ("E101", "E115", "E602")
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid"])
+def test_a_controller_without_settings_says_so(dialect):
+    with (
+        Arm(connect_simulated(simulated_config(dialect))) as arm,
+        pytest.raises(Refused, match="has no settings that can be written"),
+    ):
+        arm.mend_settings(["$100=250"])
 
 
 def test_an_unknown_point_is_said_without_quotes_around_the_sentence():

@@ -118,7 +118,7 @@ def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, 
     ended, err = moving.end()
     sim.watch.stands_within(bound_s)
     assert ended == code
-    assert ("that moved was stopped" in err) == (number is not signal.SIGKILL)
+    assert ("that this command moved was stopped" in err) == (number is not signal.SIGKILL)
     assert status_of(call, sim)["trust"] == ("suspect" if number is signal.SIGKILL else "restored")
 
 

@@ -185,8 +185,11 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["sim", "teachmover", "--pty", "x", "--baud", "0"], "'0' is not a whole number above 0"),
         (["demo", "--nonsense"], "--nonsense"),
         (["move", "--sped=2"], "there is no option --sped (did you mean --speed?)"),
+        (["move", "-sped=2"], "there is no option -sped (did you mean --speed?)"),
+        (["doctor", "--fresh"], "there is no option --fresh; see"),
         (["replay", "x.jsonl", "--speed=2"], "there is no option --speed"),
         (["move", "now"], "'now' is one too many"),
+        (["run", "x.arm", "--put", "A,250"], "write it like A,250,0 or A,250,0,30,20, not 'A,250'"),
         (["move", "--via", "1,2"], "--via X,Y,Z: write it like"),
         (["points", "gow"], "'gow' is none of list, "),
         (["run"], "required: PROGRAM; see `armdrive run --help`"),
@@ -334,6 +337,22 @@ def test_a_reader_that_goes_away_ends_a_command_quietly():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell that closes streams")
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/full")
+@pytest.mark.parametrize("words", ["--help", "--version", "help exit-codes", "errors E101"])
+def test_an_output_that_takes_nothing_is_named_and_one_that_has_gone_ends_quietly(words):
+    command = f"'{sys.executable}' -m armdrive {words}"
+
+    def shell(line):
+        return subprocess.run(line, shell=True, capture_output=True, text=True, check=False)
+
+    full = shell(f"{command} >/dev/full")
+    assert full.returncode == 1
+    assert full.stderr.startswith("armdrive: [E002] the output cannot be used (No space left")
+    assert full.stderr.count("\n") == 1
+    for ended in (shell(f"{command} >&-"), shell(f"{command} | true")):
+        assert (ended.returncode, ended.stderr) == (0, "")
+
+
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_closed_stream_is_no_traceback(call, tmp_path, closed):
     call("home", code=0)

@@ -58,6 +58,8 @@ def test_every_command_has_examples_and_understands_them(name):
     for command, *words in found:
         function, _, summary = ROWS[command]
         command_parser(command, summary, function).parse_args(words)
+        says = command == "can" or "--port" not in words or "--dialect" in words
+        assert says, f"{words}: without its dialect the arm on a port is refused"
 
 
 def helps(parser: argparse.ArgumentParser) -> Iterator[str]:

@@ -113,9 +113,9 @@ def test_no_message_quotes_an_error_of_the_system_with_its_number():
     assert not found
 
 
-PRINTING = {"print", "sys.stdout.write", "sys.stderr.write", "output.write", "_send"}
+PRINTING = {"print", "_print", "sys.stdout.write", "sys.stderr.write", "output.write", "_send"}
 OWN_WORDS = {
-    "__init__.py": {"_exit_codes()", "_help()", "f\"armdrive {version('armdrive')}\\n\""},
+    "__init__.py": {"_exit_codes()", "_help()", "f\"armdrive {version('armdrive')}\\n\"", "text"},
     "presenter.py": {
         "text",
         "(_in_inks(rows, parts) if has_colour(sys.stdout) else rows) + '\\n'",

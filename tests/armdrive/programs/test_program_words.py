@@ -238,10 +238,15 @@ def test_a_point_may_be_called_as_a_word_is():
 # -- inputs ------------------------------------------------------------------------------------
 
 
+def test_a_number_out_of_all_bounds_is_named_shortly():
+    ((_, _, text),) = refused("delay 1e99")
+    assert text == "the time in s must be at most 1000000, not 1e+99"
+
+
 def test_a_wait_that_times_out_ends_the_program_or_returns_off():
     assert acts("wait_input 1 within 2\nready", inputs=(1,))[-1] == ready()
     ((line, _, text),) = refused("wait_input 1, -2 within 2\nready")
-    assert (line, text) == (1, "the inputs were not 1, -2 within 2 s")
+    assert (line, text) == (1, "within 2 s it did not happen that input 1 is on and input 2 is off")
     assert told("wait_input 1 within 2 into came\ntype came") == ["off"]
     assert told("wait_input 1 within 2 into came\ntype came", inputs=(1,)) == ["on"]
 

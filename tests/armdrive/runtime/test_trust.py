@@ -225,9 +225,17 @@ def test_dropping_the_current_says_suspect_and_only_disable_sends_it():
     assert len(arm.twin.link.named(b"@RESET")) == 1
 
 
+def test_a_posture_that_is_not_known_says_what_it_lacks():
+    arm = sim_arm()
+    with pytest.raises(NotReferenced, match="knowing where the arm is needs a trusted position"):
+        arm.joints  # noqa: B018 - the look-up is the test
+    with pytest.raises(NotReferenced, match="planned motion needs a trusted position"):
+        arm.move_j(base_deg=1)
+
+
 def test_there_is_nothing_to_confirm_without_a_restored_position():
     arm = ready_arm()
-    with pytest.raises(Refused, match="no restored position"):
+    with pytest.raises(Refused, match=r"no restored position .* the position is referenced$"):
         arm.confirm_restored()
 
 

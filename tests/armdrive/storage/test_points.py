@@ -74,7 +74,7 @@ def test_a_name_that_is_not_there_suggests_one(book):
     with pytest.raises(UnknownPoint, match=r"no point 'pik'.*did you mean 'pick'") as missed:
         book["pik"]
     assert isinstance(missed.value, KeyError)
-    with pytest.raises(UnknownPoint, match="known are none"):
+    with pytest.raises(UnknownPoint, match="no sequence has been saved yet"):
         book.sequence("stack")
 
 
@@ -85,6 +85,17 @@ def test_an_invalid_name_is_refused(book, name):
     with pytest.raises(BadRequest):
         book.teach(name)
     assert not book.path.exists()
+
+
+def test_a_point_that_could_not_be_read_again_leaves_the_file_as_it_is(book):
+    book["pick"] = THERE
+    before = book.path.read_bytes()
+    of_another_arm = replace(THERE, joints=replace(THERE.joints, names=tuple("abcde")))
+    with pytest.raises(BadRequest, match="nothing was written: unknown key 'a'"):
+        book["place"] = of_another_arm
+    with pytest.raises(BadRequest, match="more than 4000000 bytes: not written"):
+        book["place"] = replace(THERE, note="x" * 4_000_000)
+    assert book.path.read_bytes() == before
 
 
 def test_teaching_names_the_present_place_and_moves_a_point_only_on_request(book):

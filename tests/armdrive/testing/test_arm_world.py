@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 
 import pytest
 
@@ -161,6 +162,26 @@ def test_a_sensor_and_a_person_come_when_they_are_said_to(world):
         assert world.clock.now_s == pytest.approx(6.0, abs=0.3)
         with pytest.raises(BadRequest):
             world.set_input("4")
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda world: world.put(5, 250, 0), "name must be text, not 5"),
+        (lambda world: world.put("A", "left", 0), "x_mm must be a finite number, not 'left'"),
+        (lambda world: world.add("right", x_mm=math.inf), "x_mm must be a finite number, not inf"),
+        (lambda world: world.after("soon", print), "by_s must be a finite number, not 'soon'"),
+        (lambda world: world.after(1, None), "action must be a function, not None"),
+        (lambda world: world.set_input(1), "no input 1 for a sensor; inputs are counted from 1"),
+        (lambda world: world.set_input(8 + 1), "TeachMover has no input 9 for a sensor"),
+        (lambda world: world.add("right", ""), "the name of the arm is empty"),
+        (lambda world: Arm.connect(""), "the name of the arm is empty"),
+    ],
+)
+def test_a_call_of_the_world_that_cannot_be_is_refused(world, call, said):
+    with pytest.raises(BadRequest, match=said):
+        call(world)
+    assert world.blocks == {}
 
 
 def test_an_async_program_leads_there_too(world):

@@ -268,7 +268,7 @@ async def test_an_error_is_shown_with_its_line(arm, tmp_path):
         await session.begin()
         await session.ended()
         assert "ENDED IN LINE 2, after 2 acts: " in session.text("run")
-        assert "the inputs were not 2 within 1 s" in session.text("run")
+        assert "within 1 s it did not happen that input 2 is on" in session.text("run")
         assert "the program ended early in line 2" in session.text("messages")
 
 

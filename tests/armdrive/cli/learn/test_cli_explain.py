@@ -160,6 +160,7 @@ def test_accuracy_explains_the_stated_resolution(call):
 
 def test_urdf_is_printed_for_other_tools(call):
     said = call("explain", "alpha2", "--urdf", code=0).out
+    assert call("explain", "alpha2", "--urdf", "--json", code=0).json == {"urdf": said}
     robot = ET.fromstring(said)
     assert robot.get("name") == "alpha2"
     assert len([each for each in robot.iter("joint") if each.get("type") == "revolute"]) == 5

@@ -167,7 +167,7 @@ def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypa
     with monkeypatch.context() as patched:
         patched.setattr(Engine, "advance", interrupted)
         called = call("move", "--x", "300", "--z", "150", code=130)
-    assert "that moved was stopped" in called.err
+    assert "that this command moved was stopped" in called.err
     seen = call("status", "--json", code=0).json
     assert seen["trust"] == "restored"
     assert 127 < seen["pose"]["x_mm"] < 299  # on the way

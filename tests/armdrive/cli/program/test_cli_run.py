@@ -140,6 +140,7 @@ SAID = [
     (TWO, ["--plot", "path.gif"], 2, "armdrive: "),
     (TWO, ["one"], 2, "takes no arguments"),
     (TWO, ["--input", "3"], 2, "write it like 3=on"),
+    (TWO, ["--check", "--input", "8=on"], 2, "inputs of the Microbot TeachMover are counted from"),
     (TWO, ["--loops", "-1"], 2, ""),
     (TWO, ["--assume-width", "0"], 2, "is not above 0"),
     (TWO, ["--put", "A,one,2"], 2, "'one' is not a number"),

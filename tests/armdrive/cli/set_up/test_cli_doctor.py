@@ -31,6 +31,7 @@ from armdrive.setup import prober as carrying
 from armdrive.setup import prober as probing
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.trace.recorder import FlightRecorder
+from armdrive.transports import ports as system
 from firmware_protocol.robko01 import Device
 
 # Before anything is opened.
@@ -62,6 +63,7 @@ def test_a_person_is_asked_first(call, port, lead_to, monkeypatch, answer, code,
         (("--arm", "bench", "--dialect", "teachmover"), "leave out --dialect"),
         (("/dev/ttyX", "--mend"), "--mend needs"),
         (("--arm", "sim:teachmover"), "is simulated"),
+        (("/dev/ttyX", "--can", "socketcan:can0"), "leave the port out"),
     ],
 )
 def test_a_wrong_command_says_what_to_write(call, words, sentence):
@@ -79,10 +81,12 @@ def test_forced_simulation_opens_nothing(call, port, monkeypatch):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs files as devices")
-def test_a_missing_port_is_reported_before_the_question(call, port, tmp_path):
-    said = call("doctor", str(tmp_path / "ttyUSB7"), code=4).out
-    assert "there is no port" in said
-    assert "check the cable and the name" in said
+def test_a_missing_port_is_reported_before_the_question(call, port, tmp_path, monkeypatch):
+    name = tmp_path / "ttyUSB7"
+    monkeypatch.setattr(system, "device_names", lambda: ("/dev/ttyS0", "/dev/ttyS1"))
+    [finding] = call("doctor", str(name), "--json", code=4).json["findings"]
+    assert finding["what"] == f"there is no port {name} (present: /dev/ttyS0, /dev/ttyS1)"
+    assert finding["mend"] == "check the cable and the name"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
@@ -135,7 +139,8 @@ def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_
 def test_an_unplugged_adapter_is_a_problem_with_a_remedy(call, port, words):
     arm_file("OTHER", port)
     said = call("doctor", "--arm", "bench", "--yes", *words, code=4).out
-    assert "no port has the USB serial number OTHER" in said
+    assert "no port has the USB serial number OTHER (present: " in said
+    assert "): plug" not in said  # the remedy stands apart
     assert "plug the adapter in" in said
 
 

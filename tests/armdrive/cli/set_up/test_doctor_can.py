@@ -192,6 +192,9 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
             break
     assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
     assert called.json["bus"]["state"] == "active"
+    named = served.port.removeprefix("can:")
+    said = call("doctor", "--can", named, "--dialect", "mks", code=0).out
+    assert "every drive of the arm file answers" in said
     write_arm_file("bench", ARM.format(port=served.port))
     served.tell("fault drive-mode 3 2")
     said = call("doctor", "--arm", "bench", code=1).out
@@ -227,6 +230,12 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
     assert served.server.adapter.refused == 0
 
 
+@pytest.mark.parametrize("words", [("doctor", "--yes", "--can"), ("status", "--port")])
+def test_a_controller_that_is_not_on_a_bus_is_not_looked_for_there(call, words):
+    sentence = call.refused(*words, "can:socketcan:can0", "--dialect", "teachmover", code=4)
+    assert "can:socketcan:can0 is a CAN bus, but a controller that speaks teachmover" in sentence
+
+
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
     monkeypatch.setattr("serial.tools.list_ports.comports", list)
     listed = "armdrive.transports.ports.list_can_ports"
@@ -235,3 +244,4 @@ def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
     two = [CanPort("can:socketcan:can0", ""), CanPort("can:socketcan:can1", "")]
     monkeypatch.setattr(listed, lambda ports: two)
     assert "can:socketcan:can0, can:socketcan:can1" in call.refused("doctor", "--can", code=4)
+    assert "which bus?" in call.refused("doctor", "--can", "--dialect", "mks", code=4)

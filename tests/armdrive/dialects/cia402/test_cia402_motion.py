@@ -318,7 +318,15 @@ def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
 
 
 @pytest.mark.parametrize(
-    "line", ["nonsense", "1: 6040:00 u16 15", "1: 1016:01 u32 0", "9: 607E:00 u8 0"]
+    "line",
+    [
+        "nonsense",
+        "1: 6040:00 u16 15",
+        "1: 60B0:00 i32 999",
+        "1: 60FF:00 i32 999",
+        "1: 1016:01 u32 0",
+        "9: 607E:00 u8 0",
+    ],
 )
 def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
     rig = Rig()

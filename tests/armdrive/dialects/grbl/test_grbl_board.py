@@ -70,6 +70,17 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     assert standing_as_said(arm)
 
 
+@pytest.mark.parametrize("line", ["$J=G91X9F99", "$H", "$N0=G0X9", "$RST=*", "$X", "$100", "G0X9"])
+def test_a_line_that_writes_no_setting_is_not_sent(line):
+    arm = ready()
+    sent, motors = len(arm.twin.link.sent), arm.twin.world.motors
+    with pytest.raises(Refused, match="is not a GRBL setting"):
+        arm.mend_settings([line])
+    arm.sleep(1.0)
+    assert not [piece for _, piece in arm.twin.link.sent[sent:] if line.encode() in piece]
+    assert arm.twin.world.motors == motors
+
+
 def test_a_homing_board_boots_locked_and_reset_unlocks_it():
     arm = found(config(device={"homing": True}), homing=True)
     with pytest.raises(DeviceFault, match="reset"):
