@@ -35,6 +35,7 @@ from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
+    NO_STOP,
     SafetyPanel,
     after_reset,
     link_back,
@@ -156,9 +157,9 @@ class ArmControl:
         return after_reset(self._arm.status, self._desk.keys)
 
     def reconnect(self) -> None:
-        """Look for a lost link once, now. Moves nothing."""
+        """Try once to reconnect a lost link. Moves nothing."""
         if self._desk.link.lost:
-            self._desk.say("looking for the link ...")
+            self._desk.say("reconnecting ...")
         self._desk.calls.make(self._arm.reconnect)
 
     def reference(self) -> None:
@@ -579,7 +580,7 @@ class Desk(KeyApp):
         """Stop the arm before anything else, then disarm and show the screen."""
         self.arm.request_stop()
         self.disarm("stopped")
-        self.message = "STOP was asked for; the keys are disarmed"
+        self.message = NO_STOP if self.link.lost else "STOP requested; the keys are disarmed"
         self.dialogs.close_all()
         self.show()
 

@@ -78,7 +78,7 @@ def safety_state(
     """Return what a desk says about its arm.
 
     `armed` is None on a screen without jog keys. `says` follows the badge. `reconnects` means
-    that the arm looks for a lost link by itself; `paused_at` is the screen that paused the arm;
+    that the arm reconnects by itself; `paused_at` is the screen that paused the arm;
     `spoken` puts a sentence into the words of the desk.
     """
     badge = BADGES[status.state.value]
@@ -95,7 +95,7 @@ def safety_state(
         forbids=spoken(forbids),
         dot=DOTS[status.trust.value],
         position=spoken(position_text(status, keys)),
-        stopping=stopping_text(status.stop_distance_mm, status.stop_time_s),
+        stopping=stopping_text(status.state.value, status.stop_distance_mm, status.stop_time_s),
     )
 
 
@@ -119,12 +119,18 @@ def position_text(status: Status, keys: Keyboard) -> str:
     return f"position {status.trust.value}: {way} ({status.trust_reason})"
 
 
-def stopping_text(distance_mm: object, time_s: object) -> str:
-    """Say how far and how long the tip goes on after a stop, at most.
+NO_STOP = "no stop reaches the arm: use its own stop or power switch"
+"""What a desk without a link must not hide."""
+
+
+def stopping_text(state: object, distance_mm: object, time_s: object) -> str:
+    """Say how far and how long the tip goes on after a stop, at most; or that no stop reaches it.
 
     That is a bound for the motion under way, or for the fastest one while none is planned: the
     present speed is known to the controller alone.
     """
+    if state == State.DISCONNECTED.value:
+        return NO_STOP
     far, long = (
         UNKNOWN if not isinstance(bound, int | float) else f"{rounded_up(bound, digits):.{digits}f}"
         for bound, digits in ((distance_mm, 0), (time_s, 2))
@@ -132,15 +138,15 @@ def stopping_text(distance_mm: object, time_s: object) -> str:
     return f"a stop takes up to {far} mm, {long} s"
 
 
-def look_for_link(keys: Keyboard) -> str:
-    """Say how to look for a lost link, and how to leave without it."""
-    return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
+def how_to_reconnect(keys: Keyboard) -> str:
+    """Say how to reconnect, and how to leave without a link."""
+    return f"{keys.label('reconnect')} reconnects, {keys.label('quit')} leaves"
 
 
 def why_immobile(state: State, keys: Keyboard) -> str:
     """Say why no key can move the arm in this state, and what to do; empty if one can."""
     if state is State.DISCONNECTED:
-        return f"there is no link to the arm, and no key moves it: {look_for_link(keys)}"
+        return f"there is no link to the arm, and no key moves it: {how_to_reconnect(keys)}"
     if state is State.ERROR_STOP:
         return f"the arm is in error-stop: look at it, then press {keys.label('reset')}"
     if state is State.DISABLED:
@@ -157,8 +163,8 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
     )
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
-        looking = f"The desk is looking for it: {key} looks at once, {leave} leaves"
-        return f"{reason.rstrip('.')}. {looking if reconnects else look_for_link(keys)}."
+        trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves"
+        return f"{reason.rstrip('.')}. {trying if reconnects else how_to_reconnect(keys)}."
     if status.state is State.ERROR_STOP:
         names_key = "`reset()`" in reason
         resets = "That" if names_key else f"{keys.label('reset')} resets, and"

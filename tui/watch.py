@@ -75,7 +75,9 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
         forbids=ended,
         dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
         position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
-        stopping=stopping_text(view.get("stop_distance_mm"), view.get("stop_time_s")),
+        stopping=stopping_text(
+            view.get("state"), view.get("stop_distance_mm"), view.get("stop_time_s")
+        ),
     )
 
 

@@ -25,6 +25,27 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
     assert session.desk.return_code == 0
 
 
+async def test_a_desk_without_a_link_promises_no_stop():
+    async with Session() as session:
+        assert "a stop takes up to 14 mm" in session.text("stopping")
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        session.shows(
+            "once the link is lost",
+            not_stopping="a stop takes up to",
+            stopping="no stop reaches the arm: use its own stop or power switch",
+            not_messages="stops at any time",
+            messages="L reconnects",
+        )
+        await session.press("space")
+        assert session.arm.calls == [("stop",)]  # the link may be back before the desk knows
+        session.shows(
+            "when a stop is asked for",
+            not_messages="STOP requested",
+            messages="no stop reaches the arm",
+        )
+
+
 async def test_a_key_that_is_held_when_the_link_breaks_only_says_so():
     async with Session() as session:
         await session.arm_keys()
@@ -36,7 +57,7 @@ async def test_a_key_that_is_held_when_the_link_breaks_only_says_so():
             await session.press("q", after_s=0.2)
         assert session.desk.is_running
         assert session.arm.calls == []
-        assert "L looks for it, ctrl+q leaves" in session.text("messages")
+        assert "L reconnects, ctrl+q leaves" in session.text("messages")
 
 
 async def test_a_lost_link_closes_the_question_that_was_open():
@@ -55,7 +76,7 @@ async def test_what_needs_an_arm_is_refused_with_the_way_to_get_it_back():
             session.desk.message = ""
             await session.press(key, after_s=5.0)
             await session.settle()
-            assert "L looks for it" in session.text("messages"), key
+            assert "L reconnects" in session.text("messages"), key
             assert len(session.desk.screen_stack) == 1
         assert session.arm.calls == []
 
@@ -93,7 +114,7 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         await session.arm_keys()
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
         await session.poll()
-        assert "L looks for it" in session.text("banner")
+        assert "L reconnects" in session.text("banner")
         await session.press("L")
         await session.settle()
         assert "ERROR  [E409]" in session.text("banner")
@@ -122,7 +143,7 @@ async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
         session.arm.reconnects = True
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled.")
         await session.poll()
-        assert "the cable was pulled. The desk is looking for it" in session.text("banner")
+        assert "the cable was pulled. The desk keeps trying to reconnect" in session.text("banner")
         session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
         await session.poll()
         assert "is back" not in session.text("messages")

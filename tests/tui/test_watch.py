@@ -8,7 +8,7 @@ from armdrive import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.errors import ArmError
-from armdrive.status import status_view
+from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
 from tui.program.lines import LINES_SHOWN
@@ -75,6 +75,8 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         assert "program stack.arm" in session.text("watched")
         await session.hear({**status_view(FakeArm().status), "program": {}})
         assert "program" not in session.text("watched")
+        await session.hear(status_view(FakeArm(state=State.DISCONNECTED).status))
+        assert "no stop reaches the arm" in session.text("stopping")
         await session.hear(status_view(FakeArm(**unknown_position()).status))
         assert "joints unknown" in session.text("watched")
 

@@ -14,7 +14,7 @@ from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.motion.frames import BASE, TOOL
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, Status, rounded_up
+from armdrive.status import LinkStats, Status, Trust, rounded_up
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
@@ -33,6 +33,11 @@ RIM_NEAR_MM = 40.0
 """The table, the rim of the reach and the base are marked as near from these distances on."""
 
 Limits = tuple[float, float]
+
+
+def limits_hold(status: Status) -> bool:
+    """Return whether jogs end at limits and guards, and the keys can move the tip."""
+    return status.trust is Trust.REFERENCED
 
 
 class RecentChange:
@@ -72,9 +77,14 @@ def joint_rows(
 
 
 def tip_rows(
-    pose: Pose | None, limits: Sequence[Limits | None], settings: JogSettings, changed: RecentChange
+    pose: Pose | None,
+    limits: Sequence[Limits | None],
+    settings: JogSettings,
+    changed: RecentChange,
+    *,
+    driven: bool,
 ) -> tuple[AxisRow, ...]:
-    """Return a row for each coordinate of the tip, with its keys in Cartesian mode."""
+    """Return a row for each coordinate of the tip, with its keys if it is `driven` by any."""
     values = (None,) * len(limits) if pose is None else coordinates(pose)
     pairs = settings.rows[:-1]
     return tuple(
@@ -83,7 +93,7 @@ def tip_rows(
             value,
             "mm" if pair.cartesian in MM_AXES else DEGREE,
             limit,
-            pair if settings.cartesian and pose is not None else None,
+            pair if driven else None,
             changed(f"tip {pair.cartesian}", value),
         )
         for pair, value, limit in zip(pairs, values, limits, strict=False)
@@ -144,11 +154,17 @@ def _turns(low_rad: float, high_rad: float, offset_rad: float) -> Iterator[float
 def near_lines(
     status: Status, model: ArmModel, joints: Sequence[AxisRow], quick_stop: str
 ) -> Iterator[Span]:
-    """Say what a person would want to know before the next key, warnings first."""
-    found = [*_near_limit(joints)]
-    if status.pose is not None:
-        found += _near_guards(status.pose, model)
-    yield from sorted(found, key=lambda line: not line[1])
+    """Say what a person would want to know before the next key, warnings first.
+
+    Nothing ends a jog at a limit or a guard before the position is trusted.
+    """
+    if not limits_hold(status):
+        yield "NO LIMITS before it is referenced: watch the arm", "$warning"
+    else:
+        found = [*_near_limit(joints)]
+        if status.pose is not None:
+            found += _near_guards(status.pose, model)
+        yield from sorted(found, key=lambda line: not line[1])
     if quick_stop:
         yield quick_stop, "dim"
 
@@ -294,7 +310,9 @@ class AxisPanels:
         held = self._hand.held_button not in ("", PAD)
         pose, limits = self._pose(status)
         joints = joint_rows(status, model, settings, self._changed)
-        self._tip.show_axes(tip_rows(pose, limits, settings, self._changed), held=held)
+        driven = settings.cartesian and pose is not None and limits_hold(status)
+        tip = tip_rows(pose, limits, settings, self._changed, driven=driven)
+        self._tip.show_axes(tip, held=held)
         self._joints.show_axes(joints, held=held)
         force_n = self._desk.arm.gripper.force_n
         self._gripper.show_axes(

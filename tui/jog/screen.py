@@ -18,9 +18,17 @@ from tui.arm_view import SpaceView
 from tui.axes import DEGREE
 from tui.desk import Desk, DeskScreen
 from tui.jog.jogging import DeskJogging
-from tui.jog.panels import AxisPanels, Load, detail_lines, grasped, near_lines, quicker
+from tui.jog.panels import (
+    AxisPanels,
+    Load,
+    detail_lines,
+    grasped,
+    limits_hold,
+    near_lines,
+    quicker,
+)
 from tui.keys.keyboard import bindings
-from tui.safety import FACT_GAP
+from tui.safety import FACT_GAP, how_to_reconnect
 from tui.settings import JogSettings
 from tui.widgets import panels
 
@@ -129,7 +137,8 @@ class JogScreen(DeskScreen):
         if state is State.DISABLED:
             return f"{keys.label('motors')} switches the motors on"
         if self.armed:
-            return "tap a key for one step, hold it to keep moving"
+            warning = "" if limits_hold(self.desk.link.status) else "NO LIMITS: "
+            return f"{warning}tap a key for one step, hold it to keep moving"
         return f"keys DISARMED: {keys.label('arm')} arms them"
 
     @property
@@ -153,6 +162,8 @@ class JogScreen(DeskScreen):
     def hint(self) -> str:
         """How jogging begins, and how it ends."""
         keys = self.desk.keys
+        if self.desk.link.lost:
+            return how_to_reconnect(keys)
         if self.desk.link.status.trust is Trust.UNKNOWN:
             reference = keys.label("reference")
             return f"{reference} references the arm: only then does the desk know where it is"

@@ -10,7 +10,7 @@ from textual import events
 
 from armdrive.errors import Refused
 from armdrive.moves import Jog, ParkMove, Space
-from armdrive.status import LinkStats, State
+from armdrive.status import LinkStats, State, Trust
 from tui.axes import DEGREE, AxisRow, AxisTable
 from tui.jog import panels as tables
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
@@ -152,10 +152,18 @@ async def test_what_takes_the_screen_or_the_arm_away_lets_go_of_a_button(end):
         assert (session.arm.calls[-1][0] == "hold") == held
 
 
-async def test_an_unknown_pose_has_no_buttons_for_the_tip():
-    async with Session(FakeArm(**unknown_position())) as session:
+@pytest.mark.parametrize("trust", [*Trust])
+async def test_limits_are_shown_only_where_they_end_a_jog(trust):
+    more = unknown_position() if trust is Trust.UNKNOWN else {"trust": trust}
+    async with Session(FakeArm(**more)) as session:
+        await session.arm_keys()
+        await session.poll()
+        hold = trust is Trust.REFERENCED
+        parts = {"state": "NO LIMITS", "near": "NO LIMITS", "not_near": "from its limit"}
+        swap = {"state": "not_state", "near": "not_near", "not_near": "near"}
+        session.shows(trust, **{swap[at] if hold else at: text for at, text in parts.items()})
         await session.press("m")
-        assert session.screen.query_one("#tip", AxisTable).at(1, 0) is None
+        assert (session.screen.query_one("#tip", AxisTable).at(1, 0) is not None) == hold
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
@@ -185,7 +193,7 @@ async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
     ("distance_mm", "shown"), [(0.0, "0 mm"), (0.3, "1 mm"), (50.0, "50 mm"), (119.2, "120 mm")]
 )
 def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, shown):
-    text = stopping_text(distance_mm, 0.21)
+    text = stopping_text(State.STANDBY.value, distance_mm, 0.21)
     assert text == f"a stop takes up to {shown}, 0.21 s"
 
 

@@ -111,7 +111,7 @@ NAMING = [
     ("t", {"begin": "name of this place: p4_  (or type another)"}),
     ("u 2", {"begin": "name of this place: u2_\n"}),  # the first letter replaced what was offered
     ("backspace backspace H X L s p", {"begin": "name of this place: HXLsp_"}),  # and no keys
-    ("space", {"messages": "STOP was asked for", "not_begin": "name of this place"}),
+    ("space", {"messages": "STOP requested", "not_begin": "name of this place"}),
     ("t backspace 'up enter", {"messages": "already"}),
     ("t backspace enter", {"messages": "is not a valid name"}),
     ("t backspace r t 2 minus x enter", {"messages": "rt2-x is here", "list": "> rt2-x"}),
