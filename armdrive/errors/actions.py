@@ -66,7 +66,7 @@ PHRASES = (
         "call `gripper.open()` or `gripper.close()`",
         "run `armdrive move --gripper MM`",
         "type `open_now` or `close_now`",
-        "leave the desk and run `armdrive move --gripper MM`",
+        "press {grip-open} or {grip-closed}",
     ),
     Wording(
         "call `gripper.close()` with a width",

@@ -488,9 +488,9 @@ async def test_refusals_are_sentences_on_the_screen():
 
 async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
     async with Session(FakeArm(**unknown_position())) as session:
-        session.arm.set(notice="jogging in Cartesian space needs a known position")
+        session.arm.set(notice="jogging needs a known position: reference it first (`home()`)")
         await session.poll()
-        assert "needs a known position" in session.text("messages")
+        assert "a known position: reference it first (H)" in session.text("messages")
         assert "position unknown: press H" in session.text("trust")
         assert "position unknown: press H" in "".join(session.screen.query_one("#space").rows)
 

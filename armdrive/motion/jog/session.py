@@ -48,7 +48,7 @@ def check_jog(core: Core, jog: Jog) -> None:
         raise NotReferenced(
             "jogging in Cartesian space needs a known position, and this one is "
             f"{core.belief.trust.value}: {core.belief.reason}. Jog joint by joint, or reference "
-            "the arm first (`armdrive home`)"
+            "the arm first (`home()`)"
         )
 
 
@@ -86,7 +86,7 @@ def _require_range(core: Core, jog: Jog, amounts: Sequence[float]) -> None:
         raise OutOfBounds(
             f"the {name.replace('_', ' ')} would move by {asked:g}{unit}, but its whole range is "
             f"{whole:g}{unit}, and no limit can end the jog because the position is "
-            f"{core.belief.trust.value}: jog by less, or reference the arm first (`armdrive home`)",
+            f"{core.belief.trust.value}: jog by less, or reference the arm first (`home()`)",
             name=name,
             value=asked,
             bound=whole,
