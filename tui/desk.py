@@ -85,6 +85,11 @@ class ArmLink:
         return self.status.state is State.DISCONNECTED
 
     @property
+    def moves(self) -> bool:
+        """Whether the arm moves, or is paused in a motion."""
+        return self.status.state in (State.MOVING, State.HOMING, State.STOPPING)
+
+    @property
     def why_immobile(self) -> str:
         """Why no key can move the arm now, and what to do; empty if one can."""
         return why_immobile(self.status.state, self._desk.keys)
@@ -168,7 +173,7 @@ class ArmControl:
         if self._arm.referencing.homes_by_switches:
             text = "THE ARM WILL MOVE: its controller seeks its switches."
             done = "homed by its own switches"
-            self._ask(text, self._present, self._arm.home, done, asked="Is its way clear?")
+            self._ask(text, self._present, self._arm.home, done, asked="Is the way clear?")
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")
             self._desk.say("the simulated operator brings the arm to its reference posture ...")
@@ -201,7 +206,7 @@ class ArmControl:
         def go() -> None:
             self._arm.start(move, stops=stops).wait()
 
-        self._ask(text, posture, go, "parked", asked="Is its way clear?")
+        self._ask(text, posture, go, "parked", asked="Is the way clear?")
 
     def switch_motors(self) -> None:
         """Switch the motor current on; off only after a question, since the arm sags then."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 from functools import partial
@@ -144,18 +145,23 @@ class PostureScreen(ModalScreen[bool]):
         self.dismiss(result=answer)
 
 
+_HEAD = re.compile(rf"\d  (?=\S)|.{{{KEYS_WIDTH - 1}}} ")
+"""What stands before the words of a line of the help: a number, or keys."""
+
+
 def _broken(line: str, width: int) -> list[str]:
     """Break a line of the help; further lines are indented to the words."""
     if len(line) <= width:
         return [line]
-    keys, words = line[:KEYS_WIDTH], line[KEYS_WIDTH:]
-    if keys.rstrip() == keys:  # a line of words alone, or keys that need more room
-        keys, words = "", line
-    indent = " " * KEYS_WIDTH
+    head = _HEAD.match(line)  # else a line of words alone, or keys that need more room
+    keys = "" if head is None else head[0]
     return textwrap.wrap(
-        words, width, initial_indent=keys, subsequent_indent=indent if keys else "",
+        line[len(keys) :],
+        width,
+        initial_indent=keys,
+        subsequent_indent=" " * len(keys),
         break_on_hyphens=False,
-    )  # fmt: skip
+    )
 
 
 def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:

@@ -1,6 +1,7 @@
 """The desk with a fake arm: every binding, arming and disarming, stopping."""
 
 import asyncio
+import re
 import signal
 from dataclasses import replace
 from types import SimpleNamespace
@@ -130,7 +131,7 @@ async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
         await session.press("F")
         assert "press m first" in session.text("messages")
         await session.press("m", "F")
-        assert session.title("tip") == "Tip, Cartesian of tool"
+        assert session.title("tip") == "Tip: tool frame, shown in base"
         await session.arm_keys()
         await session.press("w", after_s=3.0)
         await session.press("F", "F")
@@ -414,6 +415,16 @@ async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_b
         assert session.desk.confirmation.effect == ""
 
 
+async def test_a_jog_key_that_moves_nothing_says_why():
+    async with Session() as session:
+        await session.press("q")
+        session.shows("disarmed", messages="jog keys move nothing before enter arms them")
+        assert session.arm.calls == []
+        await session.arm_keys()
+        await session.press("q")
+        session.shows("armed", not_messages="move nothing")
+
+
 async def test_a_jog_key_that_repeats_leaves_the_message_alone():
     async with Session() as session:
         session.desk.say("keys disarmed: they may be old")
@@ -644,4 +655,8 @@ async def test_no_line_of_the_help_is_wider_than_its_dialog(size):
         await session.keys("question_mark")
         text = session.desk.screen.query_one("#help-text")
         await until_seen(lambda: text.shown, session.pilot.pause)
-        assert max(map(len, text.shown.splitlines())) <= text.content_size.width
+        lines = text.shown.splitlines()
+        assert max(map(len, lines)) <= text.content_size.width
+        steps = lines[lines.index("") + 2 :]
+        for line in steps[: steps.index("")]:  # further lines are indented to the words
+            assert re.match(r"[\d ]  \S", line), line

@@ -333,8 +333,7 @@ class AxisPanels:
         """Say in the panels' titles which of them the keys move, and in which frame."""
         keys = self._desk.keys
         mode = keys.label("mode")
-        frame = "" if settings.frame == BASE else f" of {settings.frame}"
-        titles = {self._tip: f"Tip, Cartesian{frame}", self._joints: "Joints"}
+        titles = {self._tip: _tip_title(settings.frame), self._joints: "Joints"}
         driven = self._tip if settings.cartesian else self._joints
         for panel, title in titles.items():
             name = panel.id or ""
@@ -364,6 +363,13 @@ class AxisPanels:
         with self._desk.calls.acting():
             self._desk.link.require_motion()
             self._hand.push(pair.plus if plus else pair.minus)
+
+
+def _tip_title(frame: str) -> str:
+    """Name the frame in which the keys move the tip, and the one of the numbers if it differs."""
+    if frame == TOOL:
+        return "Tip: tool frame, shown in base"
+    return "Tip, Cartesian" if frame == BASE else f"Tip: {frame} frame"
 
 
 def _arrows(settings: JogSettings) -> str:

@@ -32,6 +32,8 @@ from tui.safety import FACT_GAP, how_to_reconnect
 from tui.settings import JogSettings
 from tui.widgets import panels
 
+TAP_OR_HOLD = "tap a key for one step, hold it to keep moving"
+
 TALL = 34
 """A terminal with this many rows has room for everything."""
 
@@ -132,14 +134,17 @@ class JogScreen(DeskScreen):
     def says(self) -> str:
         """What the jog keys do now."""
         keys, state = self.desk.keys, self.desk.link.status.state
-        if state in (State.MOVING, State.HOMING, State.STOPPING):
+        if self.desk.link.moves:
             return f"{keys.label('stop')} stops the arm"
         if state is State.DISABLED:
             return f"{keys.label('motors')} switches the motors on"
-        if self.armed:
-            warning = "" if limits_hold(self.desk.link.status) else "NO LIMITS: "
-            return f"{warning}tap a key for one step, hold it to keep moving"
-        return f"keys DISARMED: {keys.label('arm')} arms them"
+        if not self.armed:
+            return f"keys DISARMED: {keys.label('arm')} arms them"
+        if limits_hold(self.desk.link.status):
+            return TAP_OR_HOLD
+        if self.desk.settings.cartesian:
+            return f"the tip needs a reference first; {keys.label('mode')} moves the joints"
+        return f"NO LIMITS: {TAP_OR_HOLD}"
 
     @property
     def settings_text(self) -> str:
@@ -206,6 +211,9 @@ class JogScreen(DeskScreen):
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
         self.desk.link.require_motion()
+        if not self.armed and not self.desk.message:  # which may say why they were disarmed
+            arm = self.desk.keys.label("arm")
+            self.desk.say(f"jog keys move nothing before {arm} arms them")
         self.hand.press(key)
 
     def action_arm_keys(self) -> None:

@@ -257,7 +257,7 @@ class PlannedMove:
         if self.preview is None or not self._fresh(desk.link.status):
             desk.confirmation.refuse()
             raise BadRequest(
-                "there is nothing to confirm yet: choose a goal, and look at what it would be"
+                "there is nothing to confirm yet: choose a goal, and look at the motion first"
             )
         if self.preview.refusal is not None:
             desk.confirmation.refuse()

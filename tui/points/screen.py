@@ -13,6 +13,7 @@ from armdrive.moves import JointMove, LineMove, Motion
 from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
 from armdrive.storage.points import Point, StepList
+from armdrive.text.numbers import counted
 from kinematics.geometry import ArmGeometry
 from tui.app import TypedText
 from tui.arm_view import SpaceView
@@ -36,7 +37,7 @@ def list_rows(listed: PointList, arm: ArmGeometry) -> list[str]:
     return [
         f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} "
         + (
-            f"sequence, {len(listed.taught.sequences[name].steps)} steps"
+            f"sequence, {counted(len(listed.taught.sequences[name].steps), 'step')}"
             if is_sequence
             else _tip(listed.taught.points[name], arm)
         )
@@ -47,6 +48,12 @@ def list_rows(listed: PointList, arm: ArmGeometry) -> list[str]:
 def none_yet(keys: Keyboard) -> str:
     """Say how the first point is made."""
     return f"no points yet: {keys.label('points-teach')} names the place where the arm stands"
+
+
+def no_steps_yet(keys: Keyboard) -> str:
+    """Say how an empty sequence gets a step."""
+    append, grip = keys.label("points-append"), keys.label("points-grip")
+    return f"no steps yet: {append} on a point appends it, {grip} a gripper step"
 
 
 def _tip(point: Point, arm: ArmGeometry) -> str:
@@ -204,6 +211,8 @@ class PointsScreen(DeskScreen):
             )
         elif point is not None:
             yield point_text(point), ""
+        elif self.selection.listed.sequence is not None:
+            yield no_steps_yet(self.desk.keys), ""
 
     def _how_text(self) -> str:
         if self.selection.listed.point is None:
@@ -216,8 +225,9 @@ class PointsScreen(DeskScreen):
         if self.selection.naming is not None:
             return naming_text(self.selection.naming, keys)
         if self.sequence.busy:
-            paused = "PAUSED: " * status.paused
-            return f"{paused}UNDER WAY, {keys.label('points-pause')} pauses or goes on, space stops"
+            pause = keys.label("points-pause")
+            pauses = f"PAUSED: {pause} resumes" if status.paused else f"UNDER WAY: {pause} pauses"
+            return f"{pauses}, {keys.label('stop')} stops"
         effect = self.desk.confirmation.effect
         if effect and effect != MOVES:
             return f"AGAIN {effect}"

@@ -30,6 +30,7 @@ from armdrive.programs.rehearsal import (
 )
 from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunPlan
 from armdrive.status import Status
+from armdrive.text.numbers import counted
 from kinematics.errors import KinematicsError
 from tui.desk import Desk
 from tui.keys.presses import STEP_QUIET_S, SinglePress
@@ -206,7 +207,7 @@ class DeskRun:
             except (ArmError, KinematicsError) as error:
                 self._failed(error, run)
             else:
-                self.outcome = f"DONE: {run.done} acts in {duration(run.took_s)}"
+                self.outcome = f"DONE: {counted(run.done, 'act')} in {duration(run.took_s)}"
         finally:
             self.busy, self.asks, self._performer = False, "", None
             arm.program = None
@@ -217,7 +218,7 @@ class DeskRun:
         why = self._halted if self._halted and isinstance(error, Stopped) else reason(error)
         self.failed, self.failed_in = True, None if mark is None else mark.line
         where = "" if mark is None else f" IN LINE {mark.line}"
-        self.outcome = f"ENDED{where}, after {run.done} acts: {why}"
+        self.outcome = f"ENDED{where}, after {counted(run.done, 'act')}: {why}"
 
     def _end_words(self) -> str:
         """Say on whatever screen is shown that the program has ended."""

@@ -16,6 +16,7 @@ from armdrive.programs.progress import RunView, duration
 from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
+from armdrive.text.numbers import counted
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
@@ -54,7 +55,10 @@ def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
     """Say how far a rehearsal has come."""
     yield "REHEARSING: nothing moves", "$primary"
     if far is not None:
-        yield f"line {far.mark.line}, {far.acts} acts, {duration(far.took_s)} of the arm's time", ""
+        yield (
+            f"line {far.mark.line}, {counted(far.acts, 'act')}, {duration(far.took_s)} of the arm's time",
+            "",
+        )
 
 
 def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator[Span]:
@@ -63,8 +67,8 @@ def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator
         where = "" if found.at is None else f" IN LINE {found.at.line}"
         yield f"REFUSED{where}: {reason(found.refusal)}", WRONG
     else:
-        acts = sum(map(len, found.loops))
-        yield f"rehearsed: {duration(found.took_s)}, {acts} acts{found.end_words}", "$success"
+        acts = counted(sum(map(len, found.loops)), "act")
+        yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$success"
         go = keys.label("program-go")
         if half:
             yield f"{go} AGAIN RUNS IT; another key takes that back", WARN
@@ -92,7 +96,8 @@ def running_lines(
         return
     if view.get("waiting"):
         yield f"{view['waiting']} ({duration(run.under_way_s)} so far)", WARN
-    yield f"{'PAUSED: ' * paused}{pause} pauses or goes on, {stop} stops", WARN if paused else ""
+    pauses = f"PAUSED: {pause} resumes" if paused else f"{pause} pauses"
+    yield f"{pauses}, {stop} stops", WARN if paused else ""
     if stepping:
         yield "STEPPING: waits for you before the next motion", ""
 
@@ -101,7 +106,7 @@ def ended_lines(outcome: str, file: str, *, failed: bool) -> Iterator[Span]:
     """Say how the last run ended, and how to resume one that ended early."""
     yield outcome, WRONG if failed else "$success"
     if failed:
-        yield f"`armdrive run {file} --resume`, on the same arm, goes on from there", ""
+        yield f"`armdrive run {file} --resume`, on the same arm, continues from there", ""
 
 
 PAGE = 8

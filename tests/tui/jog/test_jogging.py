@@ -164,6 +164,7 @@ async def test_limits_are_shown_only_where_they_end_a_jog(trust):
         session.shows(trust, **{swap[at] if hold else at: text for at, text in parts.items()})
         await session.press("m")
         assert (session.screen.query_one("#tip", AxisTable).at(1, 0) is not None) == hold
+        session.shows("the tip", state="tap a key" if hold else "the tip needs a reference first")
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
@@ -185,7 +186,7 @@ async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
         await session.press("m")
         assert "256.3mm" in session.text("tip")
         await session.press("F", "F")
-        assert session.title("tip") == "Tip, Cartesian of board"
+        assert session.title("tip") == "Tip: board frame"
         assert "156.3mm" in session.text("tip")
 
 
