@@ -133,7 +133,7 @@ class GoalForm:
     def switch_line(self) -> None:
         """Switch between a straight line and a joint motion."""
         if not self.cartesian:
-            raise BadRequest("a straight line leads to a pose, not to joint angles: switch the mode first")
+            raise BadRequest("a straight line leads to a pose: switch the mode first")
         self.line = not self.line
 
     def next_frame(self) -> None:

@@ -55,10 +55,8 @@ def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
     """Say how far a rehearsal has come."""
     yield "REHEARSING: nothing moves", "$primary"
     if far is not None:
-        yield (
-            f"line {far.mark.line}, {counted(far.acts, 'act')}, {duration(far.took_s)} of the arm's time",
-            "",
-        )
+        acts, took = counted(far.acts, "act"), duration(far.took_s)
+        yield f"line {far.mark.line}, {acts}, {took} of the arm's time", ""
 
 
 def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator[Span]:
