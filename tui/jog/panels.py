@@ -15,6 +15,7 @@ from armdrive.errors import ArmError
 from armdrive.motion.frames import BASE, TOOL
 from armdrive.registry import DIALECTS
 from armdrive.status import LinkStats, Status, Trust, rounded_up
+from kinematics.guards.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
@@ -30,7 +31,8 @@ CHANGED_S = 0.4
 
 TABLE_NEAR_MM = 30.0
 RIM_NEAR_MM = 40.0
-"""The table, the rim of the reach and the base are marked as near from these distances on."""
+SHAPE_NEAR_MM = 40.0
+"""The table, the rim of the reach, the base and boxes are marked as near from here on."""
 
 Limits = tuple[float, float]
 
@@ -164,6 +166,8 @@ def near_lines(
         found = [*_near_limit(joints)]
         if status.pose is not None:
             found += _near_guards(status.pose, model)
+        if status.joints is not None:
+            found += _near_shapes(status.joints, model)
         yield from sorted(found, key=lambda line: not line[1])
     if quick_stop:
         yield quick_stop, "dim"
@@ -192,6 +196,24 @@ def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
         gap_mm = radius_mm - inner_mm
         if gap_mm < RIM_NEAR_MM:
             yield f"the arm's own base {gap_mm:.0f} mm away", "$warning"
+
+
+def _near_shapes(joints: Joints, model: ArmModel) -> Iterator[Span]:
+    """Yield the boxes, the base column and the links that a link is near to or inside of."""
+    links = model.guards.over(model.arm).links
+    if links is None:
+        return
+    least: dict[str, Reading] = {}
+    for reading in links.readings(model.arm.points(joints), model.guards.tolerance_mm):
+        best = least.setdefault(reading.guard, reading)
+        if reading.clearance_mm < best.clearance_mm:
+            least[reading.guard] = reading
+    for guard, reading in least.items():
+        if reading.clearance_mm < SHAPE_NEAR_MM:
+            link, _, other = reading.quantity.partition(" against ")
+            gap_mm = round(reading.clearance_mm)
+            way = "inside" if gap_mm < 0 else "from"
+            yield f"{link} {abs(gap_mm)} mm {way} {other or f'the {guard}'}", "$warning"
 
 
 def _margin_share(row: AxisRow) -> float:

@@ -11,6 +11,7 @@ from textual import events
 from armdrive.errors import Refused
 from armdrive.moves import Jog, ParkMove, Space
 from armdrive.status import LinkStats, State, Trust
+from kinematics.guards.shapes import Box
 from tui.axes import DEGREE, AxisRow, AxisTable
 from tui.jog import panels as tables
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
@@ -291,6 +292,19 @@ async def test_the_table_is_below_the_tip_or_above_it(z_mm, said):
         session.arm.set(pose=replace(session.arm.status.pose, z_mm=z_mm))
         await session.poll()
         assert f"{said} the tip" in session.text("near")
+
+
+@pytest.mark.parametrize(
+    ("x_mm", "said"), [(290.0, "hand 9 mm from"), (262.0, "hand 19 mm inside"), (340.0, None)]
+)
+async def test_a_box_that_a_link_is_near_to_or_inside_of_is_named(x_mm, said):
+    arm = FakeArm()
+    box = Box("vice", (x_mm, 50.0, 100.0), (400.0, 140.0, 230.0))
+    guards = replace(arm.model.guards, radii_mm=(35.0, 30.0, 25.0), boxes=(box,))
+    arm.model = replace(arm.model, guards=guards)
+    async with Session(arm) as session:
+        near = f"{said} the box vice" if said else "box vice"
+        session.shows(x_mm, **{"near" if said else "not_near": near})
 
 
 @pytest.mark.parametrize(
