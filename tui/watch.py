@@ -36,6 +36,7 @@ from tui.program.lines import LINES_SHOWN, ProgramLines, WatchedProgram
 from tui.safety import (
     BADGES,
     DOTS,
+    NO_STOP,
     PAUSED,
     QUIET,
     UNKNOWN,
@@ -51,6 +52,8 @@ from tui.settings import memory_file, recall
 from tui.widgets import KeyLine, PlainText, panels
 
 # What the screen says about the arm, made from the plain data of its status.
+
+STOPPING_KEYS = ("state", "stop_distance_mm", "stop_time_s")
 
 PERCENTS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
@@ -75,9 +78,7 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
         forbids=ended,
         dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
         position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
-        stopping=stopping_text(
-            view.get("state"), view.get("stop_distance_mm"), view.get("stop_time_s")
-        ),
+        stopping=NO_STOP if ended else stopping_text(*map(view.get, STOPPING_KEYS)),
     )
 
 

@@ -180,6 +180,7 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         await session.seen(lambda: session.app.ended)
         assert why in session.text("state")
         assert "NOT WATCHED" in session.text("state")
+        assert "no stop reaches the arm" in session.text("stopping")
         assert "shoulder" in session.text("watched")
 
 
