@@ -36,6 +36,8 @@ BADGES: Mapping[str, Span] = {
 }
 """The one word for each state, and its colour."""
 
+IMMOBILE = (State.DISCONNECTED.value, State.ERROR_STOP.value, State.DISABLED.value)
+
 ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
 
@@ -81,10 +83,8 @@ def safety_state(
     that the arm reconnects by itself; `paused_at` is the screen that paused the arm;
     `spoken` puts a sentence into the words of the desk.
     """
-    badge = BADGES[status.state.value]
-    if status.paused and status.state is not State.DISCONNECTED:
-        badge = PAUSED
-    elif armed and status.state is State.STANDBY:
+    badge = badge_of(status.state.value, paused=status.paused)
+    if armed and badge == BADGES[State.STANDBY.value]:
         badge = ARMED
     forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
     return SafetyState(
@@ -97,6 +97,12 @@ def safety_state(
         position=spoken(position_text(status, keys)),
         stopping=stopping_text(status.state.value, status.stop_distance_mm, status.stop_time_s),
     )
+
+
+def badge_of(state: object, *, paused: bool) -> Span:
+    """Return the badge of a state; a pause is shown only where the arm could move without it."""
+    badge = BADGES.get(str(state), (UNKNOWN, QUIET))
+    return PAUSED if paused and state not in IMMOBILE else badge
 
 
 def which(status: Status) -> str:
@@ -214,8 +220,8 @@ def after_reset(status: Status, keys: Keyboard) -> str:
 
 def messages_of(status: Status, message: str, *, bannered: bool) -> str:
     """Return the messages of the desk and of the arm, each of them once."""
-    if message and message in status.notice:
-        message = ""  # the arm repeats as its notice what it answered the desk
+    if message and (message in status.notice or (bannered and message in status.error)):
+        message = ""  # the arm repeats in its status what it answered the desk
     messages = (message, status.notice, "" if bannered else status.error)
     return "\n".join(each for each in dict.fromkeys(messages) if each)
 

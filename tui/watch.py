@@ -34,16 +34,15 @@ from tui.keys.remap import load_keys
 from tui.keys.table import STOP
 from tui.program.lines import LINES_SHOWN, ProgramLines, WatchedProgram
 from tui.safety import (
-    BADGES,
     DOTS,
     NO_STOP,
-    PAUSED,
     QUIET,
     UNKNOWN,
     WRONG,
     SafetyPanel,
     SafetyState,
     View,
+    badge_of,
     number_text,
     progress_of,
     stopping_text,
@@ -68,8 +67,7 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     running = view.get("program")
     program = progress_of(running) if isinstance(running, Mapping) else ""
     arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"
-    paused = view.get("paused")
-    badge = PAUSED if paused else BADGES.get(str(view.get("state")), (UNKNOWN, QUIET))
+    badge = badge_of(view.get("state"), paused=bool(view.get("paused")))
     return SafetyState(
         arm="  ".join(filter(None, (arm, program))),
         real=not view.get("simulated"),

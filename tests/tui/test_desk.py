@@ -17,13 +17,14 @@ from waiting import until_seen
 
 from armdrive.cli.runner import command_parser
 from armdrive.moves import Jog, Space
-from armdrive.status import State, Trust
+from armdrive.status import State, Trust, status_view
 from armdrive.storage.point_file import points_of
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui.jog.jogging import IDLE_DISARMS_S
 from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
 from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
+from tui.watch import watched_state
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -403,6 +404,30 @@ async def test_what_somebody_asked_from_outside_is_shown():
         session.arm.set(paused=False, speed_override=1.0)
         await session.poll()
         assert session.text("banner") == ""
+
+
+@pytest.mark.parametrize(
+    ("state", "badge"),
+    [
+        (State.STANDBY, "PAUSED"),
+        (State.MOVING, "PAUSED"),
+        (State.ERROR_STOP, "ERROR"),
+        (State.DISABLED, "MOTORS OFF"),
+        (State.DISCONNECTED, "LINK LOST"),
+    ],
+)
+async def test_a_pause_hides_no_state_in_which_nothing_can_move(state, badge):
+    async with Session(FakeArm(paused=True, state=state)) as session:
+        assert session.text("state").startswith(f" {badge} ")
+        assert watched_state("sim", status_view(session.arm.status), "").badge[0] == badge
+
+
+async def test_what_the_banner_says_is_not_said_again():
+    async with Session() as session:
+        session.arm.set(state=State.ERROR_STOP, error="the elbow slipped: look at it")
+        session.desk.message = "the elbow slipped: look at it"
+        await session.poll()
+        session.shows("once", banner="the elbow slipped", not_messages="the elbow slipped")
 
 
 @pytest.mark.parametrize("key", ["m", "question_mark", "right_square_bracket", "f3", "v"])
