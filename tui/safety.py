@@ -186,11 +186,11 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
 
 def _paused(keys: Keyboard, paused_at: str) -> str:
     """Say who has paused the arm, and how it goes on or ends."""
-    stop = f"{keys.label('stop')} ends its motion"
+    stop = f"{keys.label('stop')} ends the motion"
     if paused_at:
         where = f"{keys.label(f'{paused_at}-pause')} on the {titled(paused_at)} screen"
-        return f"paused at this desk: {where} lets the arm go on, {stop}."
-    return f"paused from outside: `armdrive resume` lets the arm go on, {stop}."
+        return f"paused at this desk: {where} resumes it, {stop}."
+    return f"paused from outside: `armdrive resume` resumes it, {stop}."
 
 
 def link_back(status: Status, keys: Keyboard) -> str:

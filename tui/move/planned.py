@@ -216,7 +216,7 @@ class PlannedMove:
         if self._progress is not None:
             return progress_text(self._progress.seen(status.joints), keys)
         if effect := self._desk.confirmation.effect:
-            return f"{keys.label('move-go')} AGAIN {effect}; another key takes that back"
+            return f"{keys.label('move-go')} AGAIN {effect}; any other key cancels"
         return ready_text(fresh, keys)
 
     # -- the preview --------------------------------------------------------------------------

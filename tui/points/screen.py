@@ -96,7 +96,7 @@ def _step_keys(stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: bool
         yield f"at its end: {keys.label('points-rewind')} starts over"
     switch = keys.label("points-stepping")
     if not stepping:
-        yield f"{switch} lets single steps be made"
+        yield f"{switch} goes through it step by step"
         return
     yield f"STEPPING [{switch}]  {keys.label('points-forward')} next step"
     if stepper.before is not None:
@@ -232,7 +232,7 @@ class PointsScreen(DeskScreen):
         if effect and effect != MOVES:
             return f"AGAIN {effect}"
         if self.sequence.stepper is not None:
-            return f"{keys.label('points-go')} twice carries out what is left"
+            return f"{keys.label('points-go')} twice runs the remaining steps"
         return self.planned.text(status, self.planned.preview if fresh else None)
 
     @property
@@ -262,7 +262,7 @@ class PointsScreen(DeskScreen):
         else:
             self.desk.link.require_motion()
             self.sequence.require_standstill()
-            self.desk.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
+            self.desk.confirmation.press("RUNS THE REMAINING STEPS", self.sequence.finish)
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or let it go on."""

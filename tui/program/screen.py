@@ -69,7 +69,7 @@ def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator
         yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$success"
         go = keys.label("program-go")
         if half:
-            yield f"{go} AGAIN RUNS IT; another key takes that back", WARN
+            yield f"{go} AGAIN RUNS IT; any other key cancels", WARN
         else:
             yield f"{go} twice runs it: THE ARM MOVES", ""
     for each in found.assumptions:
@@ -90,7 +90,7 @@ def running_lines(
     )
     if asks:
         yield f"WAITS FOR YOU: {asks}", WARN
-        yield f"{forward} or {pause} lets it go on, {stop} ends it", ""
+        yield f"{forward} or {pause} continues, {stop} ends it", ""
         return
     if view.get("waiting"):
         yield f"{view['waiting']} ({duration(run.under_way_s)} so far)", WARN

@@ -382,7 +382,7 @@ async def test_a_sequence_is_run_after_two_presses_and_named_in_the_title_meanwh
         session.clock.now_s += 1.0
         await session.settle()
         assert session.arm.asked_for == []
-        session.shows("one press", begin="AGAIN CARRIES OUT")
+        session.shows("one press", begin="AGAIN RUNS THE REMAINING")
         await session.press("enter")
         session.clock.now_s += 1.0
         await session.settle()
