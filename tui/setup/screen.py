@@ -12,7 +12,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
 from armdrive.setup.filing import file_of
-from armdrive.status import Status
+from armdrive.status import Status, Trust
 from armdrive.storage.files import require_writable
 from tui.app import TypedText
 from tui.arm_view import SpaceView
@@ -41,6 +41,7 @@ class Steps(SetupStage):
         self.path = path
         self._motors: MotorsStage | None = None
         self.marked = 0 if self.free else 2
+        self._referencing = False
 
     @property
     def free(self) -> bool:
@@ -49,6 +50,8 @@ class Steps(SetupStage):
 
     def text(self) -> StageText:
         """List the steps, and whose arm they are for."""
+        if self._referencing and self.desk.link.status.trust is Trust.REFERENCED:
+            self._referencing, self.marked = False, len(STEPS) - 1
         width = max(len(title) for _, title, _ in STEPS)
         rows = tuple(f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1))
         enter = self.desk.keys.label("setup-enter")
@@ -81,6 +84,7 @@ class Steps(SetupStage):
         elif step == "describe":
             self.go(InterviewAsking(self.desk, self.go, self, {}))
         elif step == "reference":
+            self._referencing = self.desk.link.status.trust is not Trust.REFERENCED
             self.desk.control.reference()
         elif self.path is not None and file_of(self.desk.arm.config) != self.path:
             raise BadRequest(f"{self.path} was changed: leave this desk and come back first")

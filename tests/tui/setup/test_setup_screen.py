@@ -208,6 +208,9 @@ async def test_referencing_asks_as_the_desk_does():
     async with SetupSession() as session:
         await session.choose("3 reference")
         assert "referenced" in session.text("messages")
+        assert "> 4 check its motors" in session.words, "the next step is marked"
+        await session.choose("3 reference")
+        assert "> 3 reference" in session.words, "it was referenced before"
 
 
 def test_every_key_of_the_screen_is_pressed_somewhere_here():
