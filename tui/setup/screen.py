@@ -42,6 +42,8 @@ class Steps(SetupStage):
         self._motors: MotorsStage | None = None
         self.marked = 0 if self.free else 2
         self._referencing = False
+        self._left: InterviewAsking | None = None
+        """Questions that a stop has ended before the last one."""
 
     @property
     def free(self) -> bool:
@@ -55,7 +57,7 @@ class Steps(SetupStage):
         width = max(len(title) for _, title, _ in STEPS)
         rows = tuple(f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1))
         enter = self.desk.keys.label("setup-enter")
-        tail = f"{enter} begins the marked step; a stop leaves it."
+        tail = f"{enter} begins the marked step. A stop leaves it; questions stay answered."
         return StageText(self._whose(), rows, self.marked, tail)
 
     def _whose(self) -> str:
@@ -82,7 +84,8 @@ class Steps(SetupStage):
         elif step == "find":
             self.go(Ports(self.desk, self.go, self))
         elif step == "describe":
-            self.go(InterviewAsking(self.desk, self.go, self, {}))
+            left, self._left = self._left, None
+            self.go(left or InterviewAsking(self.desk, self.go, self, {}))
         elif step == "reference":
             self._referencing = self.desk.link.status.trust is not Trust.REFERENCED
             self.desk.control.reference()
@@ -90,6 +93,11 @@ class Steps(SetupStage):
             raise BadRequest(f"{self.path} was changed: leave this desk and come back first")
         else:
             self.go(self._begun())
+
+    def leave(self, stage: SetupStage) -> None:
+        """Come back from a stage that a stop has ended: a space may have been meant as a letter."""
+        if isinstance(stage, InterviewAsking) and stage.describing.question is not None:
+            self._left, self.marked = stage, 1
 
     def _begun(self) -> MotorsStage:
         """Return the check that was left half-way, or a new one."""
@@ -147,6 +155,7 @@ class SetupScreen(DeskScreen):
         """Let nothing be half chosen; a stop also leaves the step."""
         self.stage.forget()
         if reason == "stopped":
+            self.first.leave(self.stage)
             self._go(self.first)
 
     def compose_body(self) -> ComposeResult:
