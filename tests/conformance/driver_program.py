@@ -8,11 +8,13 @@ program answers each with one line: the result as JSON.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 import threading
 
 from armdrive.arm import Arm
+from armdrive.errors import ArmError
 from armdrive.status import State
 from kinematics import LinePart, Motors
 
@@ -54,11 +56,11 @@ class CommandDriver:
     def jog(self, direction: float) -> None:
         """Begin a jog of three joints at full speed, until `release`."""
         axes = {name: share * direction for name, share in sweeping_jog(self._arm).axes}
-        threading.Thread(
-            target=self._arm.jog_j,
-            kwargs={**axes, "speed": 1.0, "duration_s": JOG_S},
-            daemon=True,
-        ).start()
+        threading.Thread(target=self._jog, args=(axes,), daemon=True).start()
+
+    def _jog(self, axes: dict[str, float]) -> None:
+        with contextlib.suppress(ArmError):  # `state` tells how it ended
+            self._arm.jog_j(**axes, speed=1.0, duration_s=JOG_S)
 
     def move(self, direction: float) -> None:
         """Begin a planned joint motion at full speed."""

@@ -444,11 +444,22 @@ MUTANTS = (
         name="replies on a slow link count as missed",
         promise="a late bus calls no healthy drive restarted",
         path="armdrive/dialects/bus/ledger.py",
-        old="return max(RETRY_PERIOD_S, USUAL_WAITS * usual_s)\n",
+        old="return max(RETRY_PERIOD_S, self.longest_wait_s)\n",
         new="return RETRY_PERIOD_S\n",
         tests=tests_of(
             "tests/armdrive/dialects/bus/test_observer.py",
             "test_a_drive_on_a_slow_link_is_not_taken_to_have_been_away",
+        ),
+    ),
+    Mutant(
+        name="each reply on a slow link ends an outage",
+        promise="a late bus calls no healthy drive restarted",
+        path="armdrive/dialects/bus/observer.py",
+        old="return silent_s > min(slowest_s, MAX_DELAY_S)",
+        new="return True",
+        tests=tests_of(
+            "tests/armdrive/dialects/mks/test_mks_outages.py",
+            "test_near_zero_a_link_that_is_slow_from_the_beginning_blames_no_drive",
         ),
     ),
     Mutant(
@@ -589,7 +600,7 @@ MUTANTS = (
         name="drives are sent on while no drive replies",
         promise="an outage of the bus sends no drive on",
         path="armdrive/dialects/mks/motion.py",
-        old="math.isfinite(observer.returned_s) or observer.silent_s(now_s) > OUTAGE_S",
+        old="math.isfinite(observer.returned_s) or observer.in_outage(now_s)",
         new="math.isfinite(observer.returned_s)",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_outages.py",

@@ -168,10 +168,14 @@ class Ledger:
         return self._retried_s + self._retry_period_s if others_s > self.open_s else math.inf
 
     @property
-    def _retry_period_s(self) -> float:
+    def longest_wait_s(self) -> float:
+        """How long its replies take at most, by how long they usually take; 0 if none came yet."""
         waits_s = sorted(self._waits_s)
-        usual_s = waits_s[len(waits_s) // 2] if waits_s else 0.0
-        return max(RETRY_PERIOD_S, USUAL_WAITS * usual_s)
+        return USUAL_WAITS * waits_s[len(waits_s) // 2] if waits_s else 0.0
+
+    @property
+    def _retry_period_s(self) -> float:
+        return max(RETRY_PERIOD_S, self.longest_wait_s)
 
     @property
     def pending(self) -> bool:

@@ -87,7 +87,8 @@ WEAK_SPACING_S = 0.08
 hundredths of a second affect all drives, and pass."""
 OUTAGE_S = 0.06
 """No reply for this long although questions are open means a bus outage: a reply takes no longer
-than `answer_s` (0.05 by default), and the adapter adds little."""
+than `answer_s` (0.05 by default), and the adapter adds little. On a slow link it takes longer: see
+`Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply."""
 MUTE_POLLS = 4
 """A drive that misses this many polls while another one replies is mute. On a bus that loses one
 frame in ten, that happens once in 750 polls."""
@@ -589,7 +590,7 @@ class Observer:
         outage, but orders sent meanwhile are never answered.
         """
         braking = any(drive.ledger.braking for drive in self.drives)
-        if asked and self.silent_s(now_s) > OUTAGE_S and not braking:
+        if asked and self.in_outage(now_s) and not braking:
             prompt = any(drive.prompt_s >= self._last_outage_s for drive in self.drives)
             self._outages = 1 if prompt else self._outages + 1
             self.outage_s, self.returned_s = self.silent_s(now_s), now_s
@@ -613,6 +614,14 @@ class Observer:
         opened = (drive.ledger.open_s for drive in self.drives)
         since_s = min((at_s for at_s in opened if at_s >= replied_s), default=math.inf)
         return max(now_s - since_s, 0.0)
+
+    def in_outage(self, now_s: float) -> bool:
+        """Return whether all drives have been silent for longer than they ever need to reply."""
+        silent_s = self.silent_s(now_s)
+        if silent_s <= OUTAGE_S:
+            return False
+        slowest_s = max(drive.ledger.longest_wait_s for drive in self.drives)
+        return silent_s > min(slowest_s, MAX_DELAY_S)
 
     @property
     def doubtful(self) -> tuple[ObservedDrive, ...]:

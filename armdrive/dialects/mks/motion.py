@@ -14,7 +14,6 @@ from armdrive.dialects.bus.drives import BUS_REMEDY, NONE_HEARD, Obstructed, not
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
 from armdrive.dialects.bus.observer import (
     MAX_DELAY_S,
-    OUTAGE_S,
     DriveFinding,
     ObservedDrive,
     Verdict,
@@ -296,7 +295,7 @@ class Moving:
             return Signal.OUT_OF_RANGE
         if run.blame(run.reported()):
             return Signal.TROUBLE
-        if math.isfinite(observer.returned_s) or observer.silent_s(now_s) > OUTAGE_S:
+        if math.isfinite(observer.returned_s) or observer.in_outage(now_s):
             return Signal.OUTAGE
         if run.blame(observer.judge() or self._off_path(now_s)):
             return Signal.TROUBLE

@@ -76,6 +76,8 @@ def happen(found: Observer, line: str) -> None:
             found.replied(int(node), now_s, settles=False, asked=False)
         case "silent-for", seconds:
             assert found.silent_s(now_s) == pytest.approx(float(seconds)), line
+        case "outage", word:
+            assert found.in_outage(now_s) is (word == "yes"), line
         case "rereads", "nothing":
             assert not found.to_reread, line
         case "rereads", node:

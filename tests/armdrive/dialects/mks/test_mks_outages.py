@@ -138,6 +138,22 @@ def test_replies_that_always_take_less_than_a_tenth_of_a_second_end_no_motion(
     assert (bench.positions - Motors((500_000,) * 6) - total(straight(20))).largest <= 8
 
 
+TO_AND_FRO = segments(
+    *([(5000, -4000, 300, 0, 700, 40)] * 4 + [(-5000, 4000, -300, 0, 0, 0)] * 4) * 2
+)
+
+
+@pytest.mark.parametrize("late_s", [0.055, 0.065, 0.08])
+@pytest.mark.parametrize("host", [True, False], ids=["orders", "answers"])
+@pytest.mark.parametrize("start", [-2000, 0, 300])
+def test_near_zero_a_link_that_is_slow_from_the_beginning_blames_no_drive(late_s, host, start):
+    """Where a drive that had no power would count the same, and always owes a reply."""
+    bench = MksBench(starts=(start,) * 6)
+    bench.waits_s = lambda _frame, by_host: late_s if by_host is host else 0.0
+    bench.ready().begin(along(TO_AND_FRO))
+    check_done(bench)
+
+
 @in_pairs(
     "late_s, after_s, settings", [0.12, 0.15, 0.25, 0.35, 0.45, 0.8], [0.0, 0.5], SLOW_SETTINGS
 )
