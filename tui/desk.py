@@ -367,7 +367,7 @@ class DeskScreen(Screen[None]):
         )
         messages = messages_of(status, desk.message or self.hint, bannered=bool(state.forbids))
         rows = desk.keys.next_keys(self.place, self.idle, self.first_keys(status))
-        self.query_one(SafetyPanel).show(state, self.settings_text)
+        self.query_one(SafetyPanel).show(state, "" if desk.link.lost else self.settings_text)
         self.text("messages").show(desk.spoken(messages))
         footer.show_keys(rows, footer.content_size.width)
         self.show_body(status)

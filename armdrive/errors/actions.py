@@ -72,7 +72,7 @@ PHRASES = (
         "call `gripper.close()` with a width",
         "run `armdrive move --gripper MM`",
         "type `open_now` with a width",
-        "leave the desk and run `armdrive move --gripper MM`",
+        "use the gripper's jog keys",
     ),
     Wording(
         "call `resume()`, or run `armdrive resume` in another terminal",

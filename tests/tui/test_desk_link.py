@@ -32,7 +32,7 @@ async def test_a_desk_without_a_link_promises_no_stop():
         await session.poll()
         session.shows(
             "once the link is lost",
-            not_stopping="a stop takes up to",
+            not_stopping="speed",
             stopping="no stop reaches the arm: use its own stop or power switch",
             not_messages="stops at any time",
             messages="L reconnects",

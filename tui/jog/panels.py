@@ -229,6 +229,12 @@ def quicker(dialect: str) -> str:
     return "" if row is None else row.quick_stop.partition(";")[0]
 
 
+def can_grasp(dialect: str) -> bool:
+    """Return whether this arm can close its fingers until a grip switch closes."""
+    row = DIALECTS.get(dialect)
+    return row is not None and row.abilities.grip_switch
+
+
 def grip_line(gripping: bool | None, force_n: float) -> str:
     """Say how the grip switch stands and how hard the fingers press."""
     force = f"pressing {force_n:.1f} N" if force_n > 0.0 else ""
@@ -364,8 +370,10 @@ class AxisPanels:
             else:
                 panel.set_titles(name.capitalize(), f"{mode}: keys move the {name}")
             panel.set_class(panel is driven, "-driven")
-        presets = (f"{keys.label(f'grip-{word}')} {word}" for word in ("open", "half", "closed"))
-        self._gripper.set_titles("Gripper", "  ".join((*presets, f"{keys.label('grasp')} grasp")))
+        presets = [f"{keys.label(f'grip-{word}')} {word}" for word in ("open", "half", "closed")]
+        if can_grasp(self._desk.link.status.dialect):
+            presets.append(f"{keys.label('grasp')} grasp")
+        self._gripper.set_titles("Gripper", "  ".join(presets))
 
     def _pose(self, status: Status) -> tuple[Pose | None, PoseLimits]:
         """Return the pose in the frame that is jogged in, and its limits where that is the base.

@@ -21,6 +21,7 @@ from tui.jog.jogging import DeskJogging
 from tui.jog.panels import (
     AxisPanels,
     Load,
+    can_grasp,
     detail_lines,
     grasped,
     limits_hold,
@@ -161,7 +162,10 @@ class JogScreen(DeskScreen):
         frame = () if self.desk.settings.cartesian else ("frame",)
         if self.desk.link.why_immobile:
             return ("arm", "grasp", "park", *frame)
-        return ("arm", *frame) if self.armed else ("grasp", *frame)
+        if not self.armed:
+            return ("grasp", *frame)
+        able = can_grasp(self.desk.link.status.dialect)
+        return ("arm", *frame) if able else ("arm", "grasp", *frame)
 
     @property
     def hint(self) -> str:

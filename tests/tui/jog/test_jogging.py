@@ -182,6 +182,15 @@ async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
         assert "pressing 8.9 N" in session.text("gripper")
 
 
+@pytest.mark.parametrize(("dialect", "grasps"), [("teachmover", True), ("robko01", False)])
+async def test_grasping_is_offered_where_a_grip_switch_can_end_it(dialect, grasps):
+    async with Session(FakeArm(dialect=dialect), size=(120, 40)) as session:
+        await session.arm_keys()
+        await session.poll()
+        session.shows(dialect, **{"footer" if grasps else "not_footer": "G grasp"})
+        assert ("grasp" in str(session.screen.query_one("#gripper").border_subtitle)) == grasps
+
+
 async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
     async with Session() as session:
         await session.press("m")
