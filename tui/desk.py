@@ -33,6 +33,7 @@ from tui.gamepad.jogging import Gamepad
 from tui.gamepad.reader import EvdevPad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.presses import PERSON_S
 from tui.keys.table import SCREENS, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     NO_STOP,
@@ -243,7 +244,13 @@ class ArmControl:
                 desk.say("not confirmed: nothing was changed")
 
         dialog = PostureScreen(
-            desk.spoken(question), desk.arm.model, posture, desk.keys, asked, braille=desk.braille
+            desk.spoken(question),
+            desk.arm.model,
+            posture,
+            desk.keys,
+            asked,
+            braille=desk.braille,
+            hasty=lambda: desk.input.hasty,
         )
         desk.dialogs.open(dialog, answered)
 
@@ -504,6 +511,7 @@ class Desk(KeyApp):
         """The arm file that the next desk is to be opened on."""
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
+        self.input.person_s = PERSON_S
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.control = ArmControl(self)

@@ -239,6 +239,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="two pasted line ends confirm a motion",
+        promise="nothing moves by surprise",
+        path="tui/keys/presses.py",
+        old="        if self._hasty():\n            self.refuse()\n            return\n",
+        new="",
+        tests=tests_of(
+            "tests/tui/test_desk_suspended.py",
+            "test_two_pasted_line_ends_confirm_no_motion",
+        ),
+    ),
+    Mutant(
+        name="a pasted word answers the question that it asks",
+        promise="nothing moves by surprise",
+        path="tui/dialogs.py",
+        old="        if not (answer and self._hasty()):\n            self.dismiss",
+        new="        if True:\n            self.dismiss",
+        tests=tests_of(
+            "tests/tui/test_desk_suspended.py",
+            "test_a_pasted_word_answers_no_question_that_it_asks",
+        ),
+    ),
+    Mutant(
         name="keys that were typed before a stop act behind it",
         promise="keys typed before a stop begin nothing",
         path="tui/keys/presses.py",

@@ -29,6 +29,7 @@ from tui.jog.panels import (
     quicker,
 )
 from tui.keys.keyboard import bindings
+from tui.keys.presses import HASTY
 from tui.safety import FACT_GAP, how_to_reconnect
 from tui.settings import JogSettings
 from tui.widgets import panels
@@ -98,6 +99,8 @@ class Fingers:
     def _prepare(self) -> None:
         """Disarm armed keys, since the fingers move alone. Raises `BadRequest` if they are not."""
         self._desk.link.require_motion()
+        if self._desk.input.hasty:
+            raise BadRequest(HASTY)
         if not self._hand.armed:
             arm = self._desk.keys.label("arm")
             raise BadRequest(f"this moves the fingers: {arm} arms the keys first")
@@ -223,7 +226,7 @@ class JogScreen(DeskScreen):
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
         self.desk.link.require_motion()
-        if not self.hand.arm_keys():
+        if self.desk.input.hasty or not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")
         self.desk.say("armed: let go of a key and the arm stops")

@@ -423,6 +423,7 @@ def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_
         arm.home()
         desk = Desk(arm, screens=SCREENS, braille=True, clock=clock)
         desk.programs = tmp_path
+        desk.input.person_s = 0.0
 
         async def run(pilot):
             for key in ("f8", "r"):
