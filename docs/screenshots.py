@@ -161,6 +161,7 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
 
     app = Desk(arm, screens=SCREENS, braille=True, clock=clock, memory=memory)
     app.input.suspended_s = app.input.starved_s = math.inf  # however busy this computer is
+    app.input.person_s = 0.0
     return await keyed(app, keys, pass_by)
 
 
@@ -197,6 +198,7 @@ async def program() -> str:
         app = Desk(arm, screens=SCREENS, braille=True, clock=clock)
         app.programs = EXAMPLES
         app.input.suspended_s = app.input.starved_s = math.inf
+        app.input.person_s = 0.0
         async with app.run_test(size=SIZE) as pilot:
             for key in ("f8", "down", "down", "s", "r", "enter", "enter"):
                 await pilot.press(key)

@@ -128,6 +128,10 @@ class InputFilter:
         """An app that did nothing for this long was suspended."""
         self.starved_s = math.inf
         """An app that did nothing for this long has kept its keys waiting."""
+        self.person_s = 0.0
+        """A key that comes sooner than this after another was not pressed by a person."""
+        self._hasty = False
+        self._came_s = -math.inf
         self._app = app
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
@@ -164,10 +168,18 @@ class InputFilter:
     def acting_on(self, key: events.Key) -> Iterator[None]:
         """Remember which key the app acts on, and so how old it is."""
         self._key = key
+        if not key.is_forwarded:
+            self._hasty = key.time - self._came_s < self.person_s
+            self._came_s = key.time
         try:
             yield
         finally:
             self._key = None
+
+    @property
+    def hasty(self) -> bool:
+        """Whether the key that the app acts on came too soon for a person to have pressed it."""
+        return self._key is not None and self._hasty
 
     def key_age_s(self) -> float:
         """Return the age of the key that the app acts on; 0 while there is none.
@@ -415,7 +427,7 @@ class KeyApp(App[int], inherit_bindings=False):
         self.looks = Looks(self, look)
         self.dialogs = Dialogs(self)
         self.calls = Calls(self)
-        self.confirmation = Confirmation(clock)
+        self.confirmation = Confirmation(clock, lambda: self.input.hasty)
         """What a second press of the last key would do."""
         self.message = ""
         """The last message: about the last key, or about what has happened since."""

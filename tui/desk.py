@@ -32,6 +32,7 @@ from tui.dialogs import FirstScreen, PostureScreen, commands
 from tui.gamepad import EvdevPad, Gamepad
 from tui.jog.jogging import DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.presses import PERSON_S
 from tui.keys.table import SCREENS, STOP, jog_pairs, spoken, summary_of, titled
 from tui.safety import (
     SafetyPanel,
@@ -82,6 +83,11 @@ class ArmLink:
     def lost(self) -> bool:
         """Whether there is no link to the arm."""
         return self.status.state is State.DISCONNECTED
+
+    @property
+    def moves(self) -> bool:
+        """Whether the arm moves, or is paused in a motion."""
+        return self.status.state in (State.MOVING, State.HOMING, State.STOPPING)
 
     @property
     def why_immobile(self) -> str:
@@ -156,9 +162,9 @@ class ArmControl:
         return after_reset(self._arm.status, self._desk.keys)
 
     def reconnect(self) -> None:
-        """Look for a lost link once, now. Moves nothing."""
+        """Try once to reconnect a lost link. Moves nothing."""
         if self._desk.link.lost:
-            self._desk.say("looking for the link ...")
+            self._desk.say("reconnecting ...")
         self._desk.calls.make(self._arm.reconnect)
 
     def reference(self) -> None:
@@ -167,7 +173,7 @@ class ArmControl:
         if self._arm.referencing.homes_by_switches:
             text = "THE ARM WILL MOVE: its controller seeks its switches."
             done = "homed by its own switches"
-            self._ask(text, self._present, self._arm.home, done, asked="Is its way clear?")
+            self._ask(text, self._present, self._arm.home, done, asked="Is the way clear?")
         elif self._desk.link.status.simulated:
             self._desk.disarm("the simulated operator is at work")
             self._desk.say("the simulated operator brings the arm to its reference posture ...")
@@ -200,7 +206,7 @@ class ArmControl:
         def go() -> None:
             self._arm.start(move, stops=stops).wait()
 
-        self._ask(text, posture, go, "parked", asked="Is its way clear?")
+        self._ask(text, posture, go, "parked", asked="Is the way clear?")
 
     def switch_motors(self) -> None:
         """Switch the motor current on; off only after a question, since the arm sags then."""
@@ -237,7 +243,13 @@ class ArmControl:
                 desk.say("not confirmed: nothing was changed")
 
         dialog = PostureScreen(
-            desk.spoken(question), desk.arm.model, posture, desk.keys, asked, braille=desk.braille
+            desk.spoken(question),
+            desk.arm.model,
+            posture,
+            desk.keys,
+            asked,
+            braille=desk.braille,
+            hasty=lambda: desk.input.hasty,
         )
         desk.dialogs.open(dialog, answered)
 
@@ -364,7 +376,7 @@ class DeskScreen(Screen[None]):
         messages = messages_of(status, desk.message or hint, bannered=bool(state.forbids))
         idle = (*self.idle, STOP) if lost else self.idle
         rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
-        self.query_one(SafetyPanel).show(state, self.settings_text)
+        self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
         self.text("messages").show(desk.spoken(messages))
         footer.show_keys(rows, footer.content_size.width)
         self.show_body(status)
@@ -501,6 +513,7 @@ class Desk(KeyApp):
         """The arm file that the next desk is to be opened on."""
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
         self.input.suspended_s, self.input.starved_s = SUSPENDED_S, STARVED_S
+        self.input.person_s = PERSON_S
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.control = ArmControl(self)
@@ -582,7 +595,7 @@ class Desk(KeyApp):
         """Stop the arm before anything else, then disarm and show the screen."""
         self.arm.request_stop()
         self.disarm("stopped")
-        asked = "STOP was asked for; the keys are disarmed"
+        asked = "STOP requested; the keys are disarmed"
         self.message = without_link(self.link.status, self.keys) if self.link.lost else asked
         self.dialogs.close_all()
         self.show()

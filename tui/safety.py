@@ -37,6 +37,8 @@ BADGES: Mapping[str, Span] = {
 }
 """The one word for each state, and its colour."""
 
+IMMOBILE = (State.DISCONNECTED.value, State.ERROR_STOP.value, State.DISABLED.value)
+
 ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
 
@@ -79,13 +81,11 @@ def safety_state(
     """Return what a desk says about its arm.
 
     `armed` is None on a screen without jog keys. `says` follows the badge. `reconnects` means
-    that the arm looks for a lost link by itself; `paused_at` is the screen that paused the arm;
+    that the arm reconnects by itself; `paused_at` is the screen that paused the arm;
     `spoken` puts a sentence into the words of the desk.
     """
-    badge = BADGES[status.state.value]
-    if status.paused and status.state is not State.DISCONNECTED:
-        badge = PAUSED
-    elif armed and status.state is State.STANDBY:
+    badge = badge_of(status.state.value, paused=status.paused)
+    if armed and badge == BADGES[State.STANDBY.value]:
         badge = ARMED
     forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
     return SafetyState(
@@ -102,6 +102,12 @@ def safety_state(
             silent=(status.silent_distance_mm, status.silent_time_s),
         ),
     )
+
+
+def badge_of(state: object, *, paused: bool) -> Span:
+    """Return the badge of a state; a pause is shown only where the arm could move without it."""
+    badge = BADGES.get(str(state), (UNKNOWN, QUIET))
+    return PAUSED if paused and state not in IMMOBILE else badge
 
 
 def which(status: Status) -> str:
@@ -124,6 +130,10 @@ def position_text(status: Status, keys: Keyboard) -> str:
         return f"position unknown: press {keys.label('reference')} to reference the arm"
     way = f"{keys.label('confirm')} confirms it" if status.trust is Trust.RESTORED else reference
     return f"position {status.trust.value}: {way} ({status.trust_reason})"
+
+
+NO_STOP = "no stop reaches the arm: use its own stop or power switch"
+"""What can be said of an arm whose program has ended."""
 
 
 def stopping_text(
@@ -154,15 +164,15 @@ def without_link(status: Status, keys: Keyboard) -> str:
     )
 
 
-def look_for_link(keys: Keyboard) -> str:
-    """Say how to look for a lost link, and how to leave without it."""
-    return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
+def how_to_reconnect(keys: Keyboard) -> str:
+    """Say how to reconnect, and how to leave without a link."""
+    return f"{keys.label('reconnect')} reconnects, {keys.label('quit')} leaves"
 
 
 def why_immobile(state: State, keys: Keyboard) -> str:
     """Say why no key can move the arm in this state, and what to do; empty if one can."""
     if state is State.DISCONNECTED:
-        return f"there is no link to the arm, and no key moves it: {look_for_link(keys)}"
+        return f"there is no link to the arm, and no key moves it: {how_to_reconnect(keys)}"
     if state is State.ERROR_STOP:
         return f"the arm is in error-stop: look at it, then press {keys.label('reset')}"
     if state is State.DISABLED:
@@ -179,8 +189,8 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
     )
     if status.state is State.DISCONNECTED:
         key, leave = keys.label("reconnect"), keys.label("quit")
-        looking = f"The desk is looking for it: {key} looks at once, {leave} leaves"
-        return f"{reason.rstrip('.')}. {looking if reconnects else look_for_link(keys)}."
+        trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves"
+        return f"{reason.rstrip('.')}. {trying if reconnects else how_to_reconnect(keys)}."
     if status.state is State.ERROR_STOP:
         names_key = "`reset()`" in reason
         resets = "That" if names_key else f"{keys.label('reset')} resets, and"
@@ -196,11 +206,11 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool = False, paused_a
 
 def _paused(keys: Keyboard, paused_at: str) -> str:
     """Say who has paused the arm, and how it goes on or ends."""
-    stop = f"{keys.label('stop')} ends its motion"
+    stop = f"{keys.label('stop')} ends the motion"
     if paused_at:
         where = f"{keys.label(f'{paused_at}-pause')} on the {titled(paused_at)} screen"
-        return f"paused at this desk: {where} lets the arm go on, {stop}."
-    return f"paused from outside: `armdrive resume` lets the arm go on, {stop}."
+        return f"paused at this desk: {where} resumes it, {stop}."
+    return f"paused from outside: `armdrive resume` resumes it, {stop}."
 
 
 def link_back(status: Status, keys: Keyboard) -> str:
@@ -230,8 +240,8 @@ def after_reset(status: Status, keys: Keyboard) -> str:
 
 def messages_of(status: Status, message: str, *, bannered: bool) -> str:
     """Return the messages of the desk and of the arm, each of them once."""
-    if message and message in status.notice:
-        message = ""  # the arm repeats as its notice what it answered the desk
+    if message and (message in status.notice or (bannered and message in status.error)):
+        message = ""  # the arm repeats in its status what it answered the desk
     messages = (message, status.notice, "" if bannered else status.error)
     return "\n".join(each for each in dict.fromkeys(messages) if each)
 

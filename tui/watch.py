@@ -34,15 +34,15 @@ from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
 from tui.keys.remap import load_keys
 from tui.keys.table import STOP
 from tui.safety import (
-    BADGES,
     DOTS,
-    PAUSED,
+    NO_STOP,
     QUIET,
     UNKNOWN,
     WRONG,
     SafetyPanel,
     SafetyState,
     View,
+    badge_of,
     number_text,
     progress_of,
     stopping_text,
@@ -51,6 +51,8 @@ from tui.settings import memory_file, recall
 from tui.widgets import LINES_SHOWN, KeyLine, LinesToShow, PlainText, ProgramLines, panels
 
 # What the screen says about the arm, made from the plain data of its status.
+
+STOPPING_KEYS = ("state", "stop_distance_mm", "stop_time_s")
 
 PERCENTS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
@@ -65,8 +67,7 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     running = view.get("program")
     program = progress_of(running) if isinstance(running, Mapping) else ""
     arm = f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"
-    paused = view.get("paused")
-    badge = PAUSED if paused else BADGES.get(str(view.get("state")), (UNKNOWN, QUIET))
+    badge = badge_of(view.get("state"), paused=bool(view.get("paused")))
     return SafetyState(
         arm="  ".join(filter(None, (arm, program))),
         real=not view.get("simulated"),
@@ -75,7 +76,9 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
         forbids=ended,
         dot=DOTS.get(str(view.get("trust")), DOTS["unknown"]),
         position=f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
-        stopping=stopping_text(
+        stopping=NO_STOP
+        if ended
+        else stopping_text(
             view.get("state"),
             stop=(view.get("stop_distance_mm"), view.get("stop_time_s")),
             silent=(view.get("silent_distance_mm"), view.get("silent_time_s")),

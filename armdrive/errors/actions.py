@@ -66,13 +66,13 @@ PHRASES = (
         "call `gripper.open()` or `gripper.close()`",
         "run `armdrive move --gripper MM`",
         "type `open_now` or `close_now`",
-        "leave the desk and run `armdrive move --gripper MM`",
+        "press {grip-open} or {grip-closed}",
     ),
     Wording(
         "call `gripper.close()` with a width",
         "run `armdrive move --gripper MM`",
         "type `open_now` with a width",
-        "leave the desk and run `armdrive move --gripper MM`",
+        "use the gripper's jog keys",
     ),
     Wording(
         "call `resume()`, or run `armdrive resume` in another terminal",

@@ -97,8 +97,8 @@ def check_grasp(core: Core, force_n: float) -> float:
     require_gripper(core)
     if not core.controller.abilities.grip_switch:
         raise Refused(
-            "this arm has no grip switch: close the fingers to a width instead, with "
-            "gripper.close(WIDTH), in a program file with open_now WIDTH"
+            "this arm has no grip switch: call `gripper.close()` with a width instead; in a "
+            "program file, use open_now WIDTH"
         )
     require_finger_motor(core)
     settings = core.config.gripper

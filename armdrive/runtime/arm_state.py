@@ -47,6 +47,7 @@ FAULT = named("DeviceFault").code
 """The code of a fault that is reported as text only."""
 
 EMERGENCY_STOP = named("EMERGENCY_STOP").code
+WRONG_STATE = named("WrongState").code
 RECONNECTED = named("RECONNECTED").code
 ALARM_VOUCHED = named("ALARM_VOUCHED").code
 
@@ -98,6 +99,11 @@ class Diagnostics:
     def notify(self, words: str, cause: BaseException | Evidence) -> None:
         """Set the notice, with the code of its cause."""
         self._notice = (words, code_of(cause))
+
+    def change_state(self) -> None:
+        """Drop a notice that only the state before explains."""
+        if self.notice_code == WRONG_STATE:
+            self.notice = ""
 
 
 class Core:
@@ -153,7 +159,9 @@ class Core:
 
     def happen(self, event: Event) -> None:
         """Apply an event to the state machine; raises `WrongState` if it is not allowed."""
-        self.state = after(self.state, event)
+        before, self.state = self.state, after(self.state, event)
+        if self.state is not before:
+            self.diagnostics.change_state()
         self.tracer.changed()
 
     def settle(self) -> None:

@@ -24,20 +24,20 @@ from armdrive.status import Evidence, State, Trust
 
 
 class Event(Enum):
-    """The events of the state machine."""
+    """The events of the state machine, in the words of the sentence that refuses them."""
 
     OPENED_HELD = "the port was opened"
     OPENED_SWITCHED = "the port was opened and the motors are off"
     LOST = "the connection was lost or closed"
-    ENABLE = "enable"
-    DISABLE = "disable"
-    HOME = "home"
-    MOVE = "move"
+    ENABLE = "switching the motors on"
+    DISABLE = "switching the motors off"
+    HOME = "referencing"
+    MOVE = "a motion"
     DONE = "the motion has ended"
-    STOP = "stop"
+    STOP = "a stop"
     FAULT = "a fault"
-    RESET = "reset"
-    RESET_SWITCHED = "reset, and the motors are off"
+    RESET = "a reset"
+    RESET_SWITCHED = "a reset, and the motors are off"
 
 
 def _table() -> Mapping[tuple[State, Event], State]:

@@ -195,6 +195,61 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="limits are shown as if they held before the arm is referenced",
+        promise="a position is trusted only as far as the evidence goes",
+        path="tui/jog/panels.py",
+        old="    return status.trust is Trust.REFERENCED\n",
+        new="    return status.joints is not None\n",
+        tests=tests_of(
+            "tests/tui/jog/test_jogging.py",
+            "test_limits_are_shown_only_where_they_end_a_jog",
+        ),
+    ),
+    Mutant(
+        name="a refused jog is refused in words when it could start again",
+        promise="a refusal lasts no longer than its reason",
+        path="armdrive/runtime/arm_state.py",
+        old="            self.diagnostics.change_state()\n",
+        new="            pass\n",
+        tests=tests_of(
+            "tests/armdrive/motion/jog/test_jogging_flow.py",
+            "test_a_jog_that_is_refused_in_a_motion_is_refused_no_longer_than_the_motion_lasts",
+        ),
+    ),
+    Mutant(
+        name="a point is taught where the arm only passes",
+        promise="a position is trusted only as far as the evidence goes",
+        path="tui/points/edit.py",
+        old="        if link.moves and not link.status.paused:\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/tui/points/test_points_screen.py",
+            "test_no_point_is_taught_while_the_arm_moves",
+        ),
+    ),
+    Mutant(
+        name="two pasted line ends confirm a motion",
+        promise="nothing moves by surprise",
+        path="tui/keys/presses.py",
+        old="        if self._hasty():\n            self.refuse()\n            return\n",
+        new="",
+        tests=tests_of(
+            "tests/tui/test_desk_suspended.py",
+            "test_two_pasted_line_ends_confirm_no_motion",
+        ),
+    ),
+    Mutant(
+        name="a pasted word answers the question that it asks",
+        promise="nothing moves by surprise",
+        path="tui/dialogs.py",
+        old="        if not (answer and self._hasty()):\n            self.dismiss",
+        new="        if True:\n            self.dismiss",
+        tests=tests_of(
+            "tests/tui/test_desk_suspended.py",
+            "test_a_pasted_word_answers_no_question_that_it_asks",
+        ),
+    ),
+    Mutant(
         name="keys that were typed before a stop act behind it",
         promise="keys typed before a stop begin nothing",
         path="tui/keys/presses.py",

@@ -24,6 +24,7 @@ class Session:
         self.desk = Desk(self.arm, screens=SCREENS, braille=True, clock=self.clock, **more)
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
+        self.desk.input.person_s = 0.0  # and at once, one after the other
         self._running = self.desk.run_test(size=size)
 
     async def __aenter__(self):

@@ -1,6 +1,7 @@
 """The desk with a fake arm: every binding, arming and disarming, stopping."""
 
 import asyncio
+import re
 import signal
 from dataclasses import replace
 from types import SimpleNamespace
@@ -16,13 +17,14 @@ from waiting import until_seen
 
 from armdrive.cli.runner import command_parser
 from armdrive.moves import Jog, Space
-from armdrive.status import State, Trust
+from armdrive.status import State, Trust, status_view
 from armdrive.storage.point_file import points_of
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui.jog.jogging import IDLE_DISARMS_S
 from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
 from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
+from tui.watch import watched_state
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -130,7 +132,7 @@ async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
         await session.press("F")
         assert "press m first" in session.text("messages")
         await session.press("m", "F")
-        assert session.title("tip") == "Tip, Cartesian of tool"
+        assert session.title("tip") == "Tip: tool frame, shown in base"
         await session.arm_keys()
         await session.press("w", after_s=3.0)
         await session.press("F", "F")
@@ -404,6 +406,30 @@ async def test_what_somebody_asked_from_outside_is_shown():
         assert session.text("banner") == ""
 
 
+@pytest.mark.parametrize(
+    ("state", "badge"),
+    [
+        (State.STANDBY, "PAUSED"),
+        (State.MOVING, "PAUSED"),
+        (State.ERROR_STOP, "ERROR"),
+        (State.DISABLED, "MOTORS OFF"),
+        (State.DISCONNECTED, "LINK LOST"),
+    ],
+)
+async def test_a_pause_hides_no_state_in_which_nothing_can_move(state, badge):
+    async with Session(FakeArm(paused=True, state=state)) as session:
+        assert session.text("state").startswith(f" {badge} ")
+        assert watched_state("sim", status_view(session.arm.status), "").badge[0] == badge
+
+
+async def test_what_the_banner_says_is_not_said_again():
+    async with Session() as session:
+        session.arm.set(state=State.ERROR_STOP, error="the elbow slipped: look at it")
+        session.desk.message = "the elbow slipped: look at it"
+        await session.poll()
+        session.shows("once", banner="the elbow slipped", not_messages="the elbow slipped")
+
+
 @pytest.mark.parametrize("key", ["m", "question_mark", "right_square_bracket", "f3", "v"])
 async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_back(key):
     async with Session() as session:
@@ -412,6 +438,16 @@ async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_b
         await session.press(key)
         assert session.desk.message != "the last message"
         assert session.desk.confirmation.effect == ""
+
+
+async def test_a_jog_key_that_moves_nothing_says_why():
+    async with Session() as session:
+        await session.press("q")
+        session.shows("disarmed", messages="jog keys move nothing before enter arms them")
+        assert session.arm.calls == []
+        await session.arm_keys()
+        await session.press("q")
+        session.shows("armed", not_messages="move nothing")
 
 
 async def test_a_jog_key_that_repeats_leaves_the_message_alone():
@@ -488,9 +524,9 @@ async def test_refusals_are_sentences_on_the_screen():
 
 async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
     async with Session(FakeArm(**unknown_position())) as session:
-        session.arm.set(notice="jogging in Cartesian space needs a known position")
+        session.arm.set(notice="jogging needs a known position: reference it first (`home()`)")
         await session.poll()
-        assert "needs a known position" in session.text("messages")
+        assert "a known position: reference it first (H)" in session.text("messages")
         assert "position unknown: press H" in session.text("trust")
         assert "position unknown: press H" in "".join(session.screen.query_one("#space").rows)
 
@@ -644,4 +680,8 @@ async def test_no_line_of_the_help_is_wider_than_its_dialog(size):
         await session.keys("question_mark")
         text = session.desk.screen.query_one("#help-text")
         await until_seen(lambda: text.shown, session.pilot.pause)
-        assert max(map(len, text.shown.splitlines())) <= text.content_size.width
+        lines = text.shown.splitlines()
+        assert max(map(len, lines)) <= text.content_size.width
+        steps = lines[lines.index("") + 2 :]
+        for line in steps[: steps.index("")]:  # further lines are indented to the words
+            assert re.match(r"[\d ]  \S", line), line

@@ -36,7 +36,7 @@ async def test_a_key_that_is_held_when_the_link_breaks_only_says_so():
             await session.press("q", after_s=0.2)
         assert session.desk.is_running
         assert session.arm.calls == []
-        assert "L looks for it, ctrl+q leaves" in session.text("messages")
+        assert "L reconnects, ctrl+q leaves" in session.text("messages")
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ async def test_what_needs_an_arm_is_refused_with_the_way_to_get_it_back():
             session.desk.message = ""
             await session.press(key, after_s=5.0)
             await session.settle()
-            assert "L looks for it" in session.text("messages"), key
+            assert "L reconnects" in session.text("messages"), key
             assert len(session.desk.screen_stack) == 1
         assert session.arm.calls == []
 
@@ -132,7 +132,7 @@ async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next(
         await session.arm_keys()
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
         await session.poll()
-        assert "L looks for it" in session.text("banner")
+        assert "L reconnects" in session.text("banner")
         await session.press("L")
         await session.settle()
         assert "ERROR  [E409]" in session.text("banner")
@@ -161,7 +161,7 @@ async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
         session.arm.reconnects = True
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled.")
         await session.poll()
-        assert "the cable was pulled. The desk is looking for it" in session.text("banner")
+        assert "the cable was pulled. The desk keeps trying to reconnect" in session.text("banner")
         session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
         await session.poll()
         assert "is back" not in session.text("messages")

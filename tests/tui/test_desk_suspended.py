@@ -14,7 +14,7 @@ from textual._xterm_parser import XTermParser
 from tui.app import SUSPENDED_S
 from tui.axes import AxisTable
 from tui.desk import POLL_S, STARVED_S
-from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
+from tui.keys.presses import PERSON_S, SILENCE_S, StaleInput, SuspensionDetector
 from tui.watch import Watching
 
 RIGHT = "\x1b[C"
@@ -304,6 +304,58 @@ async def test_a_watched_arm_is_not_resumed_by_what_was_typed_meanwhile():
         await pilot.press("r", "space")
         await app.workers.wait_for_complete()
         assert holder.asked == ["stop"]
+
+
+# Not every terminal marks what is pasted: then its letters come as keys, all at once.
+
+
+class Pasted(Suspended):
+    """A desk whose terminal does not mark pasted text."""
+
+    def __init__(self, arm):
+        super().__init__(arm)
+        self.desk.input.person_s = PERSON_S
+
+    async def paste(self, text):
+        await self.type(text)
+        for _ in range(2):  # it is confirmed, and then done
+            await self.pass_by(1.0)
+            await self.settle()
+
+
+async def test_two_pasted_line_ends_confirm_no_motion():
+    async with Pasted(PlannerArm()) as session:
+        await session.type_goal()
+        for text in ("\r\r", "\r\rx", "\r\r\r\r"):
+            await session.paste(text)
+            assert session.arm.asked_for == [], repr(text)
+            assert session.desk.confirmation.effect == ""
+        for _ in range(2):
+            await session.type("\r")
+            await session.pass_by(0.1)
+        await session.paste("")
+        assert len(session.arm.asked_for) == 1, "a person presses it twice"
+
+
+@pytest.mark.parametrize("text", ["1\r1", "\r123", "\rG", "a\rqqqq", "\r\rw", "x\r1\r2\r"])
+async def test_pasted_lines_neither_arm_the_keys_nor_move_the_fingers(text):
+    async with Pasted(PlannerArm()) as session:
+        await session.paste(text)
+        assert session.arm.calls == []
+        await session.type("\r")
+        await session.pass_by(1.0)
+        await session.paste("1")
+        assert session.arm.asked("open"), "a person arms the keys and opens the fingers"
+
+
+@pytest.mark.parametrize("text", ["Ky", "OKay", "Kilroy"])
+async def test_a_pasted_word_answers_no_question_that_it_asks(text):
+    async with Pasted(PlannerArm()) as session:
+        await session.paste(text)
+        assert session.arm.asked_for == []
+        assert len(session.desk.screen_stack) == 2, "the question is still open"
+        await session.paste("y")
+        assert len(session.arm.asked_for) == 1, "a person has read it"
 
 
 GAPS = st.lists(st.floats(0.0, SILENCE_S * 0.99), max_size=20)

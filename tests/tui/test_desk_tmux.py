@@ -88,7 +88,7 @@ def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     tried(jog, lambda: base(tmux) != start, "the key jogged nothing")
     assert base(tmux) > start
     tmux.press("Space")
-    tmux.seen("STOP was asked for")
+    tmux.seen("STOP requested")
     tmux.seen("DISARMED")
     tmux.press("C-q")
     tmux.gone()

@@ -8,7 +8,7 @@ from armdrive import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.errors import ArmError
-from armdrive.status import status_view
+from armdrive.status import State, status_view
 from tui import watch as watch_words
 from tui.keys.remap import load_keys
 from tui.safety import SafetyPanel
@@ -74,6 +74,8 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         assert "program stack.arm" in session.text("watched")
         await session.hear({**status_view(FakeArm().status), "program": {}})
         assert "program" not in session.text("watched")
+        await session.hear(status_view(FakeArm(state=State.DISCONNECTED).status))
+        assert "no stop reaches it" in session.text("stopping")
         await session.hear(status_view(FakeArm(**unknown_position()).status))
         assert "joints unknown" in session.text("watched")
 
@@ -177,6 +179,7 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         await session.seen(lambda: session.app.ended)
         assert why in session.text("state")
         assert "NOT WATCHED" in session.text("state")
+        assert "no stop reaches the arm" in session.text("stopping")
         assert "shoulder" in session.text("watched")
 
 

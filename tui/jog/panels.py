@@ -13,7 +13,8 @@ from armdrive.abilities import OUTPUTS
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, Status, rounded_up
+from armdrive.status import LinkStats, Status, Trust, rounded_up
+from kinematics.guards import Reading
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from tui.axes import DEGREE, UNKNOWN, AxisRow, AxisTable
@@ -29,9 +30,15 @@ CHANGED_S = 0.4
 
 TABLE_NEAR_MM = 30.0
 RIM_NEAR_MM = 40.0
-"""The table, the rim of the reach and the base are marked as near from these distances on."""
+SHAPE_NEAR_MM = 40.0
+"""The table, the rim of the reach, the base and boxes are marked as near from here on."""
 
 Limits = tuple[float, float]
+
+
+def limits_hold(status: Status) -> bool:
+    """Return whether jogs end at limits and guards, and the keys can move the tip."""
+    return status.trust is Trust.REFERENCED
 
 
 class RecentChange:
@@ -71,9 +78,14 @@ def joint_rows(
 
 
 def tip_rows(
-    pose: Pose | None, limits: Sequence[Limits | None], settings: JogSettings, changed: RecentChange
+    pose: Pose | None,
+    limits: Sequence[Limits | None],
+    settings: JogSettings,
+    changed: RecentChange,
+    *,
+    driven: bool,
 ) -> tuple[AxisRow, ...]:
-    """Return a row for each coordinate of the tip, with its keys in Cartesian mode."""
+    """Return a row for each coordinate of the tip, with its keys if it is `driven` by any."""
     values = (None,) * len(limits) if pose is None else coordinates(pose)
     pairs = settings.rows[:-1]
     return tuple(
@@ -82,7 +94,7 @@ def tip_rows(
             value,
             "mm" if pair.cartesian in MM_AXES else DEGREE,
             limit,
-            pair if settings.cartesian and pose is not None else None,
+            pair if driven else None,
             changed(f"tip {pair.cartesian}", value),
         )
         for pair, value, limit in zip(pairs, values, limits, strict=False)
@@ -143,11 +155,19 @@ def _turns(low_rad: float, high_rad: float, offset_rad: float) -> Iterator[float
 def near_lines(
     status: Status, model: ArmModel, joints: Sequence[AxisRow], quick_stop: str
 ) -> Iterator[Span]:
-    """Say what a person would want to know before the next key, warnings first."""
-    found = [*_near_limit(joints)]
-    if status.pose is not None:
-        found += _near_guards(status.pose, model)
-    yield from sorted(found, key=lambda line: not line[1])
+    """Say what a person would want to know before the next key, warnings first.
+
+    Nothing ends a jog at a limit or a guard before the position is trusted.
+    """
+    if not limits_hold(status):
+        yield "NO LIMITS before it is referenced: watch the arm", "$warning"
+    else:
+        found = [*_near_limit(joints)]
+        if status.pose is not None:
+            found += _near_guards(status.pose, model)
+        if status.joints is not None:
+            found += _near_shapes(status.joints, model)
+        yield from sorted(found, key=lambda line: not line[1])
     if quick_stop:
         yield quick_stop, "dim"
 
@@ -177,6 +197,24 @@ def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
             yield f"the arm's own base {gap_mm:.0f} mm away", "$warning"
 
 
+def _near_shapes(joints: Joints, model: ArmModel) -> Iterator[Span]:
+    """Yield the boxes, the base column and the links that a link is near to or inside of."""
+    links = model.guards.over(model.arm).links
+    if links is None:
+        return
+    least: dict[str, Reading] = {}
+    for reading in links.readings(model.arm.points(joints), model.guards.tolerance_mm):
+        best = least.setdefault(reading.guard, reading)
+        if reading.clearance_mm < best.clearance_mm:
+            least[reading.guard] = reading
+    for guard, reading in least.items():
+        if reading.clearance_mm < SHAPE_NEAR_MM:
+            link, _, other = reading.quantity.partition(" against ")
+            gap_mm = round(reading.clearance_mm)
+            way = "inside" if gap_mm < 0 else "from"
+            yield f"{link} {abs(gap_mm)} mm {way} {other or f'the {guard}'}", "$warning"
+
+
 def _margin_share(row: AxisRow) -> float:
     if row.value is None or row.limits is None:
         return math.inf
@@ -188,6 +226,12 @@ def quicker(dialect: str) -> str:
     """Say in short what stops this arm faster than the program does; empty if nothing does."""
     row = DIALECTS.get(dialect)
     return "" if row is None else row.quick_stop.partition(";")[0]
+
+
+def can_grasp(dialect: str) -> bool:
+    """Return whether this arm can close its fingers until a grip switch closes."""
+    row = DIALECTS.get(dialect)
+    return row is not None and row.abilities.grip_switch
 
 
 def grip_line(gripping: bool | None, force_n: float) -> str:
@@ -290,7 +334,9 @@ class AxisPanels:
         held = self._hand.held_button not in ("", PAD)
         pose, limits = self._pose(status)
         joints = joint_rows(status, model, settings, self._changed)
-        self._tip.show_axes(tip_rows(pose, limits, settings, self._changed), held=held)
+        driven = settings.cartesian and pose is not None and limits_hold(status)
+        tip = tip_rows(pose, limits, settings, self._changed, driven=driven)
+        self._tip.show_axes(tip, held=held)
         self._joints.show_axes(joints, held=held)
         force_n = self._desk.arm.gripper.force_n
         self._gripper.show_axes(
@@ -311,8 +357,7 @@ class AxisPanels:
         """Say in the panels' titles which of them the keys move, and in which frame."""
         keys = self._desk.keys
         mode = keys.label("mode")
-        frame = "" if settings.frame == BASE_FRAME else f" of {settings.frame}"
-        titles = {self._tip: f"Tip, Cartesian{frame}", self._joints: "Joints"}
+        titles = {self._tip: _tip_title(settings.frame), self._joints: "Joints"}
         driven = self._tip if settings.cartesian else self._joints
         for panel, title in titles.items():
             name = panel.id or ""
@@ -321,8 +366,10 @@ class AxisPanels:
             else:
                 panel.set_titles(name.capitalize(), f"{mode}: keys move the {name}")
             panel.set_class(panel is driven, "-driven")
-        presets = (f"{keys.label(f'grip-{word}')} {word}" for word in ("open", "half", "closed"))
-        self._gripper.set_titles("Gripper", "  ".join((*presets, f"{keys.label('grasp')} grasp")))
+        presets = [f"{keys.label(f'grip-{word}')} {word}" for word in ("open", "half", "closed")]
+        if can_grasp(self._desk.link.status.dialect):
+            presets.append(f"{keys.label('grasp')} grasp")
+        self._gripper.set_titles("Gripper", "  ".join(presets))
 
     def _pose(self, status: Status) -> tuple[Pose | None, Sequence[Limits | None]]:
         """Return the pose in the frame that is jogged in, and its limits where that is the base.
@@ -346,6 +393,13 @@ class AxisPanels:
         with self._desk.calls.acting():
             self._desk.link.require_motion()
             self._hand.push(pair.plus if plus else pair.minus)
+
+
+def _tip_title(frame: str) -> str:
+    """Name the frame in which the keys move the tip, and the one of the numbers if it differs."""
+    if frame == TOOL_FRAME:
+        return "Tip: tool frame, shown in base"
+    return "Tip, Cartesian" if frame == BASE_FRAME else f"Tip: {frame} frame"
 
 
 def _arrows(settings: JogSettings) -> str:

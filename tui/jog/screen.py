@@ -18,11 +18,23 @@ from tui.arm_view import SpaceView
 from tui.axes import DEGREE
 from tui.desk import Desk, DeskScreen
 from tui.jog.jogging import DeskJogging
-from tui.jog.panels import AxisPanels, Load, detail_lines, grasped, near_lines, quicker
+from tui.jog.panels import (
+    AxisPanels,
+    Load,
+    can_grasp,
+    detail_lines,
+    grasped,
+    limits_hold,
+    near_lines,
+    quicker,
+)
 from tui.keys.keyboard import bindings
+from tui.keys.presses import HASTY
 from tui.safety import FACT_GAP
 from tui.settings import JogSettings
 from tui.widgets import panels
+
+TAP_OR_HOLD = "tap a key for one step, hold it to keep moving"
 
 TALL = 34
 """A terminal with this many rows has room for everything."""
@@ -87,6 +99,8 @@ class Fingers:
     def _prepare(self) -> None:
         """Disarm armed keys, since the fingers move alone. Raises `BadRequest` if they are not."""
         self._desk.link.require_motion()
+        if self._desk.input.hasty:
+            raise BadRequest(HASTY)
         if not self._hand.armed:
             arm = self._desk.keys.label("arm")
             raise BadRequest(f"this moves the fingers: {arm} arms the keys first")
@@ -124,13 +138,17 @@ class JogScreen(DeskScreen):
     def says(self) -> str:
         """What the jog keys do now."""
         keys, state = self.desk.keys, self.desk.link.status.state
-        if state in (State.MOVING, State.HOMING, State.STOPPING):
+        if self.desk.link.moves:
             return f"{keys.label('stop')} stops the arm"
         if state is State.DISABLED:
             return f"{keys.label('motors')} switches the motors on"
-        if self.armed:
-            return "tap a key for one step, hold it to keep moving"
-        return f"keys DISARMED: {keys.label('arm')} arms them"
+        if not self.armed:
+            return f"keys DISARMED: {keys.label('arm')} arms them"
+        if limits_hold(self.desk.link.status):
+            return TAP_OR_HOLD
+        if self.desk.settings.cartesian:
+            return f"the tip needs a reference first; {keys.label('mode')} moves the joints"
+        return f"NO LIMITS: {TAP_OR_HOLD}"
 
     @property
     def settings_text(self) -> str:
@@ -147,7 +165,10 @@ class JogScreen(DeskScreen):
         frame = () if self.desk.settings.cartesian else ("frame",)
         if self.desk.link.why_immobile:
             return ("arm", "grasp", "park", *frame)
-        return ("arm", *frame) if self.armed else ("grasp", *frame)
+        if not self.armed:
+            return ("grasp", *frame)
+        able = can_grasp(self.desk.link.status.dialect)
+        return ("arm", *frame) if able else ("arm", "grasp", *frame)
 
     @property
     def hint(self) -> str:
@@ -195,12 +216,15 @@ class JogScreen(DeskScreen):
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
         self.desk.link.require_motion()
+        if not self.armed and not self.desk.message:  # which may say why they were disarmed
+            arm = self.desk.keys.label("arm")
+            self.desk.say(f"jog keys move nothing before {arm} arms them")
         self.hand.press(key)
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
         self.desk.link.require_motion()
-        if not self.hand.arm_keys():
+        if self.desk.input.hasty or not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")
         self.desk.say("armed: let go of a key and the arm stops")

@@ -102,6 +102,14 @@ QUIET_S = 0.3
 STEP_QUIET_S = 0.7
 """A step key counts after this long without one: a key that is held repeats sooner."""
 
+PERSON_S = 0.03
+"""No person presses two keys so soon one after the other: a paste or a stalled link sent them.
+
+Not every terminal marks pasted text, and two pasted line ends look like a key pressed twice.
+"""
+
+HASTY = "keys came faster than a person presses them, and were dropped: press again"
+
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
 
@@ -125,13 +133,15 @@ class Confirmation:
     """Something that is done once its key was pressed twice, with a pause after the second press.
 
     A key that is held counts as no press, and another key starts over. A key that was refused may
-    still be held: until it pauses, none of its presses counts.
+    still be held: until it pauses, none of its presses counts. A hasty press takes back the first.
     """
 
-    def __init__(self, clock: Callable[[], float]) -> None:
+    def __init__(self, clock: Callable[[], float], hasty: Callable[[], bool]) -> None:
+        """`hasty` returns whether the key came so soon after another that no person pressed it."""
         self.taken = 0
         """How many presses there have been, whether they counted or not."""
         self._clock = clock
+        self._hasty = hasty
         self._effect = ""
         self._act: Callable[[], object] = _do_nothing
         self._presses: list[float] = []
@@ -146,6 +156,9 @@ class Confirmation:
     def press(self, effect: str, act: Callable[[], object]) -> None:
         """Take a press of the key that does this."""
         self.taken += 1
+        if self._hasty():
+            self.refuse()
+            return
         now_s = self._clock()
         if now_s - self._refused_s < QUIET_S:
             self._refused_s = now_s

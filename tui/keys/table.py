@@ -56,7 +56,7 @@ DESK_KEYS = (
             "shown."),
     DeskKey("motors", ("P",), "control.switch_motors", "motors",
             "Switch the motors on; or off, after a question, because the arm then sags."),
-    DeskKey("reconnect", ("L",), "control.reconnect", "link",
+    DeskKey("reconnect", ("L",), "control.reconnect", "reconnect",
             "Try once to reconnect a lost link. Nothing moves, and an interrupted motion does "
             "not continue."),
     DeskKey("palette", ("ctrl+p",), "dialogs.palette", "commands",

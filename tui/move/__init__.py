@@ -106,7 +106,7 @@ class MoveScreen(DeskScreen):
         preview = self.planned.preview
         nearest = preview.nearest if preview is not None else None
         if nearest is None:
-            raise BadRequest("nothing was refused for which there is something nearer")
+            raise BadRequest("there is no nearest possible goal: it comes with a refusal")
         if self.form.cartesian:
             self.form.take_pose(nearest.pose)
         else:

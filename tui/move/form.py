@@ -132,13 +132,13 @@ class GoalForm:
     def switch_line(self) -> None:
         """Switch between a straight line and a joint motion."""
         if not self.cartesian:
-            raise BadRequest("a straight line is of a pose: switch the mode first")
+            raise BadRequest("a straight line leads to a pose: switch the mode first")
         self.line = not self.line
 
     def next_frame(self) -> None:
         """Mean the pose in the next frame; what was typed was meant in the last one."""
         if not self.cartesian:
-            raise BadRequest("frames are of poses: switch the mode first")
+            raise BadRequest("joint angles have no frame: switch the mode first")
         self.frame = self._frames[(self._frames.index(self.frame) + 1) % len(self._frames)]
         self.clear()
 
@@ -228,7 +228,7 @@ def pose_of(values: Mapping[str, float]) -> Pose:
     )
 
 
-COLUMNS = (("", 12), ("goal", 12), ("", 3), ("now", 9))
+COLUMNS = (("", 13), ("goal", 11), ("", 3), ("now", 9))
 """The titles of the columns, and their widths in characters."""
 
 Cells = tuple[str, str, str, str]
@@ -283,5 +283,5 @@ def _cells(form: GoalForm, name: str, present: Mapping[str, float]) -> Cells:
     chosen = name == form.name
     now = f"{present[name]:.1f}" if name in present else "?"
     text = form.shown(name) + "_" * chosen
-    return (f"{'>' if chosen else ' '} {words(name)}", f"{text:>12}", f" {form.unit(name)}",
+    return (f"{'>' if chosen else ' '} {words(name)}", f"{text:>11}", f" {form.unit(name)}",
             f"{now:>9}")  # fmt: skip

@@ -215,7 +215,7 @@ class PlannedMove:
         if self._progress is not None:
             return progress_text(self._progress.seen(status.joints), keys)
         if effect := self._desk.confirmation.effect:
-            return f"{keys.label('move-go')} AGAIN {effect}; another key takes that back"
+            return f"{keys.label('move-go')} AGAIN {effect}; any other key cancels"
         return ready_text(fresh, keys)
 
     # -- the preview --------------------------------------------------------------------------
@@ -256,7 +256,7 @@ class PlannedMove:
         if self.preview is None or not self._fresh(desk.link.status):
             desk.confirmation.refuse()
             raise BadRequest(
-                "there is nothing to confirm yet: choose a goal, and look at what it would be"
+                "there is nothing to confirm yet: choose a goal, and look at the motion first"
             )
         if self.preview.refusal is not None:
             desk.confirmation.refuse()

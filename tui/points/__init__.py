@@ -156,6 +156,12 @@ def none_yet(keys: Keyboard) -> str:
     return f"no points yet: {keys.label('points-teach')} names the place where the arm stands"
 
 
+def no_steps_yet(keys: Keyboard) -> str:
+    """Say how an empty sequence gets a step."""
+    append, grip = keys.label("points-append"), keys.label("points-grip")
+    return f"no steps yet: {append} on a point appends it, {grip} a gripper step"
+
+
 def _tip(point: Point, arm: ArmGeometry) -> str:
     x, y, z = arm.points(point.joints)[-1]
     return f"x {x:.0f}  y {y:.0f}  z {z:.0f}"
@@ -196,7 +202,7 @@ def _step_keys(stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: bool
         yield f"at its end: {keys.label('points-rewind')} starts over"
     switch = keys.label("points-stepping")
     if not stepping:
-        yield f"{switch} lets single steps be made"
+        yield f"{switch} goes through it step by step"
         return
     yield f"STEPPING [{switch}]  {keys.label('points-forward')} next step"
     if stepper.before is not None:
@@ -311,6 +317,8 @@ class PointsScreen(DeskScreen):
             )
         elif point is not None:
             yield point_text(point), ""
+        elif self.selection.listed.sequence is not None:
+            yield no_steps_yet(self.desk.keys), ""
 
     def _how_text(self) -> str:
         if self.selection.listed.point is None:
@@ -323,13 +331,14 @@ class PointsScreen(DeskScreen):
         if self.selection.naming is not None:
             return naming_text(self.selection.naming, keys)
         if self.sequence.busy:
-            paused = "PAUSED: " * status.paused
-            return f"{paused}UNDER WAY, {keys.label('points-pause')} pauses or goes on, space stops"
+            pause = keys.label("points-pause")
+            pauses = f"PAUSED: {pause} resumes" if status.paused else f"UNDER WAY: {pause} pauses"
+            return f"{pauses}, {keys.label('stop')} stops"
         effect = self.desk.confirmation.effect
         if effect and effect != MOVES:
             return f"AGAIN {effect}"
         if self.sequence.stepper is not None:
-            return f"{keys.label('points-go')} twice carries out what is left"
+            return f"{keys.label('points-go')} twice runs the remaining steps"
         return self.planned.text(status, self.planned.preview if fresh else None)
 
     @property
@@ -359,7 +368,7 @@ class PointsScreen(DeskScreen):
         else:
             self.desk.link.require_motion()
             self.sequence.require_standstill()
-            self.desk.confirmation.press("CARRIES OUT WHAT IS LEFT", self.sequence.finish)
+            self.desk.confirmation.press("RUNS THE REMAINING STEPS", self.sequence.finish)
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or let it go on."""

@@ -108,7 +108,8 @@ class StepEdits:
 
     def _ask(self, naming: PointNaming) -> None:
         if self._selection.listed.sequence is None:
-            raise BadRequest("choose a sequence to put it into; a point begins one")
+            append = self._desk.keys.label("points-append")
+            raise BadRequest(f"choose a sequence first; {append} on a point begins one")
         marked = self._selection.marked
         self._selection.ask(naming)
         self._selection.mark(marked)
@@ -124,6 +125,7 @@ class StepEdits:
         before = steps.steps[at] if naming.changes and at is not None else None
         opening_mm = self._desk.link.status.gripper_mm
         step = naming.step(opening_mm, before.speed if before else 1.0)
+        self._require_opening(step)
         if before is not None and step.point:
             step = replace(step, how=before.how)
         self._selection.naming = None  # only now: what was refused can still be corrected
@@ -134,6 +136,14 @@ class StepEdits:
         self._write(partial(_added, new=step), place)
         if at is not None:
             self._selection.mark(place)
+
+    def _require_opening(self, step: Step) -> None:
+        """Raise `BadRequest` for a step to an opening that the fingers do not have."""
+        low_mm, high_mm = self._desk.arm.model.gripper_range_mm
+        if isinstance(step.gripper, float) and not low_mm <= step.gripper <= high_mm:
+            raise BadRequest(
+                f"the fingers open from {low_mm:g} to {high_mm:g} mm, not {step.gripper:g} mm"
+            )
 
     def _change(self, change: Change) -> None:
         """Write the sequence with its marked step changed, unless a program has changed it."""
@@ -197,8 +207,13 @@ class PointEdits:
     def teach_again(self) -> None:
         """Move the chosen point to where the arm stands, after a second press."""
         name, _ = self._chosen("choose a point to teach again")
-        change = partial(self._desk.arm.points.teach, name, again=True)
-        self._confirm(f"moves {name} to where the arm stands", change, f"{name} is here now")
+
+        def change() -> None:
+            self._require_standing()
+            self._desk.arm.points.teach(name, again=True)
+
+        message = f"{name} is saved again, where the arm stands"
+        self._confirm(f"moves {name} to where the arm stands", change, message)
 
     def teach(self) -> None:
         """Ask for the name of the place where the arm stands."""
@@ -239,17 +254,24 @@ class PointEdits:
 
         self._desk.confirmation.press(effect, act)
 
+    def _require_standing(self) -> None:
+        """Raise `BadRequest` while the arm is somewhere on the way."""
+        link = self._desk.link
+        if link.moves and not link.status.paused:
+            raise BadRequest("the arm is moving: wait until it stands")
+
     def _teach(self, naming: PointNaming) -> None:
+        self._require_standing()
         self._selection.naming = None
         self._desk.arm.points.teach(naming.text)
-        self._desk.say(f"{naming.text} is here")
+        self._desk.say(f"{naming.text} is saved, where the arm stands")
         self._selection.choose_name(naming.text)  # once the list has been read again
 
     def _rename(self, naming: PointNaming) -> None:
         self._selection.naming = None
         before, name = self._selection.listed.name, naming.text
         self._desk.arm.points.rename(before, name)
-        self._desk.say(f"it is {name} now")
+        self._desk.say(f"{before} is called {name} now")
         self._selection.choose_name(name)
 
     def _append(self, naming: PointNaming) -> None:

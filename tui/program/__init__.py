@@ -67,7 +67,7 @@ def rehearsed_lines(found: Rehearsal, keys: Keyboard, *, half: bool) -> Iterator
         yield f"rehearsed: {duration(found.took_s)}, {acts}{found.end_words}", "$success"
         go = keys.label("program-go")
         if half:
-            yield f"{go} AGAIN RUNS IT; another key takes that back", WARN
+            yield f"{go} AGAIN RUNS IT; any other key cancels", WARN
         else:
             yield f"{go} twice runs it: THE ARM MOVES", ""
     for each in found.assumptions:
@@ -88,11 +88,12 @@ def running_lines(
     )
     if asks:
         yield f"WAITS FOR YOU: {asks}", WARN
-        yield f"{forward} or {pause} lets it go on, {stop} ends it", ""
+        yield f"{forward} or {pause} continues, {stop} ends it", ""
         return
     if view.get("waiting"):
         yield f"{view['waiting']} ({duration(run.under_way_s)} so far)", WARN
-    yield f"{'PAUSED: ' * paused}{pause} pauses or goes on, {stop} stops", WARN if paused else ""
+    pauses = f"PAUSED: {pause} resumes" if paused else f"{pause} pauses"
+    yield f"{pauses}, {stop} stops", WARN if paused else ""
     if stepping:
         yield "STEPPING: waits for you before the next motion", ""
 
@@ -101,7 +102,7 @@ def ended_lines(outcome: str, file: str, *, failed: bool) -> Iterator[Span]:
     """Say how the last run ended, and how to resume one that ended early."""
     yield outcome, WRONG if failed else "$success"
     if failed:
-        yield f"`armdrive run {file} --resume`, on the same arm, goes on from there", ""
+        yield f"`armdrive run {file} --resume`, on the same arm, continues from there", ""
 
 
 PAGE = 8

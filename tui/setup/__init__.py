@@ -12,7 +12,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
 from armdrive.setup.filing import file_of
-from armdrive.status import Status
+from armdrive.status import Status, Trust
 from armdrive.storage.files import require_writable
 from tui.app import TypedText
 from tui.arm_view import SpaceView
@@ -41,6 +41,9 @@ class Steps(SetupStage):
         self.path = path
         self._motors: MotorsStage | None = None
         self.marked = 0 if self.free else 2
+        self._referencing = False
+        self._left: InterviewAsking | None = None
+        """Questions that a stop has ended before the last one."""
 
     @property
     def free(self) -> bool:
@@ -49,10 +52,12 @@ class Steps(SetupStage):
 
     def text(self) -> StageText:
         """List the steps, and whose arm they are for."""
+        if self._referencing and self.desk.link.status.trust is Trust.REFERENCED:
+            self._referencing, self.marked = False, len(STEPS) - 1
         width = max(len(title) for _, title, _ in STEPS)
         rows = tuple(f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1))
         enter = self.desk.keys.label("setup-enter")
-        tail = f"{enter} begins the marked step; a stop leaves it."
+        tail = f"{enter} begins the marked step. A stop leaves it; questions stay answered."
         return StageText(self._whose(), rows, self.marked, tail)
 
     def _whose(self) -> str:
@@ -79,13 +84,20 @@ class Steps(SetupStage):
         elif step == "find":
             self.go(Ports(self.desk, self.go, self))
         elif step == "describe":
-            self.go(InterviewAsking(self.desk, self.go, self, {}))
+            left, self._left = self._left, None
+            self.go(left or InterviewAsking(self.desk, self.go, self, {}))
         elif step == "reference":
+            self._referencing = self.desk.link.status.trust is not Trust.REFERENCED
             self.desk.control.reference()
         elif self.path is not None and file_of(self.desk.arm.config) != self.path:
             raise BadRequest(f"{self.path} was changed: leave this desk and come back first")
         else:
             self.go(self._begun())
+
+    def leave(self, stage: SetupStage) -> None:
+        """Come back from a stage that a stop has ended: a space may have been meant as a letter."""
+        if isinstance(stage, InterviewAsking) and stage.describing.question is not None:
+            self._left, self.marked = stage, 1
 
     def _begun(self) -> MotorsStage:
         """Return the check that was left half-way, or a new one."""
@@ -143,6 +155,7 @@ class SetupScreen(DeskScreen):
         """Let nothing be half chosen; a stop also leaves the step."""
         self.stage.forget()
         if reason == "stopped":
+            self.first.leave(self.stage)
             self._go(self.first)
 
     def compose_body(self) -> ComposeResult:

@@ -108,7 +108,7 @@ class SetupStage:
         """Say how `what` is confirmed."""
         enter = self.desk.keys.label("setup-enter")
         if self.desk.confirmation.effect:
-            return f"{enter} ONCE MORE {what}; another key takes that back"
+            return f"{enter} ONCE MORE {what}; any other key cancels"
         return f"{enter}, twice: {what}"
 
 

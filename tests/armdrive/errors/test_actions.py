@@ -128,6 +128,20 @@ def test_no_sentence_names_a_call_that_has_no_row(package):
     assert not named, "\n".join(named)
 
 
+def test_no_sentence_of_an_arm_sends_a_person_at_the_desk_to_the_command_line():
+    """A desk holds its arm, so a command of another terminal could not do what a key does."""
+    commands = [f"`{action.command_line}`" for action in ACTIONS]
+    root = Path(armdrive.__path__[0])
+    named = [
+        f"{path}: {text!r}"
+        for part in ("arm", "connect", "dialects", "dialog", "motion", "runtime")
+        for path in (root / part).rglob("*.py")
+        for text in literals(path)
+        if any(command in text for command in commands)
+    ]
+    assert not named, "\n".join(named)
+
+
 def test_a_command_that_may_be_refused_for_a_restored_position_can_allow_it(call):
     for command in ("move", "run", "shell", "verify", "demo", "disable"):
         assert "--allow-restored" in call(command, "--help", code=0).out

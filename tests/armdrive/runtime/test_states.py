@@ -53,7 +53,7 @@ def test_every_state_can_be_left_and_reached():
 
 
 REFUSED = [
-    (lambda arm: arm.move_j(base_deg=1.0), "move"),
+    (lambda arm: arm.move_j(base_deg=1.0), "a motion"),
     (lambda arm: arm.jog_j(base_deg=1.0), "jogging"),
     (lambda arm: arm.move_motors(1, 0, 0, 0, 0, 0, speed=0.1), "turning motors"),
     (lambda arm: arm.confirm_reference(), "confirming the reference"),
@@ -61,7 +61,7 @@ REFUSED = [
     (lambda arm: arm.set_output(1), "switching an output"),
     (lambda arm: arm.wait_inputs(high=1), "waiting for inputs"),
     (lambda arm: arm.read_pendant_program(), "using the arm's own program memory"),
-    (lambda arm: arm.disable(), "disable"),
+    (lambda arm: arm.disable(), "switching the motors off"),
 ]
 
 

@@ -10,7 +10,8 @@ from textual import events
 
 from armdrive.errors import Refused
 from armdrive.moves import Jog, ParkMove, Space
-from armdrive.status import LinkStats, State
+from armdrive.status import LinkStats, State, Trust
+from kinematics.guards.shapes import Box
 from tui.axes import DEGREE, AxisRow, AxisTable
 from tui.jog import panels as tables
 from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
@@ -152,10 +153,19 @@ async def test_what_takes_the_screen_or_the_arm_away_lets_go_of_a_button(end):
         assert (session.arm.calls[-1][0] == "hold") == held
 
 
-async def test_an_unknown_pose_has_no_buttons_for_the_tip():
-    async with Session(FakeArm(**unknown_position())) as session:
+@pytest.mark.parametrize("trust", [*Trust])
+async def test_limits_are_shown_only_where_they_end_a_jog(trust):
+    more = unknown_position() if trust is Trust.UNKNOWN else {"trust": trust}
+    async with Session(FakeArm(**more)) as session:
+        await session.arm_keys()
+        await session.poll()
+        hold = trust is Trust.REFERENCED
+        parts = {"state": "NO LIMITS", "near": "NO LIMITS", "not_near": "from its limit"}
+        swap = {"state": "not_state", "near": "not_near", "not_near": "near"}
+        session.shows(trust, **{swap[at] if hold else at: text for at, text in parts.items()})
         await session.press("m")
-        assert session.screen.query_one("#tip", AxisTable).at(1, 0) is None
+        assert (session.screen.query_one("#tip", AxisTable).at(1, 0) is not None) == hold
+        session.shows("the tip", state="tap a key" if hold else "the tip needs a reference first")
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
@@ -172,12 +182,21 @@ async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
         assert "pressing 8.9 N" in session.text("gripper")
 
 
+@pytest.mark.parametrize(("dialect", "grasps"), [("teachmover", True), ("robko01", False)])
+async def test_grasping_is_offered_where_a_grip_switch_can_end_it(dialect, grasps):
+    async with Session(FakeArm(dialect=dialect), size=(120, 40)) as session:
+        await session.arm_keys()
+        await session.poll()
+        session.shows(dialect, **{"footer" if grasps else "not_footer": "G grasp"})
+        assert ("grasp" in str(session.screen.query_one("#gripper").border_subtitle)) == grasps
+
+
 async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
     async with Session() as session:
         await session.press("m")
         assert "256.3mm" in session.text("tip")
         await session.press("F", "F")
-        assert session.title("tip") == "Tip, Cartesian of board"
+        assert session.title("tip") == "Tip: board frame"
         assert "156.3mm" in session.text("tip")
 
 
@@ -282,6 +301,19 @@ async def test_the_table_is_below_the_tip_or_above_it(z_mm, said):
         session.arm.set(pose=replace(session.arm.status.pose, z_mm=z_mm))
         await session.poll()
         assert f"{said} the tip" in session.text("near")
+
+
+@pytest.mark.parametrize(
+    ("x_mm", "said"), [(290.0, "hand 9 mm from"), (262.0, "hand 19 mm inside"), (340.0, None)]
+)
+async def test_a_box_that_a_link_is_near_to_or_inside_of_is_named(x_mm, said):
+    arm = FakeArm()
+    box = Box("vice", (x_mm, 50.0, 100.0), (400.0, 140.0, 230.0))
+    guards = replace(arm.model.guards, radii_mm=(35.0, 30.0, 25.0), boxes=(box,))
+    arm.model = replace(arm.model, guards=guards)
+    async with Session(arm) as session:
+        near = f"{said} the box vice" if said else "box vice"
+        session.shows(x_mm, **{"near" if said else "not_near": near})
 
 
 @pytest.mark.parametrize(

@@ -146,4 +146,4 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
             assert asked == [("stop",)], line
             assert len(session.desk.screen_stack) == 1, line
             assert session.desk.screens.current.place == where, line
-            assert "STOP was asked for" in session.text("messages"), line
+            assert "STOP requested" in session.text("messages"), line

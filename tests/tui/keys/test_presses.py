@@ -41,7 +41,7 @@ PRESSES = {
 @pytest.mark.parametrize(("steps", "done", "effect"), PRESSES.values(), ids=PRESSES)
 def test_two_presses_of_one_key_are_done_once(steps, done, effect):
     now, found = [50.0], []
-    confirmation = Confirmation(lambda: now[0])
+    confirmation = Confirmation(lambda: now[0], lambda: False)
     for step in steps:
         if step == "refused":
             confirmation.refuse()

@@ -243,10 +243,10 @@ async def test_an_arm_that_may_not_move_now_shows_the_plan_and_says_why():
 
 
 USELESS = [
-    ("n", {"messages": "nothing was refused"}),
+    ("n", {"messages": "no nearest possible goal"}),
     ("b", {"messages": "no other posture"}),
-    ("m l", {"messages": "of a pose"}),
-    ("F", {"messages": "of poses"}),
+    ("m l", {"messages": "a straight line leads to a pose"}),
+    ("F", {"messages": "joint angles have no frame"}),
     ("up less_than_sign left_square_bracket", {"goal": "speed 25% [< >]  step 0.1 [[ ]]"}),
 ]
 

@@ -4,6 +4,7 @@ import pytest
 from desk_planner import PlannerArm, at_rest
 from desk_session import Session
 
+from armdrive.status import State
 from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
 from tui.app import action_call
@@ -111,12 +112,12 @@ NAMING = [
     ("t", {"begin": "name of this place: p4_  (or type another)"}),
     ("u 2", {"begin": "name of this place: u2_\n"}),  # the first letter replaced what was offered
     ("backspace backspace H X L s p", {"begin": "name of this place: HXLsp_"}),  # and no keys
-    ("space", {"messages": "STOP was asked for", "not_begin": "name of this place"}),
+    ("space", {"messages": "STOP requested", "not_begin": "name of this place"}),
     ("t backspace 'up enter", {"messages": "already"}),
     ("t backspace enter", {"messages": "is not a valid name"}),
-    ("t backspace r t 2 minus x enter", {"messages": "rt2-x is here", "list": "> rt2-x"}),
+    ("t backspace r t 2 minus x enter", {"messages": "rt2-x is saved", "list": "> rt2-x"}),
     ("r", {"begin": "new name: rt2-x_\n"}),  # a rename corrects what is there
-    ("a enter", {"messages": "it is rt2-xa now", "list": "> rt2-xa"}),
+    ("a enter", {"messages": "rt2-x is called rt2-xa now", "list": "> rt2-xa"}),
 ]
 
 
@@ -132,6 +133,26 @@ async def test_names_are_typed_taken_and_refused():
         await session.keys("r p enter")
         assert session.arm.points.sequence("stack").points == ("left", "right", "upp")
         assert session.screen.selection.listed.name == "upp"
+
+
+async def test_no_point_is_taught_while_the_arm_moves():
+    async with PointSession() as session:
+        await session.choose("left")
+        session.arm.set(state=State.MOVING)
+        await session.twice("U")
+        session.shows("again", messages="the arm is moving: wait until it stands")
+        await session.keys("t n enter")
+        session.shows("a new one", messages="the arm is moving", begin="name of this place: n_")
+        assert list(session.arm.points) == ["left", "right", "up"]
+        assert session.point("left") == LEFT
+        session.arm.set(state=State.STANDBY)
+        await session.poll()
+        await session.keys("enter")
+        assert session.base_deg("n") == pytest.approx(20.0)
+        session.arm.set(state=State.MOVING, paused=True)
+        await session.poll()
+        await session.keys("t p enter")
+        assert "p" in session.arm.points, "a paused arm stands"
 
 
 async def test_teaching_again_and_deleting_take_two_presses_of_one_key():
@@ -235,6 +256,12 @@ async def test_points_are_put_into_a_sequence_and_taken_out():
         assert len(session.steps("sequence")) == 1
         await session.press("backspace", "backspace")
         session.shows("no step left", messages="has steps")
+        await session.settle()
+        session.shows(
+            "an empty sequence",
+            list="sequence, 0 steps",
+            chosen="no steps yet: a on a point appends it",
+        )
 
 
 SLOW_LEFT, FAST_LEFT = Step("left", "line", 0.5), Step("left", "line", 1.0)
@@ -265,6 +292,8 @@ EDITS = [
     # what is no step can be corrected
     ("pagedown g 'wide enter", STACK.steps,
      {"messages": "'wide' is no opening: type open, close, grasp, here, point, or mm"}),
+    ("pagedown g '1000 enter", STACK.steps,
+     {"messages": "the fingers open from 0 to 76 mm, not 1000 mm", "begin": "1000_"}),
     ("pagedown W '-1 enter", STACK.steps, {"messages": "wait_s is from 0", "begin": "-1_"}),
     ("pagedown W 'soon enter", STACK.steps, {"messages": "'soon' is no time: type seconds"}),
     ("pagedown E backspace backspace backspace backspace 'nowhere enter", STACK.steps,
@@ -353,7 +382,7 @@ async def test_a_sequence_is_run_after_two_presses_and_named_in_the_title_meanwh
         session.clock.now_s += 1.0
         await session.settle()
         assert session.arm.asked_for == []
-        session.shows("one press", begin="AGAIN CARRIES OUT")
+        session.shows("one press", begin="AGAIN RUNS THE REMAINING")
         await session.press("enter")
         session.clock.now_s += 1.0
         await session.settle()

@@ -281,7 +281,7 @@ async def test_a_pause_lasts_until_the_key_is_pressed_again(arm, tmp_path):
         await session.press("p")
         await session.until(lambda: arm.paused)
         assert "PAUSED" in session.text("run")
-        assert "p on the program screen lets the arm go on" in session.text("banner")
+        assert "p on the program screen resumes it" in session.text("banner")
         await session.press("p")
         assert not arm.paused
 
@@ -423,6 +423,7 @@ def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_
         arm.home()
         desk = Desk(arm, screens=SCREENS, braille=True, clock=clock)
         desk.programs = tmp_path
+        desk.input.person_s = 0.0
 
         async def run(pilot):
             for key in ("f8", "r"):

@@ -204,10 +204,28 @@ async def test_a_folder_that_cannot_be_written_is_found_before_the_first_questio
         assert "make its folder writable" in session.text("messages")
 
 
+async def test_a_space_in_an_answer_stops_and_keeps_the_answers():
+    async with SetupSession() as session:
+        await session.choose("2 describe")
+        await session.keys("'bench enter")
+        template = session.words
+        assert "Which template" in template
+        await session.keys("'my space")
+        assert session.simulated.arm.stops == 1
+        assert "> 2 describe it" in session.words
+        await session.keys("enter")
+        assert "answer: my_" in session.words
+        await session.keys("backspace backspace")
+        assert session.words == template
+
+
 async def test_referencing_asks_as_the_desk_does():
     async with SetupSession() as session:
         await session.choose("3 reference")
         assert "referenced" in session.text("messages")
+        assert "> 4 check its motors" in session.words, "the next step is marked"
+        await session.choose("3 reference")
+        assert "> 3 reference" in session.words, "it was referenced before"
 
 
 def test_every_key_of_the_screen_is_pressed_somewhere_here():

@@ -7,6 +7,7 @@ from faults import ready_arm, sim_arm
 
 from armdrive import Arm, Jog
 from armdrive.errors import BadRequest, NotReferenced
+from armdrive.moves import JointMove
 from armdrive.status import State, Trust
 from kinematics import Joints
 
@@ -46,6 +47,16 @@ def test_a_hold_that_is_not_renewed_ends_by_itself(held_s, error):
     assert moved_s > began_s
     assert moved_s - began_s <= held_s + bound_s + 0.006
     assert arm.status.state is State.STANDBY
+
+
+def test_a_jog_that_is_refused_in_a_motion_is_refused_no_longer_than_the_motion_lasts():
+    arm = ready_arm()
+    motion = arm.start(JointMove({"base_deg": 20.0}, 1.0))
+    arm.sleep(0.2)
+    arm.nudge(Jog.joint(base=1.0), speed=1.0)
+    assert "not possible while the arm is moving" in arm.status.notice
+    motion.wait()
+    assert arm.status.notice == ""
 
 
 def test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst():
