@@ -459,7 +459,7 @@ MUTANTS = (
         new="return True",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_outages.py",
-            "test_near_zero_a_link_that_is_slow_from_the_beginning_blames_no_drive",
+            "test_replies_that_always_take_less_than_a_tenth_of_a_second_end_no_motion",
         ),
     ),
     Mutant(
