@@ -328,14 +328,14 @@ class DeskScreen(Screen[None]):
 
     def arm_panel(self) -> ComposeResult:
         """Lay out the panel in which the arm is drawn."""
-        desk, keys = self.desk, self.desk.keys
+        desk = self.desk
         with Vertical(id="arm") as panel:
             panel.border_title = "Arm"
-            panel.border_subtitle = f"{keys.label('view-next')} view, drag to turn"
+            panel.border_subtitle = f"{desk.keys.label('view-next')} view, drag to turn"
             yield SpaceView(
                 desk.arm.model,
                 braille=desk.braille,
-                unknown=f"position unknown: press {keys.label('reference')}",
+                unknown="position unknown",  # the safety panel says what to do about it
                 clock=desk.clock,
                 id="space",
             )
