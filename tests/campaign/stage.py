@@ -49,8 +49,9 @@ from .excuses import LostTargets, fastest_hz
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
-RESTART_SHOWN_S = 0.1
-"""Two readings of an MKS drive that has restarted show that, within this time."""
+RESTART_SHOWN_S = 0.25
+"""How long an MKS drive that has restarted is back before the driver stops it; near zero only the
+replies that never come show that (docs/controllers/can.md)."""
 BOX = Box("post", (-60.0, 300.0, 0.0), (60.0, 360.0, 120.0))
 RADII_MM = (10.0, 10.0, 10.0)
 """An obstacle next to the arm, and the thickness of its links, in half of the missions."""
@@ -367,6 +368,8 @@ class Stage:
             distance_mm = max(distance_mm, bound.silent_distance_mm)
         if self.stops_late:
             time_s, distance_mm = 2.0 * time_s, 4.0 * distance_mm
+        if restarted_s := self._restarted_for_s:
+            time_s, distance_mm = time_s + restarted_s, math.inf
         self.watch.add_bound(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
 
     @property
@@ -420,29 +423,36 @@ class Stage:
     def add_silence_bound(self, what: str, more_s: float = 0.0) -> None:
         """Add the bound that the status announces for a program that falls silent now.
 
-        A drive that counts from a new zero, which the program does not know yet, turns to the last
-        target from there. So how far it turns is not announced, only until when.
+        A drive that counts from a new zero, which the program does not know yet, leaves its path.
         """
         if self.arm is not None:
             bound = self.arm.core.stop_bound()
             if self.arm.core.state is not State.DISCONNECTED:
                 self.watch.clear_bounds()  # a silent program does not request the stop any more
-            astray = {at for at, by_s in self.restart_known_by_s.items() if self.now_s < by_s}
-            self.watch.slipped |= astray
-            distance_mm = math.inf if astray else bound.silent_distance_mm
-            self.add_bound(what, bound.silent_time_s + more_s, distance_mm)
+            known_by_s = self.restart_known_by_s.items()
+            self.watch.slipped |= {motor for motor, by_s in known_by_s if self.now_s < by_s}
+            self.add_bound(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
 
     def _add_killed_bound(self) -> None:
         self.add_silence_bound("the program was killed")
 
     def note_drive_restarts(self, motors: Iterable[int], for_s: float) -> None:
-        """Note that MKS drives restart: with a new zero they obey the next order without a word.
+        """Note that MKS drives restart after `for_s`, and obey the next order from a new zero.
 
-        Two readings show that (docs/controllers/can.md). CiA 402 drives wait to be enabled.
+        CiA 402 drives wait to be enabled.
         """
         if self.config.connection.dialect == "mks":
             by_s = self.now_s + for_s + RESTART_SHOWN_S
             self.restart_known_by_s |= dict.fromkeys(motors, by_s)
+            self.watch.loosen_bounds(self._restarted_for_s)
+
+    @property
+    def _restarted_for_s(self) -> float:
+        """For how much longer a drive may turn to its last target from a new zero, unnoticed.
+
+        So how far a stop goes is not announced then, and all drives stand only that much later.
+        """
+        return max([0.0, *(by_s - self.now_s for by_s in self.restart_known_by_s.values())])
 
     def _step_mm(self) -> float:
         """Return how far the tip is off at most if every motor is one step off."""

@@ -17,7 +17,7 @@ from .mission import Mission
 from .physical import Bound, Command
 from .power_loss import RESET_S
 from .speeds import SPEED_TOLERANCE, WINDOW_S
-from .stage import VARIANTS, Stage
+from .stage import RESTART_SHOWN_S, VARIANTS, Stage
 
 BASE, SHOULDER, ELBOW, FINGERS = 0, 1, 2, 5
 
@@ -339,7 +339,7 @@ def test_how_far_the_tip_moves_is_not_judged_once_a_stepper_has_slipped(slips, b
 
 @pytest.mark.parametrize(
     ("dialect", "later_s", "judged"),
-    [("mks", 0.24, False), ("mks", 0.26, True), ("cia402", 0.24, True)],
+    [("mks", 0.39, False), ("mks", 0.41, True), ("cia402", 0.39, True)],
 )
 def test_a_drive_is_not_judged_if_the_program_dies_before_it_can_see_a_restart(
     dialect, later_s, judged
@@ -355,6 +355,24 @@ def test_a_drive_is_not_judged_if_the_program_dies_before_it_can_see_a_restart(
     assert not stage.watch.unknown_motors  # where it stands is still judged
     stage.world._shift(steps(base=200_000), stage.now_s)
     assert any("it went" in each for each in stage.watch.broken) is judged
+
+
+@pytest.mark.parametrize("dialect", ["mks", "cia402"])
+@pytest.mark.parametrize("stops_first", [True, False])
+def test_a_stop_waits_for_an_mks_drive_until_the_driver_can_know_that_it_restarted(
+    dialect, stops_first
+):
+    """Mission mks 450000876: near zero only missing replies show it, and the pause ends later."""
+    stage = a_stage(dialect)
+    if stops_first:
+        stage.add_bound("a pause", 0.1, 1.0)
+    stage.note_drive_restarts((BASE,), RESET_S)
+    if not stops_first:
+        stage.add_bound("a pause", 0.1, 1.0)
+    (bound,) = stage.watch._bounds
+    late_s = RESET_S + RESTART_SHOWN_S if dialect == "mks" else 0.0
+    assert bound.time_s == pytest.approx(0.1 + late_s)
+    assert math.isinf(bound.distance_mm) is (dialect == "mks")
 
 
 def test_a_late_message_is_excused_until_it_has_come():
