@@ -348,7 +348,7 @@ class Stage:
     def add_bound(
         self, what: str, time_s: float, distance_mm: float, *, is_pause: bool = False
     ) -> None:
-        """Add a bound that holds from now on; while commands are lost, that of a silent program.
+        """Add a bound that holds from now on; while commands are lost or late, that of silence.
 
         While commands are lost, some drives may stop without the others, so the motion is not the
         planned one. A pause (`is_pause`) finishes what was planned ahead: the driver repeats these
@@ -358,12 +358,12 @@ class Stage:
         self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
         if self.now_s < self.orders_lost_until_s:
             distance_mm += self._missed_stop_mm()
-        if self.arm is not None and self.commands_lost:
+        if self.arm is not None and (self.commands_lost or self.watch.late_s):
             core = self.arm.core
             joints = core.position.coordinates.joints
             bound = core.stops.bound(core.controller, joints, lost=False, slowed=True)
             time_s = max(time_s, bound.silent_time_s)
-            if self._pause_promised:
+            if self._pause_promised and self.commands_lost:
                 time_s += self.commands_lost_until_s - self.now_s
             distance_mm = max(distance_mm, bound.silent_distance_mm)
         if self.stops_late:

@@ -375,6 +375,17 @@ def test_a_stop_waits_for_an_mks_drive_until_the_driver_can_know_that_it_restart
     assert math.isinf(bound.distance_mm) is (dialect == "mks")
 
 
+@pytest.mark.parametrize("late_s", [0.0, 0.4])
+def test_a_stop_that_may_be_the_late_message_goes_as_far_as_a_silent_program(late_s):
+    """Mission mks 470000865: the adapter held up an emergency stop for 0.4 s."""
+    stage = a_stage("mks")
+    connect(stage)
+    stage.watch.late_s = late_s
+    stage.add_bound("a stop", 0.0, 0.0)
+    (bound,) = stage.watch._bounds
+    assert (bound.time_s > 0.0, bound.distance_mm > 0.0) == (late_s > 0.0,) * 2
+
+
 def test_a_late_message_is_excused_until_it_has_come():
     stage = a_stage()
     connect(stage)
