@@ -18,6 +18,9 @@ ORDER_PERIODS = 2.0
 """A moving MKS drive gets its next order after this many periods of steering, at the latest."""
 SHOWN_PERIODS = 3.0
 """A CiA 402 drive's new mode shows at the next SYNC, and the driver reads it one SYNC later."""
+CATCHES_UP_S = 2.0
+"""An MKS drive at full speed that is as far behind as the driver lets it be has caught up after
+this time. Until then a joint that it turns with another drive may be faster than planned."""
 QUERY_S = 0.01
 """Three queries with their replies and a stop take this long on the bus."""
 
@@ -57,6 +60,8 @@ def orders_lost(stage: Stage, for_s: float) -> MissedOrders | None:
     if stage.arm is None:
         return None
     stands_s = for_s + stage.arm.status.silent_time_s
+    if for_s and isinstance(stage.config.device, MksSettings):
+        stands_s += CATCHES_UP_S
     stands_by_s = stage.now_s + stands_s
     rates = _rates(stage, shared_joints(stage.config))
     return MissedOrders(rates, stands_by_s, stands_s, stands_by_s)

@@ -159,8 +159,8 @@ class Stage:
         """Until when frames of the host may come a period late."""
         self._pause_promised = False
         """Whether the last bound was that of a pause."""
-        self.restart_known_by_s: dict[int, float] = {}
-        """By when a program knows that a drive restarted that goes on by itself, by its motor."""
+        self._restart_known_by_s = -math.inf
+        """By when a program knows that a drive restarted which goes on by itself."""
         self.no_hold_until_s: dict[int, float] = {}
         """Until when the driver cannot order a drive to hold, by its motor, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s
@@ -421,16 +421,11 @@ class Stage:
             self.add_bound(what, bound.time_s, bound.distance_mm)
 
     def add_silence_bound(self, what: str, more_s: float = 0.0) -> None:
-        """Add the bound that the status announces for a program that falls silent now.
-
-        A drive that counts from a new zero, which the program does not know yet, leaves its path.
-        """
+        """Add the bound that the status announces for a program that falls silent now."""
         if self.arm is not None:
             bound = self.arm.core.stop_bound()
             if self.arm.core.state is not State.DISCONNECTED:
                 self.watch.clear_bounds()  # a silent program does not request the stop any more
-            known_by_s = self.restart_known_by_s.items()
-            self.watch.slipped |= {motor for motor, by_s in known_by_s if self.now_s < by_s}
             self.add_bound(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
 
     def _add_killed_bound(self) -> None:
@@ -439,11 +434,12 @@ class Stage:
     def note_drive_restarts(self, motors: Iterable[int], for_s: float) -> None:
         """Note that MKS drives restart after `for_s`, and obey the next order from a new zero.
 
-        CiA 402 drives wait to be enabled.
+        So they leave their paths, however soon the driver stops them. CiA 402 drives wait to be
+        enabled.
         """
         if self.config.connection.dialect == "mks":
-            by_s = self.now_s + for_s + RESTART_SHOWN_S
-            self.restart_known_by_s |= dict.fromkeys(motors, by_s)
+            self.watch.slipped |= set(motors)
+            self._restart_known_by_s = self.now_s + for_s + RESTART_SHOWN_S
             self.watch.loosen_bounds(self._restarted_for_s)
 
     @property
@@ -452,7 +448,7 @@ class Stage:
 
         So how far a stop goes is not announced then, and all drives stand only that much later.
         """
-        return max([0.0, *(by_s - self.now_s for by_s in self.restart_known_by_s.values())])
+        return max(self._restart_known_by_s - self.now_s, 0.0)
 
     def _step_mm(self) -> float:
         """Return how far the tip is off at most if every motor is one step off."""
