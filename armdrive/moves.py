@@ -15,7 +15,6 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from types import NoneType
 from typing import TypedDict, get_args
 
 from armdrive.errors import BadArgument, BadRequest
@@ -207,14 +206,13 @@ def speed_fraction(speed: float) -> float:
     return fraction
 
 
-def _require(name: str, value: object, kinds: tuple[type, ...], words: str, example: str) -> None:
-    if not isinstance(value, kinds):
-        raise BadArgument(f"{name} must be {words}, not {value!r:.80}; for example {example}")
+_POSE = made_of(Pose, "a pose", POSE_EXAMPLE)
+_FRAME = made_of(str, "the name of a frame", '"base" or "tool"')
 
 
 def _check_way(move: PoseMove | LineMove | ArcMove | PathMove) -> None:
     """Check the frame and speed of a move of the tip."""
-    _require("frame", move.frame, (str,), "the name of a frame", '"base" or "tool"')
+    _FRAME("frame", move.frame)
     speed_fraction(move.speed)
 
 
@@ -230,7 +228,7 @@ class JointMove:
     speed: float = 1.0
 
     def __post_init__(self) -> None:
-        _require("goal", self.goal, (Joints, Mapping), "joint angles", '{"shoulder_deg": 40}')
+        made_of((Joints, Mapping), "joint angles", '{"shoulder_deg": 40}')("goal", self.goal)
         if isinstance(self.goal, Mapping):
             if not self.goal:
                 raise BadRequest("name at least one joint, for example shoulder_deg=40")
@@ -248,7 +246,8 @@ class PoseMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        _require("goal", self.goal, (Pose, str), "a pose or the name of a point", POSE_EXAMPLE)
+        words = "a pose or the name of a point"
+        made_of((Pose, str), words, POSE_EXAMPLE)("goal", self.goal)
         _check_way(self)
 
 
@@ -265,8 +264,8 @@ class LineMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        kinds, words = (Pose, Joints, str), "a pose, joint angles or the name of a point"
-        _require("goal", self.goal, kinds, words, POSE_EXAMPLE)
+        words = "a pose, joint angles or the name of a point"
+        made_of((Pose, Joints, str), words, POSE_EXAMPLE)("goal", self.goal)
         _check_way(self)
 
 
@@ -280,15 +279,16 @@ class ArcMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        _require("via", self.via, (Pose,), "a pose", POSE_EXAMPLE)
-        _require("goal", self.goal, (Pose,), "a pose", POSE_EXAMPLE)
+        _POSE("via", self.via)
+        _POSE("goal", self.goal)
         _check_way(self)
 
 
 _A_PART = f"LinePart({POSE_EXAMPLE})"
-_PARTS = several(
+PARTS = several(
     made_of(get_args(PathPart), "a part of a path", _A_PART), "a list of parts", f"[{_A_PART}]"
 )
+"""The rule for the parts of a path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -300,7 +300,7 @@ class PathMove:
     frame: str = BASE_FRAME
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parts", _PARTS("parts", self.parts))
+        object.__setattr__(self, "parts", PARTS("parts", self.parts))
         if not self.parts:
             raise BadRequest("a path needs at least one part, for example LinePart(pose)")
         _check_way(self)
@@ -342,7 +342,8 @@ class ParkMove:
     goal: Pose | None = None
 
     def __post_init__(self) -> None:
-        _require("goal", self.goal, (Pose, NoneType), "a pose", POSE_EXAMPLE)
+        if self.goal is not None:
+            _POSE("goal", self.goal)
         speed_fraction(self.speed)
 
 
@@ -354,7 +355,7 @@ class JogMove:
     speed: float = 0.25
 
     def __post_init__(self) -> None:
-        _require("jog", self.jog, (Jog,), "a jog", "Jog.joint(shoulder=2)")
+        made_of(Jog, "a jog", "Jog.joint(shoulder=2)")("jog", self.jog)
         speed_fraction(self.speed)
 
 
@@ -390,7 +391,9 @@ Move = SingleMove | MoveSequence
 """A move that `arm.run`, `arm.start` and `arm.preview` accept."""
 
 _A_MOVE = f"LineMove({POSE_EXAMPLE})"
-_MOVES = several(made_of(get_args(Move), "a move", _A_MOVE), "a list of moves", f"[{_A_MOVE}]")
+ONE_MOVE = made_of(get_args(Move), "a move", _A_MOVE)
+"""The rule for one move."""
+_MOVES = several(ONE_MOVE, "a list of moves", f"[{_A_MOVE}]")
 
 
 def _flattened(moves: Iterable[Move]) -> Iterator[SingleMove]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import get_args
 
 from armdrive.errors.arguments import (
     BASIC,
@@ -19,11 +18,10 @@ from armdrive.errors.arguments import (
     whole,
     wrong,
 )
-from armdrive.moves import Jog, Move
+from armdrive.moves import ONE_MOVE, PARTS, Jog
 from armdrive.registry import DEFAULT
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.storage.points import Point
-from kinematics.paths.routes import PathPart
 from kinematics.spaces import POSE_EXAMPLE, Joints, Pose
 
 ANGLES = '{"shoulder_deg": 40}'
@@ -65,7 +63,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Lines": _lines,
         "Operator": call,
         "PaceChoice": _pace,
-        "Move": made_of(get_args(Move), "a move", f"LineMove({POSE_EXAMPLE})"),
+        "Move": ONE_MOVE,
         "Path | str": made_of((str, os.PathLike), "the path of a file", '"recording.jsonl"'),
         "PendantProgram": expected(
             "a program",
@@ -75,11 +73,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Place": _PLACE,
         "Pose": made_of(Pose, "a pose", POSE_EXAMPLE),
         "RowReport": call,
-        "Sequence[PathPart]": several(
-            made_of(get_args(PathPart), "a part of a path", f"LinePart({POSE_EXAMPLE})"),
-            "a list of parts",
-            f"[LinePart({POSE_EXAMPLE})]",
-        ),
+        "Sequence[PathPart]": PARTS,
         "Sequence[str]": several(text, "a list of lines", '["$100=250"]'),
         "SimulatedArm": expected(
             "a simulated arm", "", lambda value: hasattr(value, "world") and hasattr(value, "link")
