@@ -46,6 +46,12 @@ class Reading(NamedTuple):
     pace: float = 1.0
 
     @property
+    def parts(self) -> tuple[str, str]:
+        """What is measured, and the part of the arm that it may hit; empty for other guards."""
+        one, _, other = self.quantity.partition(" against ")
+        return one, other
+
+    @property
     def room_mm(self) -> float:
         """How far the arm may travel without violating this guard; negative if it is violated."""
         return (self.clearance_mm + self.tolerance_mm + ROUNDING_MM) / self.pace
@@ -143,7 +149,7 @@ _SENTENCES: Mapping[str, str] = MappingProxyType(
 
 def sentence_of(reading: Reading, guards: Guards) -> str:
     """Return the message for the guard that this reading violates."""
-    one, _, other = reading.quantity.partition(" against ")
+    one, other = reading.parts
     return _SENTENCES[BOX if reading.guard.startswith(BOX) else reading.guard].format(
         quantity=reading.quantity,
         point=reading.quantity.removesuffix(" z"),

@@ -209,7 +209,7 @@ def _near_shapes(joints: Joints, model: ArmModel) -> Iterator[Span]:
             least[reading.guard] = reading
     for guard, reading in least.items():
         if reading.clearance_mm < SHAPE_NEAR_MM:
-            link, _, other = reading.quantity.partition(" against ")
+            link, other = reading.parts
             gap_mm = round(reading.clearance_mm)
             way = "inside" if gap_mm < 0 else "from"
             yield f"{link} {abs(gap_mm)} mm {way} {other or f'the {guard}'}", "$warning"
