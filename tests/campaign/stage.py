@@ -348,11 +348,12 @@ class Stage:
     def add_bound(
         self, what: str, time_s: float, distance_mm: float, *, is_pause: bool = False
     ) -> None:
-        """Add a bound that holds from now on; while commands are lost or late, that of silence.
+        """Add a bound from now on; that of a silent program while commands are lost or late.
 
         While commands are lost, some drives may stop without the others, so the motion is not the
         planned one. A pause (`is_pause`) finishes what was planned ahead: the driver repeats these
-        orders, and a drive that missed them starts as soon as it gets them.
+        orders, and a drive that missed them starts as soon as it gets them. A drive that restarted
+        unnoticed makes the stop later, and how far it goes unknown.
         """
         self.look()
         self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
