@@ -151,11 +151,14 @@ def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeyp
     describing = Describing({})
     describing.typed = "lab"
     while describing.question is not None:
+        if describing.question.key == "title":
+            describing.typed = "My_bench"  # on a desk the space bar stops
         describing.enter()
     path = arm_path("lab")
     path.parent.mkdir(parents=True)
     write(describing.files(), path)
     config = load_arm(path)
+    assert (config.name, config.title) == ("lab", "My bench")
     assert file_of(config) == path
     path.write_text(path.read_text(encoding="utf-8") + "\n[limits_deg]\nbase = [-1, 1]\n")
     assert file_of(config) is None
