@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
+from amounts import amount
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, arm_as_built
 
 from armdrive.dialects.bus.tools import DrivePlace
@@ -344,7 +345,7 @@ def test_ctrl_c_in_motion_stops_the_motor():
     assert abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps) == moved
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(amount(3, 20)))
 def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
     bench = Bench()
     bench.twin.faults.add("lose-frame", 0.04, seed=seed)
