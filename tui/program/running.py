@@ -238,7 +238,7 @@ class DeskRun:
     def line(self) -> int | None:
         """The line that runs, or in which the last run ended early."""
         if self.busy:
-            return None if self.view.mark is None else self.view.mark.line
+            return None if self.view.step is None else self.view.step.mark.line
         return self.failed_in
 
     def forget(self) -> None:
