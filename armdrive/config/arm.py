@@ -95,6 +95,7 @@ class ArmConfig:
 
         A saved position is invalid for another model, transmission or backlash.
         """
+        # without backlash nothing is added, so that files without any keep their old fingerprint
         numbers = (self.bare.arm.meaning, self.model.transmission, self.model.reference)
         meaning = repr((*numbers, self.backlash_steps) if self.backlash_steps else numbers)
         return hashlib.sha256(meaning.encode()).hexdigest()[:16]
@@ -170,7 +171,7 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
     linked = word is not None and is_model_file(word)
     preset_model = None if word is None or linked else problems.attempt(lambda: preset(word), None)
     known = problems.attempt(lambda: _dialect(table, find), None)
-    dialect = known or find(None)
+    dialect = known or find(None)  # whatever it is, the other sections are read as well
     if linked or preset_model:
         table.allow(_keys(table, str(word), known))
     title = table.value("title", text, "")

@@ -304,6 +304,7 @@ def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[
     given = _of_rows if "motors" in table.entries else _of_sections
     widths = [0] * len(transmission.motors)
     for motor, size in given(table, transmission):
+        # not round(), which takes a half to the even number: 0.5 and 1.5 steps are 1 and 2
         widths[motor] = math.floor(_steps_per_unit(transmission, motor) * size + 0.5)
     return tuple(widths) if any(widths) else ()
 

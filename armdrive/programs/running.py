@@ -309,6 +309,7 @@ class ProgramRun:
         left, self._left = self._left, None
         move = None
         if isinstance(act, Go):
+            # resolved before onlookers see it: the journal needs goals that stay what they are
             move = left or performer.resolved(act)
             act = act if move is None else replace(act, move=move)
         step = self.at = RunStep(

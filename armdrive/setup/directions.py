@@ -276,7 +276,7 @@ def trials(arm: ArmGeometry, transmission: Transmission, posture: Joints) -> tup
     """Return a trial of each motor, the gripper's first, which makes room for the fingers."""
     order = list(range(len(transmission.motors)))
     if transmission.has_gripper:
-        order = [order[-1], *order[:-1]]
+        order = [order[-1], *order[:-1]]  # it is the controller's last motor
     return tuple(_trial(arm, transmission, posture, motor) for motor in order)
 
 
@@ -285,6 +285,7 @@ def _trial(arm: ArmGeometry, transmission: Transmission, posture: Joints, motor:
     count = len(transmission.joint_names)
     turning = column[:count]
     pulling = column[count] if transmission.has_gripper else 0.0
+    # so short that what is seen grows in proportion to the steps
     probe = 1e-3 / max(*map(abs, turning), abs(pulling) * 1e-2)
     one = _seen(arm, posture, turning, pulling, probe)
     steps = min(
@@ -464,7 +465,7 @@ class DirectionCheck:
         """The motor whose turn it is, None at the end."""
         at = len(self.looks)
         if self.away and self.answered:
-            at -= 1
+            at -= 1  # answered for, and its turn lasts until it is back
         return self.trials[at] if at < len(self.trials) else None
 
     @property

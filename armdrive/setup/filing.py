@@ -170,6 +170,7 @@ def _array_of_motors(draft: Draft) -> Iterator[TomlSection]:
     reversed_motors = draft.get("reversed.motors", ())
     reversed_joints = draft.get("reversed.joints", ())
     for motor in draft.motors:
+        # reversed twice is not reversed: each motor of a link table moves the joint of its name
         turned = (motor in reversed_motors) != (motor in reversed_joints)
         sign = draft.direction(motor) * (-1 if turned else 1)
         entries = (
@@ -301,6 +302,7 @@ def propose(path: Path, transmission: Transmission | None, signs: Signs) -> File
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
+    # the file may have problems already, which the change neither made nor has to mend
     known = set(arm_problems(table, path.stem, path.parent))
     order = dict(signs.order) if "motors" in table and signs.swapped else {}
     before_steps = known_steps(table, transmission)

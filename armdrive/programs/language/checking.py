@@ -58,6 +58,7 @@ class Kinds:
             for define, line in names.lines
             if isinstance(line, Call) or any(set_by(line))
         ]
+        # a kind may come from a name that gets its own only in a later line: repeat until none does
         while True:
             found = len(self._kinds)
             for define, line in setting:

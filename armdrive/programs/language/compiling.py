@@ -148,6 +148,7 @@ class _Compiler:
                 self._heading(define, entries)
                 entries.setdefault(define.name.lower(), len(self._code))
                 self._part(define.body, define)
+        # a subprogram may be called before its definition, so calls are aimed last
         for index, name in self._calls:
             self._aim(index, entries[name])
         entered, points = MappingProxyType(entries), MappingProxyType(self._points)
@@ -258,6 +259,7 @@ class _Compiler:
             case Repeat():
                 self._emit(ROUNDS, line.mark, _maybe(line.count))
                 top = self._emit(ROUND, line.mark, into=[line.variable] * bool(line.variable))
+                # without a count only `break`, `goto` and `return` lead out of it
                 self._looped(line, top, [top] * (line.count is not None))
 
     def _call(self, line: Call) -> None:

@@ -12,6 +12,7 @@ from armdrive.registry.arm_files import arm_path
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.bus_survey import probe
+from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.interview import Describing
 from armdrive.setup.ports import closed_ports, look_at
@@ -20,23 +21,11 @@ from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen import DEVICE_TYPE
 
 
-class Passing:
-    """Time that passes as soon as somebody waits."""
-
-    now = 0.0
-
-    def now_s(self):
-        return self.now
-
-    def sleep(self, link, until_s):
-        self.now = min(max(link.next_s(), self.now), until_s)
-
-
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid"])
 def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect, monkeypatch):
     port = SimPort(made(dialect))
     monkeypatch.setattr(carrying, "_opened", lambda name, baud: port)
-    monkeypatch.setattr(dialog_runner, "RealClock", Passing)
+    monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
     found = probe("/dev/arm")
     assert found.dialect == dialect
     assert f"it speaks {dialect}" in found.lines[0]
@@ -97,7 +86,7 @@ class TwinBus:
 def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
     bus = TwinBus(arm())
     monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
-    clock = Passing()
+    clock = DialogClock()
     monkeypatch.setattr(dialog_runner, "RealClock", lambda: clock)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
     assert found.dialect == "mks"
@@ -111,7 +100,7 @@ def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
 def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     bus = NodesBus(*map(Device, range(1, 7)))
     monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
-    monkeypatch.setattr(dialog_runner, "RealClock", Passing)
+    monkeypatch.setattr(dialog_runner, "RealClock", DialogClock)
     found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
     assert found.dialect == "cia402"
     assert any("these answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
