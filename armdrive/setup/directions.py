@@ -353,7 +353,7 @@ def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
 DIGITS = 9
 
 
-def known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
+def _known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
     """Return each motor's steps for a turn or a mm, from an arm file or its preset."""
     if "motors" in table:
         return {each["name"]: each[_steps_key(each)] for each in table["motors"]}
@@ -375,14 +375,16 @@ def changes(
     table: Mapping[str, Any],
     transmission: Transmission | None,
     signs: Signs,
-    steps: Mapping[str, float],
+    measured: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Change, ...]:
-    """Return the changes to an arm file's keys. `steps` are new steps for a turn or a mm, by motor.
+    """Return the changes to an arm file's keys.
 
-    The order of the motors is not a key, and is changed elsewhere.
+    `measured` are steps for a turn or a mm, by motor, where these were found otherwise than by how
+    far a trial went. The order of the motors is not a key, and is changed elsewhere.
     """
-    known = known_steps(table, transmission)
-    found = {name: float(f"{each:.{DIGITS}g}") for name, each in steps.items()}
+    known = _known_steps(table, transmission)
+    seen = {name: known[name] / share for name, share in signs.farther.items()}
+    found = {name: float(f"{each:.{DIGITS}g}") for name, each in (seen | {**measured}).items()}
     farther = {name: known[name] / each for name, each in found.items() if name in known}
     if "motors" in table:
         return tuple(_of_motors(table["motors"], signs, found, farther))

@@ -14,7 +14,7 @@ from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import MEANINGS
 from armdrive.errors import ArmFileError
 from armdrive.registry.arm_files import arm_problems, load_arm
-from armdrive.setup.directions import Signs, changes, conclude, known_steps
+from armdrive.setup.directions import Signs, changes, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.setup.questions import ROWS
@@ -305,9 +305,7 @@ def propose(path: Path, transmission: Transmission | None, signs: Signs) -> File
     # the file may have problems already, which the change neither made nor has to mend
     known = set(arm_problems(table, path.stem, path.parent))
     order = dict(signs.order) if "motors" in table and signs.swapped else {}
-    before_steps = known_steps(table, transmission)
-    steps = {name: before_steps[name] / share for name, share in signs.farther.items()}
-    text = amended(before, changes(table, transmission, signs, steps), order)
+    text = amended(before, changes(table, transmission, signs), order)
     new = [
         each
         for each in arm_problems(tomllib.loads(text), path.stem, path.parent)
