@@ -162,17 +162,18 @@ def test_after_a_pulled_cable_and_a_reference_the_error_says_where_to_bring_the_
     assert "check that the fingers still hold what they held" in str(refused.value)
 
 
-def test_a_program_does_not_resume_if_the_arm_was_moved(arm, path):
+@pytest.mark.parametrize(
+    ("meanwhile", "why"),
+    [
+        (lambda arm: arm.move_j(base_deg=40), r"base 40\.0° instead of"),
+        (lambda arm: arm.gripper.open(), "fingers 76 mm instead of"),
+    ],
+    ids=["moved", "fingers opened"],
+)
+def test_a_program_does_not_resume_if_the_arm_stands_otherwise(arm, path, meanwhile, why):
     script = killed(arm, path, 5)
-    arm.move_j(base_deg=40)
-    with pytest.raises(Refused, match=r"base 40\.0° instead of"):
-        resume(arm, script, path)
-
-
-def test_a_program_does_not_resume_if_the_fingers_were_opened(arm, path):
-    script = killed(arm, path, 5)
-    arm.gripper.open()
-    with pytest.raises(Refused, match="fingers 76 mm instead of"):
+    meanwhile(arm)
+    with pytest.raises(Refused, match=why):
         resume(arm, script, path)
 
 
