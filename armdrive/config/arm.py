@@ -188,6 +188,7 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
     elif preset_model is not None:
         model = problems.attempt(lambda: corrected(preset_model, table), None)
     if model is None:
+        # without a model only the keys of the posture can be judged, with or without a yaw
         read_posture(table, "park", has_yaw=True)
         return None
     # an unknown kind of gripper leaves it open how many motors there are: assume all of them
@@ -269,6 +270,7 @@ def _holding(model: M, tool: Tool) -> ArmModel:
     """Return the model with a tool in its fingers, and the tool's thickness in its guards."""
     arm = holding(model.arm, tool)
     guards, links = model.guards, len(arm.moving_points)
+    # a tool is one more link; a file that gives its thickness in radii_mm keeps it
     if guards.radii_mm and len(guards.radii_mm) + 1 == links:
         guards = replace(guards, radii_mm=(*guards.radii_mm, tool.radius_mm))
     return ArmModel(

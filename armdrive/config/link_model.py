@@ -373,6 +373,7 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
     names = described.chain.joint_names
     _check_kinds(described.chain)
     _check_names(names)
+    # joints that slide or cannot be named end the reading: every key below is by joint
     before = table.problems.count
     limited = _limited(described.chain, table)
     speeds = table.by_name("speeds_deg_s", names, SPEED, all_since="")
@@ -521,6 +522,7 @@ def _motor(row: TomlTable, seen: tuple[str, ...], earlier: list[str]) -> MotorSp
     row.allow(MOTOR_KEYS)
     name = row.required("name", named)
     turn, slide = (row.value(key, STEPS, None) for key in ("steps_per_turn", "steps_per_mm"))
+    # whether the key is there, not whether its value could be read: that is a problem by itself
     if ("steps_per_turn" in row.entries) == ("steps_per_mm" in row.entries):
         row.problems.note(
             f"motor {name!r} needs steps_per_turn, or steps_per_mm where it drives a gripper"

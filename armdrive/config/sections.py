@@ -411,6 +411,7 @@ def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
     if "sums" in table.entries or FOREARM in table.entries:
         changed["sums"] = tuple(_sums(table, arm.joint_names))
         _require_different(table, "sums of joints", [one.name for one in changed["sums"]])
+    # what does not fit the arm may only follow from what could not be read
     if table.problems.count > before:
         return known
     found = replace(known, **changed)

@@ -237,6 +237,7 @@ def checked(files: ArmFiles, name: str) -> ArmConfig:
 
 def write(files: ArmFiles, path: Path) -> None:
     """Write the model file, then the arm file that names it."""
+    # the model file first: an arm file that names a missing one cannot be read
     if files.model is not None:
         replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
     replace_file(path, files.arm.rstrip("\n"))
@@ -342,6 +343,7 @@ def commissioned(
     table, spoken = tomllib.loads(text), config.connection.dialect
     wire = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
     currents = {each.current_ma for each in notes.values() if each.current_ma}
+    # the section has one current for all drives, so it is written only if all have the same
     alike = len(currents) == 1 and len(notes) == len(plan.drives)
     ids = [each.node for each in plan.drives]
     device = plan.tools.section(config.device, ids, currents.pop() if alike else 0)

@@ -236,6 +236,7 @@ class Fitting:
         computed = slot.kind in (ValueKind.NUMBER, ValueKind.TRUTH)
         if isinstance(value, Name) and computed and self._kinds.nowhere(value.name, self._define):
             yield self._nowhere(value)
+        # a kind that is unknown here is judged when the line runs
         elif kind is not None and slot.kind not in (kind, ValueKind.ANY):
             yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
         elif isinstance(value, Number) and isfinite(value.value):
