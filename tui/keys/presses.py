@@ -104,8 +104,6 @@ PERSON_S = 0.03
 Not every terminal marks pasted text, and two pasted line ends look like a key pressed twice.
 """
 
-HASTY = "keys came faster than a person presses them, and were dropped: press again"
-
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
 
