@@ -80,6 +80,7 @@ class Fingers:
 
     def preset(self, share: float) -> None:
         """Bring the fingers to a share of their range: 1 is open, 0 is closed."""
+        self._require_armed()
         arm = self._desk.arm
         low_mm, high_mm = arm.model.gripper_range_mm
         goal = GripperMove(low_mm + share * (high_mm - low_mm), self._desk.settings.speed)
@@ -91,11 +92,11 @@ class Fingers:
 
     def grasp(self) -> None:
         """Close the fingers on what is between them."""
+        self._require_armed()
         self._press("grasps", lambda: grasped(self._desk.arm.gripper.feel()))
 
     def _press(self, effect: str, call: Outcome) -> None:
         """Take one press of such a key: the fingers move once no other key has followed."""
-        self._require_armed()
         self._desk.confirmation.press(effect, partial(self._begin, call), needed=1)
 
     def _begin(self, call: Outcome) -> None:
