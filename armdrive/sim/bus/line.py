@@ -13,7 +13,7 @@ from collections import defaultdict, deque
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.sim.wire import PacedDevice, WireDevice
+from armdrive.sim.wire import PacedDevice, WireDevice, WireDirection
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -49,16 +49,12 @@ class FrameWire:
 
     def __init__(self, bitrate: int) -> None:
         self.bit_s = 1.0 / bitrate
-        self.busy_s = 0.0
-        """How long the bus has carried frames in total."""
         self._queues: dict[int, deque[Transmission]] = {}
         self._now: Transmission | None = None
         self._free_s = -math.inf
-        self._arrived: list[Transmission] = []
 
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Give a frame to its sender's controller, which sends it as soon as the bus allows."""
-        self._run(now_s)
         queue = _HOST_QUEUE if sender is BusSide.HOST else frame.can_id
         self._queues.setdefault(queue, deque()).append(Transmission(frame, sender, now_s, queue))
         if self._now is None:
@@ -66,15 +62,18 @@ class FrameWire:
 
     def pull(self, now_s: float) -> list[Transmission]:
         """Return the frames that have passed completely by now, in order."""
-        self._run(now_s)
-        arrived, self._arrived = self._arrived, []
-        return arrived
+        passed = []
+        while self._now is not None and self._now.time_s <= now_s:
+            passed.append(self._now)
+            self._free_s = self._now.time_s
+            self._now = None
+            if self._queues:
+                self._begin()
+        return passed
 
     def next_s(self) -> float:
         """Return when the next frame will have passed; infinity while the bus is silent."""
-        if self._arrived:
-            return self._arrived[0].time_s
-        return self._now.time_s if self._now else math.inf
+        return math.inf if self._now is None else self._now.time_s
 
     def waiting_of(self, sender: BusSide) -> int:
         """Return how many frames of one side are on the bus or waiting."""
@@ -87,14 +86,6 @@ class FrameWire:
             del self._queues[key]
         if self._now and self._now.sender is sender:
             self._now = None
-
-    def _run(self, now_s: float) -> None:
-        while self._now is not None and self._now.time_s <= now_s:
-            self._arrived.append(self._now)
-            self._free_s = self._now.time_s
-            self._now = None
-            if self._queues:
-                self._begin()
 
     def _begin(self) -> None:
         """Give the free bus to the waiting frame with the lowest id."""
@@ -110,9 +101,7 @@ class FrameWire:
             queue.popleft()
         else:
             del self._queues[won.queue]
-        length_s = frame_bits(won.frame) * self.bit_s
-        self.busy_s += length_s
-        won.time_s = start_s + length_s
+        won.time_s = start_s + frame_bits(won.frame) * self.bit_s
         self._now = won
 
 
@@ -185,7 +174,7 @@ class BusLine(PacedDevice):
         self.advance(now_s)
         for frame in self._of_host.feed(data):
             if self._on_bus:
-                self._pass(frame, BusSide.HOST, now_s)
+                self._send(frame, BusSide.HOST, now_s)
 
     def receive(self, now_s: float) -> bytes:
         """Return the frames that have reached the host by now."""
@@ -230,36 +219,33 @@ class BusLine(PacedDevice):
     def _on_bus(self) -> bool:
         return self._plugged and not self.adapter.bus_off
 
-    def _pass(self, frame: Frame, sender: BusSide, now_s: float) -> None:
+    def _due_s(self) -> float:
+        return min(self.bus.next_s(), self.device.next_s(), self.faults.late.next_s)
+
+    def _send(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Put a frame on the bus, unless a fault of its lane prevents that."""
         lane = self.faults.host if sender is BusSide.HOST else self.faults.device
-        if lane.clear:
-            self.bus.push(frame, sender, now_s)
-            return
-        for piece in lane.passed(pack(frame), now_s):
-            self._put(piece, sender, now_s)
-
-    def _put(self, piece: bytes, sender: BusSide, now_s: float) -> None:
-        for frame in Unpacker().feed(piece):
+        if lane.rules or lane.until_s > now_s:
+            self._pass(lane, pack(frame), now_s)
+        else:
             self.bus.push(frame, sender, now_s)
 
-    def _due_s(self) -> float:
-        return min(self.bus.next_s(), self.device.next_s(), self.faults.next_s)
+    def _carry(self, lane: WireDirection, message: bytes, now_s: float) -> None:
+        sender = BusSide.HOST if lane is self.faults.host else BusSide.DEVICE
+        for frame in Unpacker().feed(message):
+            self.bus.push(frame, sender, now_s)
 
-    def _exchange(self, now_s: float) -> None:
-        for late in self.faults.host.due(now_s):
-            self._put(late, BusSide.HOST, now_s)
-        if self.bus.next_s() <= now_s:
-            for passed in self.bus.pull(now_s):
-                if passed.sender is BusSide.HOST:
-                    self.device.receive(pack(passed.frame), now_s)
-                elif self._on_bus:
-                    self._unread.append((now_s, pack(passed.frame)))
-        if sent := self.device.transmit(now_s):
-            for frame in Unpacker().feed(sent):
-                self._pass(frame, BusSide.DEVICE, now_s)
-        for late in self.faults.device.due(now_s):
-            self._put(late, BusSide.DEVICE, now_s)
+    def _deliver(self, now_s: float) -> None:
+        """Give the drives the frames of the host, and the host those of the drives."""
+        for passed in self.bus.pull(now_s):
+            if passed.sender is BusSide.HOST:
+                self.device.receive(pack(passed.frame), now_s)
+            elif self._on_bus:
+                self._unread.append((now_s, pack(passed.frame)))
+
+    def _answer(self, sent: bytes, now_s: float) -> None:
+        for frame in Unpacker().feed(sent):
+            self._send(frame, BusSide.DEVICE, now_s)
 
 
 # --- Frames on their way from the drives to the bus ----------------------------------------------
