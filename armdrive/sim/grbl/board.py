@@ -441,8 +441,7 @@ class GrblBoard(Board):
         self.current = MotorCurrent(world, settings)
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
-        self.startup = ["", ""]
-        self.note = self.pins = ""
+        self.pins = ""
         self.overrides = [100, 100, 100]
         self.booting: BoardScript[None] = BoardScript()
         self.cycle = MotionCycle()
@@ -597,8 +596,6 @@ class GrblBoard(Board):
             "state": str(State.ALARM if self.state in _LOCKED else State.IDLE),
             "settings": settings,
             "offsets": offsets,
-            "startup": list(self.startup),
-            "note": self.note,
             "outputs": self.outputs.to_json(),
         }
 
@@ -612,8 +609,6 @@ class GrblBoard(Board):
         settings, offsets = saved.table("settings"), saved.table("offsets")
         values = {key: settings.number(str(key)) for key in self.settings.values}
         stored = {name: offsets.numbers(name, len(self.axes)) for name in STORED}
-        startup = saved.texts("startup", len(self.startup))
-        note = saved.text("note")
         settings.end()
         offsets.end()
         self.outputs.recall(saved.table("outputs"))
@@ -621,8 +616,6 @@ class GrblBoard(Board):
         self.drive.rack.limits = self.settings.limits()
         self.parser.stored = stored
         self.parser.restart(self.drive.goal_units)
-        self.startup[:] = startup
-        self.note = note
         self.state = State(state)
         if self.build.resets_on_open:
             self.current.cut(self.now_s)

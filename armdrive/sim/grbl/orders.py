@@ -34,9 +34,7 @@ from firmware_protocol.grbl import (
     Ok,
     Realtime,
     Rejected,
-    StartupEcho,
     State,
-    parse_line,
 )
 
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
@@ -50,28 +48,6 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     yield board.now_s + board.firmware.parse_s
     code = yield from _run(board, line)
     return Error(code) if code else Ok()
-
-
-def run_startup(board: GrblBoard) -> None:
-    """Execute the start-up lines; of the motions in them, only the first runs."""
-    for text in board.startup:
-        if not text:
-            continue
-        content = parse_line(text, board.codec.dialect)
-        code = content.code if isinstance(content, Rejected) else 0
-        if isinstance(content, Block):
-            code = _at_once(_block(board, content))
-        board.say(StartupEcho(text, code or None))
-
-
-def _at_once(steps: Steps) -> int:
-    """Run a script to its end without waiting; return its result."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            code: int = end.value
-            return code
 
 
 def _run(board: GrblBoard, line: LineReceived) -> Steps:
@@ -169,8 +145,6 @@ def _move(board: GrblBoard, way: MotionMode, work: Work) -> Steps:
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines arrive
     rate = way.rate
-    if way.inverse:
-        rate *= math.dist(way.target, board.drive.goal_units)
     if work.jog:
         rate *= 100 / board.overrides[0]  # a jog ignores this override
     board.drive.queue_to(way.target, rate, board.now_s, rapid=way.rapid)
@@ -338,8 +312,6 @@ def _start(board: GrblBoard) -> None:
     board.say(board.firmware.banner)
     if locked:
         board.say(Feedback("'$H'|'$X' to unlock"))
-    else:
-        run_startup(board)
 
 
 def _jog_cancel(board: GrblBoard) -> None:
