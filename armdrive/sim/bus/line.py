@@ -25,38 +25,33 @@ class BusSide(Enum):
     DEVICE = "device"
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Transmission:
     """A frame that a controller sends: it is ready at `ready_s` and has passed at `time_s`."""
 
     frame: Frame
     sender: BusSide
     ready_s: float
-    queue: int
-    """The queue it waits in: the host has one, and every id of a node."""
     time_s: float = math.inf
-
-
-_HOST_QUEUE = -1
 
 
 class FrameWire:
     """The bus: a sender waits until it is free and frames with lower ids have passed.
 
-    Frames with one id keep their order. The host has one queue, that of its adapter; nodes have
-    one queue for each id that they use.
+    The host's adapter sends its frames in their order, whatever their ids. A node offers all that
+    it has to send; frames with one id keep their order.
     """
 
     def __init__(self, bitrate: int) -> None:
         self.bit_s = 1.0 / bitrate
-        self._queues: dict[int, deque[Transmission]] = {}
+        self._of_host: deque[Transmission] = deque()
+        self._of_nodes: list[Transmission] = []
         self._now: Transmission | None = None
         self._free_s = -math.inf
 
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Give a frame to its sender's controller, which sends it as soon as the bus allows."""
-        queue = _HOST_QUEUE if sender is BusSide.HOST else frame.can_id
-        self._queues.setdefault(queue, deque()).append(Transmission(frame, sender, now_s, queue))
+        self._waiting(sender).append(Transmission(frame, sender, now_s))
         if self._now is None:
             self._begin()
 
@@ -67,7 +62,7 @@ class FrameWire:
             passed.append(self._now)
             self._free_s = self._now.time_s
             self._now = None
-            if self._queues:
+            if self._of_host or self._of_nodes:
                 self._begin()
         return passed
 
@@ -77,30 +72,33 @@ class FrameWire:
 
     def waiting_of(self, sender: BusSide) -> int:
         """Return how many frames of one side are on the bus or waiting."""
-        queued = sum(len(queue) for queue in self._queues.values() if queue[0].sender is sender)
-        return queued + (self._now is not None and self._now.sender is sender)
+        under_way = self._now is not None and self._now.sender is sender
+        return len(self._waiting(sender)) + under_way
 
     def clear(self, sender: BusSide) -> None:
         """Drop the frames that one side has to send; a frame on the bus is cut off."""
-        for key in [key for key, queue in self._queues.items() if queue[0].sender is sender]:
-            del self._queues[key]
+        self._waiting(sender).clear()
         if self._now and self._now.sender is sender:
             self._now = None
 
+    def _waiting(self, sender: BusSide) -> deque[Transmission] | list[Transmission]:
+        return self._of_host if sender is BusSide.HOST else self._of_nodes
+
     def _begin(self) -> None:
         """Give the free bus to the waiting frame with the lowest id."""
-        heads = [queue[0] for queue in self._queues.values()]
-        won = heads[0]
+        offered = self._of_nodes[:]
+        if self._of_host:
+            offered.append(self._of_host[0])
+        won = offered[0]
         start_s = max(self._free_s, won.ready_s)
-        if len(heads) > 1:
-            start_s = max(self._free_s, min([each.ready_s for each in heads]))
-            able = [each for each in heads if each.ready_s <= start_s]
+        if len(offered) > 1:
+            start_s = max(self._free_s, min([each.ready_s for each in offered]))
+            able = [each for each in offered if each.ready_s <= start_s]
             won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
-        queue = self._queues[won.queue]
-        if len(queue) > 1:
-            queue.popleft()
+        if won.sender is BusSide.HOST:
+            self._of_host.popleft()
         else:
-            del self._queues[won.queue]
+            self._of_nodes.remove(won)
         won.time_s = start_s + frame_bits(won.frame) * self.bit_s
         self._now = won
 
