@@ -12,6 +12,7 @@ import math
 from collections import defaultdict, deque
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from armdrive.sim.wire import PacedDevice, WireDevice, WireDirection
 from armdrive.transports.can_health import frame_bits
@@ -25,45 +26,41 @@ class BusSide(Enum):
     DEVICE = "device"
 
 
-@dataclass(slots=True, eq=False)
-class Transmission:
-    """A frame that a controller sends: it is ready at `ready_s` and has passed at `time_s`."""
+class Transmission(NamedTuple):
+    """A frame on the bus; it has passed at `time_s`."""
 
     frame: Frame
     sender: BusSide
-    ready_s: float
-    time_s: float = math.inf
+    time_s: float
 
 
 class FrameWire:
     """The bus: a sender waits until it is free and frames with lower ids have passed.
 
     The host's adapter sends its frames in their order, whatever their ids. A node offers all that
-    it has to send; frames with one id keep their order.
+    it has to send; frames with one id keep their order. Whoever pushes has pulled up to that time.
     """
 
     def __init__(self, bitrate: int) -> None:
         self.bit_s = 1.0 / bitrate
-        self._of_host: deque[Transmission] = deque()
-        self._of_nodes: list[Transmission] = []
+        self._of_host: deque[Frame] = deque()
+        self._of_nodes: list[Frame] = []
         self._now: Transmission | None = None
-        self._free_s = -math.inf
 
     def push(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Give a frame to its sender's controller, which sends it as soon as the bus allows."""
-        self._waiting(sender).append(Transmission(frame, sender, now_s))
+        self._waiting(sender).append(frame)
         if self._now is None:
-            self._begin()
+            self._begin(now_s)
 
     def pull(self, now_s: float) -> list[Transmission]:
         """Return the frames that have passed completely by now, in order."""
         passed = []
         while self._now is not None and self._now.time_s <= now_s:
             passed.append(self._now)
-            self._free_s = self._now.time_s
             self._now = None
             if self._of_host or self._of_nodes:
-                self._begin()
+                self._begin(passed[-1].time_s)
         return passed
 
     def next_s(self) -> float:
@@ -75,32 +72,27 @@ class FrameWire:
         under_way = self._now is not None and self._now.sender is sender
         return len(self._waiting(sender)) + under_way
 
-    def clear(self, sender: BusSide) -> None:
-        """Drop the frames that one side has to send; a frame on the bus is cut off."""
+    def clear(self, sender: BusSide, now_s: float) -> None:
+        """Drop the frames that one side has to send; one on the bus is cut off, which frees it."""
         self._waiting(sender).clear()
         if self._now and self._now.sender is sender:
             self._now = None
+            if self._of_host or self._of_nodes:
+                self._begin(now_s)
 
-    def _waiting(self, sender: BusSide) -> deque[Transmission] | list[Transmission]:
+    def _waiting(self, sender: BusSide) -> deque[Frame] | list[Frame]:
         return self._of_host if sender is BusSide.HOST else self._of_nodes
 
-    def _begin(self) -> None:
+    def _begin(self, now_s: float) -> None:
         """Give the free bus to the waiting frame with the lowest id."""
-        offered = self._of_nodes[:]
-        if self._of_host:
-            offered.append(self._of_host[0])
-        won = offered[0]
-        start_s = max(self._free_s, won.ready_s)
-        if len(offered) > 1:
-            start_s = max(self._free_s, min([each.ready_s for each in offered]))
-            able = [each for each in offered if each.ready_s <= start_s]
-            won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
-        if won.sender is BusSide.HOST:
-            self._of_host.popleft()
+        nodes, host = self._of_nodes, self._of_host
+        frame = min(nodes, key=_priority) if nodes else host[0]
+        if host and (not nodes or _priority(host[0]) < _priority(frame)):
+            frame, sender = host.popleft(), BusSide.HOST
         else:
-            self._of_nodes.remove(won)
-        won.time_s = start_s + frame_bits(won.frame) * self.bit_s
-        self._now = won
+            nodes.remove(frame)
+            sender = BusSide.DEVICE
+        self._now = Transmission(frame, sender, now_s + frame_bits(frame) * self.bit_s)
 
 
 def _priority(frame: Frame) -> tuple[int, int, int, int]:
@@ -195,7 +187,7 @@ class BusLine(PacedDevice):
         super().unplug()
         self._of_host = Unpacker()
         self._unread.clear()
-        self.bus.clear(BusSide.HOST)
+        self.bus.clear(BusSide.HOST, self._advanced_s)
 
     def say(self, data: bytes, now_s: float) -> None:
         """Let the host read bytes that no drive has sent: noise from its adapter."""
@@ -210,7 +202,7 @@ class BusLine(PacedDevice):
         """Make the host's controller go bus-off, or come back; its waiting frames are lost."""
         self.adapter.bus_off = off
         if off:
-            self.bus.clear(BusSide.HOST)
+            self.bus.clear(BusSide.HOST, self._advanced_s)
             self._unread.clear()
 
     @property
