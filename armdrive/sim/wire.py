@@ -39,19 +39,18 @@ class _Piece:
 
 
 class PacedWire:
-    """A line at `baud` bits a second; `extra_s` is a pause after each byte pushed from now on."""
+    """A line at `baud` bits a second, or one that carries bytes at once."""
 
-    def __init__(self, baud: int | None, extra_s: float = 0.0) -> None:
-        self.bit_s = 1.0 / baud if baud else 0.0
-        self.extra_s = extra_s
+    def __init__(self, baud: int | None) -> None:
+        self._byte_s = BITS_A_BYTE / baud if baud else 0.0
         self._pieces: deque[_Piece] = deque()
         self._free_s = -math.inf
 
-    def push(self, data: bytes, now_s: float) -> None:
-        """Put bytes on the line, after those already under way."""
+    def push(self, data: bytes, now_s: float, gap_s: float = 0.0) -> None:
+        """Put bytes on the line after those already under way, with a pause behind each."""
         if not data:
             return
-        start_s, byte_s = max(now_s, self._free_s), BITS_A_BYTE * self.bit_s + self.extra_s
+        start_s, byte_s = max(now_s, self._free_s), self._byte_s + gap_s
         self._free_s = start_s + len(data) * byte_s
         self._pieces.append(_Piece(bytes(data), start_s, byte_s, self._free_s))
 
@@ -401,8 +400,7 @@ class PacedDevice:
     def _carry(self, lane: WireDirection, message: bytes, now_s: float) -> None:
         """Put a message on the line; each line of a text is due at its own time."""
         if lane is self.faults.device:
-            self._out.extra_s = self.device.byte_gap_s
-            self._out.push(message, now_s)
+            self._out.push(message, now_s, self.device.byte_gap_s)
             return
         for line in _LINES.findall(message) if self._baud else (message,):
             self._in.push(line, now_s)
