@@ -143,7 +143,7 @@ class DrivesBoard(Board, Generic[N]):
             self._dues[index] = node.due_s()
             if port.outgoing:
                 for data in port.outgoing:
-                    self._outbox.put(self.now_s + port.answer_s, index, data)
+                    self._outbox.put(self.now_s + port.answer_s, (index, data))
                 port.outgoing.clear()
         self._nodes_due_s = min(*self._dues, self._shafts.look_s)
         self._due_s = min(self._nodes_due_s, self._outbox.next_s)

@@ -6,15 +6,13 @@ wire. Times are in seconds on the caller's clock. python-can is not used.
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
 from collections import defaultdict, deque
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from armdrive.sim.wire import PacedDevice, WireDevice, WireDirection
+from armdrive.sim.wire import PacedDevice, TimeQueue, WireDevice, WireDirection
 from armdrive.transports.can_health import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -248,44 +246,18 @@ COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
 
 
-class Outbox:
-    """Frames, by the time at which each is ready."""
-
-    def __init__(self) -> None:
-        self._frames: list[tuple[float, int, int, bytes]] = []
-        self._number = itertools.count()
-
-    @property
-    def next_s(self) -> float:
-        """When the next frame is ready; infinity if there is none."""
-        return self._frames[0][0] if self._frames else math.inf
-
-    def put(self, ready_s: float, drive: int, data: bytes) -> None:
-        """Add a drive's frame, ready at a time."""
-        heapq.heappush(self._frames, (ready_s, next(self._number), drive, data))
+class Outbox(TimeQueue[tuple[int, bytes]]):
+    """Drives and their frames, by the time at which each is ready."""
 
     def take(self, now_s: float) -> bytes:
         """Return the frames that are ready by now."""
         ready = b""
-        while self.next_s <= now_s:
-            together = self._together()
-            if len(together) == 1:
-                ready += together[0][1]
-            else:
-                ready += self._sorted_out(together, now_s)
+        while (ready_s := self.next_s) <= now_s:
+            together = [self.pop()]
+            while self.next_s == ready_s:
+                together.append(self.pop())
+            ready += together[0][1] if len(together) == 1 else self._sorted_out(together, now_s)
         return ready
-
-    def clear(self) -> None:
-        """Drop all frames."""
-        self._frames.clear()
-
-    def _together(self) -> list[tuple[int, bytes]]:
-        """Return all frames that are ready at the same moment as the next one."""
-        ready_s, found = self.next_s, []
-        while self.next_s == ready_s:
-            _, _, drive, data = heapq.heappop(self._frames)
-            found.append((drive, data))
-        return found
 
     def _sorted_out(self, together: list[tuple[int, bytes]], now_s: float) -> bytes:
         """Return the frames that pass, out of several that are ready at once."""
@@ -301,5 +273,5 @@ class Outbox:
                 continue
             for number, (drive, frames) in enumerate(drives.items(), 1):
                 for data in frames:
-                    self.put(now_s + number * COLLISION_S, drive, data)
+                    self.put(now_s + number * COLLISION_S, (drive, data))
         return ready
