@@ -379,6 +379,7 @@ class SimDevice:
             if due_s > now_s:
                 break
             shared.now_s = max(shared.now_s, due_s)
+            # First the arm: what happens now, a power cut say, must find it where it is by now.
             board.drive.follow(shared.now_s)
             if own_s <= due_s:
                 board.happen()

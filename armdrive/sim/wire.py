@@ -34,6 +34,7 @@ class _Piece:
         """Return how many bytes have arrived completely."""
         if now_s >= self.end_s:
             return len(self.data)
+        # Part of a piece counts, because a cable may be pulled in the middle of a line.
         count = math.floor((now_s - self.start_s) / self.byte_s + _ROUNDING) if self.byte_s else 0
         return min(max(count, 0), len(self.data))
 
@@ -274,6 +275,7 @@ def late(delay_s: float) -> Effect:
 
 # --- The line with both directions ---------------------------------------------------------------
 
+# Each line is a piece of its own: a device would otherwise get all of them when the last one ends.
 _LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
 
 
@@ -341,12 +343,14 @@ class PacedDevice:
         """Process everything that is due by now."""
         while (due_s := self._due_s()) < now_s:
             self.exchange(due_s)
-        if now_s > self._advanced_s or due_s <= now_s:  # a host often reads and writes at one time
+        # A host often reads and writes at one moment: once is enough, unless more is due.
+        if now_s > self._advanced_s or due_s <= now_s:
             self.exchange(now_s)
 
     def exchange(self, now_s: float) -> None:
         """Do what is due now. Nothing may have been due earlier."""
         self._advanced_s = now_s
+        # Late messages go first: whatever is sent now was said after them.
         for lane, message in self.faults.late.due(now_s):
             self._carry(lane, message, now_s)
         self._deliver(now_s)

@@ -169,7 +169,7 @@ class DrivesBoard(Board, Generic[N]):
         self._shafts.release_all(self.now_s)
         for node in self.nodes:
             switch_power(node, False, self.now_s)
-        self._outbox.clear()
+        self._outbox.clear()  # what a drive had ready to send dies with its supply
         self._due_s = self._nodes_due_s
         self._unpacker = Unpacker()
 

@@ -84,6 +84,7 @@ class FrameWire:
     def _begin(self, now_s: float) -> None:
         """Give the free bus to the waiting frame with the lowest id."""
         nodes, host = self._of_nodes, self._of_host
+        # `min` takes the first of equals, so that frames with one id keep their order
         frame = min(nodes, key=_priority) if nodes else host[0]
         if host and (not nodes or _priority(host[0]) < _priority(frame)):
             frame, sender = host.popleft(), BusSide.HOST
@@ -213,6 +214,7 @@ class BusLine(PacedDevice):
     def _send(self, frame: Frame, sender: BusSide, now_s: float) -> None:
         """Put a frame on the bus, unless a fault of its lane prevents that."""
         lane = self.faults.host if sender is BusSide.HOST else self.faults.device
+        # faults act on packed frames; without one, packing and unpacking would be wasted
         if lane.rules or lane.until_s > now_s:
             self._pass(lane, pack(frame), now_s)
         else:

@@ -376,7 +376,7 @@ class MainLoop:
                 if then is not None:
                     then()
             elif answer is None and self._line.until_s > board.now_s:
-                break
+                break  # it waits for a time or an event, and neither comes within this loop
         board.limits.plan(board)
 
     def drop_line(self, board: GrblBoard) -> None:
@@ -506,7 +506,7 @@ class GrblBoard(Board):
 
     def receive(self, data: bytes) -> None:
         """Receive bytes, as the receive interrupt does."""
-        if self.now_s < self.deaf_until_s:
+        if self.now_s < self.deaf_until_s:  # the interrupts are off: not even a reset is heard
             self.ring.lost += len(data)
             return
         start = 0

@@ -442,6 +442,7 @@ class PathRack:
         for each in self._stretches:
             piece = each.piece
             if piece.end_s > from_s:
+                # The segments computed before `from_s` are in the steppers' hands already.
                 before = piece._replace(duration_s=max(from_s - piece.start_s, 0.0))
                 kept.append(PlannerStretch(each.line, before, last=False))
                 along, speed = piece.at(from_s), piece.speed_at(from_s)
