@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 
 from armdrive.sim.grbl.board import SOFT_LIMIT, Boot, FirmwareRoutines, GrblBoard, Script
@@ -198,9 +199,6 @@ def obey(board: GrblBoard, command: Realtime) -> None:
     order = _ORDERS.get(command)
     if order is not None:
         order(board)
-        return
-    if command in _STEPS:
-        _override(board, *_STEPS[command])
 
 
 def hold(board: GrblBoard) -> None:
@@ -350,8 +348,8 @@ def _flood(board: GrblBoard) -> None:
         board.fingers.follow_output(board.now_s)
 
 
-def _override(board: GrblBoard, which: int, value: int, relative: bool) -> None:
-    low, high = _OVERRIDE_BOUNDS
+def _override(board: GrblBoard, step: tuple[int, int, bool]) -> None:
+    (which, value, relative), (low, high) = step, _OVERRIDE_BOUNDS
     before = board.overrides[which]
     board.overrides[which] = min(max(before + value, low), high) if relative else value
     if board.overrides[which] != before:
@@ -362,6 +360,23 @@ def _override(board: GrblBoard, which: int, value: int, relative: bool) -> None:
 
 
 _STATUS = (Realtime.STATUS, Realtime.STATUS_ALIAS, Realtime.FULL_STATUS)
+_FEED, _RAPID, _SPINDLE = 0, 1, 2
+_OVERRIDES = {
+    Realtime.FEED_100: (_FEED, 100, False),
+    Realtime.FEED_PLUS_10: (_FEED, 10, True),
+    Realtime.FEED_MINUS_10: (_FEED, -10, True),
+    Realtime.FEED_PLUS_1: (_FEED, 1, True),
+    Realtime.FEED_MINUS_1: (_FEED, -1, True),
+    Realtime.RAPID_100: (_RAPID, 100, False),
+    Realtime.RAPID_50: (_RAPID, 50, False),
+    Realtime.RAPID_25: (_RAPID, 25, False),
+    Realtime.SPINDLE_100: (_SPINDLE, 100, False),
+    Realtime.SPINDLE_PLUS_10: (_SPINDLE, 10, True),
+    Realtime.SPINDLE_MINUS_10: (_SPINDLE, -10, True),
+    Realtime.SPINDLE_PLUS_1: (_SPINDLE, 1, True),
+    Realtime.SPINDLE_MINUS_1: (_SPINDLE, -1, True),
+}
+"""Which override, by how much, and whether the amount is added to the present value."""
 
 _ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
     {
@@ -375,27 +390,8 @@ _ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
         Realtime.SAFETY_DOOR: _door,
         Realtime.JOG_CANCEL: _jog_cancel,
         Realtime.FLOOD_TOGGLE: _flood,
+        **{one: partial(_override, step=step) for one, step in _OVERRIDES.items()},
     }
 )
-
-_FEED, _RAPID, _SPINDLE = 0, 1, 2
-_STEPS: Mapping[Realtime, tuple[int, int, bool]] = MappingProxyType(
-    {
-        Realtime.FEED_100: (_FEED, 100, False),
-        Realtime.FEED_PLUS_10: (_FEED, 10, True),
-        Realtime.FEED_MINUS_10: (_FEED, -10, True),
-        Realtime.FEED_PLUS_1: (_FEED, 1, True),
-        Realtime.FEED_MINUS_1: (_FEED, -1, True),
-        Realtime.RAPID_100: (_RAPID, 100, False),
-        Realtime.RAPID_50: (_RAPID, 50, False),
-        Realtime.RAPID_25: (_RAPID, 25, False),
-        Realtime.SPINDLE_100: (_SPINDLE, 100, False),
-        Realtime.SPINDLE_PLUS_10: (_SPINDLE, 10, True),
-        Realtime.SPINDLE_MINUS_10: (_SPINDLE, -10, True),
-        Realtime.SPINDLE_PLUS_1: (_SPINDLE, 1, True),
-        Realtime.SPINDLE_MINUS_1: (_SPINDLE, -1, True),
-    }
-)
-"""Which override, by how much, and whether the amount is added to the present value."""
 
 ROUTINES = FirmwareRoutines(run_line, obey, raise_critical, fail, switched_on)

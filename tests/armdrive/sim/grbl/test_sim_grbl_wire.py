@@ -84,7 +84,7 @@ def test_real_time_bytes_are_picked_out_of_the_middle_of_a_line():
 
 def test_the_rate_of_short_segments_is_the_measured_one():
     """317 a second by counting characters on a 328p, at 500 units/s^2: it waits for the motion."""
-    names = [Line(f"G90G1X{0.1 * (n + 1):.3g}F6000") for n in range(300)]
+    names = [Line(f"G90G1X{0.1 * (n + 1):.3g}F6000") for n in range(150)]
     counting = len(names) / stream(Bench(firmware="grbl"), names)
     one_by_one = Host(replace(Bench(firmware="grbl").board.codec.dialect, ring_bytes=None))
     single = len(names) / stream(Bench(firmware="grbl"), names, one_by_one)
@@ -94,7 +94,7 @@ def test_the_rate_of_short_segments_is_the_measured_one():
 
 def test_in_check_mode_the_wire_is_the_limit():
     """485 to 534 lines a second, against 235 to 250 one at a time (and a slower host)."""
-    lines = [Line("G90G1X10.123Y-4.5F1500") for _ in range(300)]
+    lines = [Line("G90G1X10.123Y-4.5F1500") for _ in range(150)]
     bench = Bench()
     bench.say("$C")
     rate = len(lines) / stream(bench, lines)
