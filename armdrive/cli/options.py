@@ -134,6 +134,11 @@ def add_switches(parser: argparse._ActionsContainer, switches: Mapping[str, str]
         parser.add_argument(name, action="store_true", help=meaning)
 
 
+def add_force_option(parser: argparse._ActionsContainer) -> None:
+    """Add `--force`, for a command that writes a file that a person names."""
+    add_switches(parser, {"--force": "overwrite an existing file"})
+
+
 _MOST_DIGITS = 18
 """Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
 

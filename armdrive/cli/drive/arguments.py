@@ -16,6 +16,7 @@ from armdrive.cli.options import (
     add_allow_restored,
     add_arm_options,
     add_driven_arm_options,
+    add_force_option,
     add_switches,
     count,
     fraction,
@@ -41,10 +42,6 @@ def _naming(*words: str, more: Declare | None = None) -> Declare:
 
 def _again(action: argparse.ArgumentParser) -> None:
     add_switches(action, {"--again": "overwrite a point or sequence of that name"})
-
-
-def _force(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--force": "overwrite an existing file"})
 
 
 # --- disable
@@ -317,7 +314,7 @@ def _pause(parser: argparse.ArgumentParser) -> None:
 
 
 def _into_file(action: argparse.ArgumentParser) -> None:
-    _force(action)
+    add_force_option(action)
     add_allow_restored(action)
 
 
@@ -434,7 +431,7 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "mirror": Action("copy a point or a sequence with left and right exchanged",
                      "drive.points:shape", _naming("name", "new", more=_again)),
     "export": Action("write a sequence as a program file",
-                     "drive.points:export", _naming("name", "file", more=_force)),
+                     "drive.points:export", _naming("name", "file", more=add_force_option)),
     "offset": Action("copy a point or a sequence to another place",
                      "drive.points:shape", _naming("name", "new", more=_offset)),
 })  # fmt: skip
@@ -482,6 +479,7 @@ def _record(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="FILE", help="copy the recording to this file"
     )
+    add_force_option(parser)
 
 
 # --- reset

@@ -13,6 +13,7 @@ from armdrive.cli.options import (
     add_actions,
     add_allow_restored,
     add_arm_options,
+    add_force_option,
     add_pace_option,
     add_switches,
     count,
@@ -118,6 +119,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
     )
     add_switches(how, {"--resume": "continue where it was interrupted"})
     how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
+    add_force_option(parser)
     _add_arm(parser, how)
 
 

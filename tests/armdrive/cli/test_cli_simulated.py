@@ -122,6 +122,11 @@ def test_a_goal_beyond_a_bound_is_refused_and_nothing_moves(referenced, goal, sa
     assert said in called.err
     assert called.err.count("\n") == 1
     assert referenced("status", "--json").json["acknowledged_steps"] == before["acknowledged_steps"]
+    previewed = referenced("move", *goal, "--preview", code=3)
+    assert previewed.err == called.err  # with its code
+    assert called.err.partition("] ")[2].strip() not in previewed.out
+    in_json = referenced("move", *goal, "--preview", "--json", code=3)
+    assert json.loads(in_json.err) == in_json.json["refusal"]
 
 
 def test_confirming_a_restored_posture_makes_it_a_reference(referenced):
