@@ -772,7 +772,7 @@ class Arm:
         if the file cannot be written, and `WrongState` if nothing is recorded.
         """
         if path is not None:
-            require_free(Path(path), overwrite=overwrite, how="pass `overwrite=True`")
+            require_free(Path(path), overwrite=overwrite)
         with self.pace.lock:
             write = self.tracer.snapshot("asked for")
         return write(None if path is None else Path(path))

@@ -208,12 +208,12 @@ def require_folder(path: Path) -> None:
         raise BadRequest(f"{path} could not be written: there is no folder {folder}; make it first")
 
 
-def require_free(path: Path, *, overwrite: bool, how: str = "give --force") -> None:
+def require_free(path: Path, *, overwrite: bool, how: str = "add `overwrite=True`") -> None:
     """Raise `BadRequest` unless a file that a person has named may be written.
 
-    Its folder must exist, and the file must not, except with `overwrite`; `how` tells the person
-    how to ask for that. Every command and call that writes such a file asks here first, before
-    anything else is done.
+    Its folder must exist, and the file must not, except with `overwrite`; `how` says how to ask for
+    that. Every command and call that writes such a file asks here first, before anything else is
+    done.
     """
     require_folder(path)
     if path.is_dir():

@@ -37,7 +37,7 @@ def held():
         ("stack.pendant", ["pendant", "make", "stack"], "stack"),
     ],
 )
-def test_a_file_that_is_there_is_overwritten_only_with_force(
+def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
     call, folder, request, file, words, needed
 ):
     if needed == "held":
@@ -46,11 +46,16 @@ def test_a_file_that_is_there_is_overwritten_only_with_force(
         call("home", code=0)
     if needed == "stack":
         call("teach", "here", "stack", code=0)
+    words = [word.format(folder=folder) for word in words]
+    missing = folder / "misspelt"
+    said = call.refused(*words, str(missing / file), code=2)
+    assert f"could not be written: there is no folder {missing}; make it first" in said
+    assert not missing.exists()
     path = folder / file
-    words = [*(word.format(folder=folder) for word in words), str(path)]
+    words.append(str(path))
     path.write_text(OLD, encoding="utf-8")
     said = call.refused(*words, code=2)
-    assert f"{path} exists already: name another file, or give --force" in said
+    assert f"{path} exists already: name another file, or add `--force`" in said
     assert path.read_text(encoding="utf-8") == OLD
     if needed == "matplotlib":
         pytest.importorskip("matplotlib")
@@ -63,7 +68,7 @@ def test_a_file_that_is_there_is_overwritten_only_with_force(
     [
         ("no/it.jsonl", "there is no folder .*no; make it first"),
         ("", "it is a folder"),
-        ("ready.arm", "exists already: name another file, or pass `overwrite=True`"),
+        ("ready.arm", "exists already: name another file, or add `overwrite=True`"),
     ],
 )
 def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
