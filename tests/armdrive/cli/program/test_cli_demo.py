@@ -17,6 +17,7 @@ from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON, JOBS, NEAR_ENOUGH_M
 PACE = "20"
 """Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
 
+
 def test_as_json_every_line_is_a_document_and_the_last_a_summary(capsys):
     assert main(["demo", "--json"]) == 0
     *steps, summary = map(json.loads, capsys.readouterr().out.splitlines())
