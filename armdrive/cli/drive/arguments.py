@@ -19,9 +19,9 @@ from armdrive.cli.options import (
     add_force_option,
     add_switches,
     count,
-    fraction,
-    number,
 )
+from armdrive.errors import BadRequest
+from armdrive.text.numbers import number, parse_speed
 from kinematics.spaces import JOINT_NAMES
 
 # --- options that several actions share
@@ -269,7 +269,7 @@ def _move(parser: argparse.ArgumentParser) -> None:
         "--gripper", type=number, metavar="MM", help="open or close the gripper to this width"
     )
     add_switches(parser, {"--park": "go to the park posture"})
-    parser.add_argument("--speed", type=fraction, default=1.0, help=SPEED_HELP)
+    parser.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
     add_switches(
         parser,
         {"--preview": "show the motion with its solutions and margins; moves nothing"},
@@ -281,14 +281,14 @@ def _move(parser: argparse.ArgumentParser) -> None:
 def _named_angle(word: str) -> tuple[str, float]:
     name, equals, angle = word.partition("=")
     if not (name and equals):
-        raise argparse.ArgumentTypeError(f"write it like shoulder=40, not {word!r}")
+        raise BadRequest(f"write it like shoulder=40, not {word!r}")
     return name, number(angle)
 
 
 def _point(word: str) -> tuple[float, ...]:
     found = tuple(map(number, word.split(",")))
     if len(found) != len("xyz"):
-        raise argparse.ArgumentTypeError(f"write it like 250,0,120, not {word!r}")
+        raise BadRequest(f"write it like 250,0,120, not {word!r}")
     return found
 
 
@@ -376,7 +376,7 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
 def _point_go(action: argparse.ArgumentParser) -> None:
     add_allow_restored(action)
     add_switches(action, {"--line": "along a straight line"})
-    action.add_argument("--speed", type=fraction, default=1.0, help=SPEED_HELP)
+    action.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
     add_switches(action, {"--preview": "show the motion; moves nothing"})
 
 
@@ -539,9 +539,9 @@ LEAST_OVERRIDE = 0.01
 
 
 def _override(word: str) -> float:
-    speed = fraction(word)
+    speed = parse_speed(word)
     if speed < LEAST_OVERRIDE:
-        raise argparse.ArgumentTypeError(f"a speed is at least {LEAST_OVERRIDE:.0%}, not {word}")
+        raise BadRequest(f"a speed is at least {LEAST_OVERRIDE:.0%}, not {word}")
     return speed
 
 
@@ -588,7 +588,7 @@ def _verify(parser: argparse.ArgumentParser) -> None:
             "--keep": "only measure: keep the old reference",
         },
     )
-    parser.add_argument("--speed", type=fraction, default=0.5, help=SPEED_HELP)
+    parser.add_argument("--speed", type=parse_speed, default=0.5, help=SPEED_HELP)
     add_allow_restored(parser)
     add_arm_options(parser)
 

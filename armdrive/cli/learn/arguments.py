@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.options import Declare, add_force_option, add_json_option, add_switches, number
+from armdrive.cli.options import Declare, add_force_option, add_json_option, add_switches
+from armdrive.text.numbers import number
 from kinematics.presets import PRESETS
 from kinematics.spaces import JOINT_NAMES
 

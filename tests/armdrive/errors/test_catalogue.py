@@ -26,7 +26,7 @@ from kinematics.errors import KinematicsError
 
 NAMES = {row.name for row in ENTRIES}
 NO_ERRORS = {
-    "OSError", "KeyboardInterrupt", "ArgumentTypeError", "CommandEnded", "Unexpected",
+    "OSError", "KeyboardInterrupt", "CommandEnded", "Unexpected",
     "EMERGENCY_STOP", "RECONNECTED", "ALARM_VOUCHED",
 }  # fmt: skip
 """Rows of what is neither an error of ours nor evidence."""
