@@ -169,7 +169,7 @@ def typed_again(options: argparse.Namespace, *names: str) -> list[str]:
     words = []
     for name in names:
         value, option = getattr(options, name, None), f"--{name.replace('_', '-')}"
-        if value is None or value is False:
+        if value is None or value is False:  # 0 was given
             continue
         text = f"{value:g}" if isinstance(value, float) else str(value)
         if value is True:

@@ -35,7 +35,7 @@ def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
 def _connected(options: argparse.Namespace) -> Iterator[Arm]:
     with opened_arm(options, allow_restored=options.allow_restored) as arm:
         settle_trust(arm)
-        with arm:
+        with arm:  # switches the motors on, once it is settled where the arm stands
             yield arm
 
 
