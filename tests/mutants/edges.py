@@ -105,6 +105,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a file that a person names is overwritten unasked",
+        promise="no command and no call loses a file that it was not told to overwrite",
+        path="armdrive/storage/files.py",
+        old="    if path.exists() and not overwrite:\n",
+        new="    if False:\n",
+        tests=tests_of(
+            "tests/armdrive/cli/test_named_files.py",
+            "test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force",
+        ),
+    ),
+    Mutant(
+        name="a refused preview ends well",
+        promise="a preview ends as the motion would",
+        path="armdrive/cli/drive/move.py",
+        old="    if refusal is not None:\n        raise refusal\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/cli/test_cli_simulated.py",
+            "test_a_goal_beyond_a_bound_is_refused_and_nothing_moves",
+        ),
+    ),
+    Mutant(
         name="a refusal has the exit code of a fault",
         promise="the exit code tells what went wrong",
         path="armdrive/errors/__init__.py",
