@@ -22,6 +22,7 @@ from kinematics import (
     NotARotation,
     Pose,
     Quaternion,
+    a_matrix,
     assign_frames,
     chain_of_rows,
     check_transform,
@@ -29,9 +30,15 @@ from kinematics import (
     geometric_jacobian,
     invert,
     preset,
+    rot_x,
+    rot_y,
+    rot_z,
+    solve_euler,
     solve_frame_ik,
+    solve_rpy,
     system,
     transform,
+    translation,
     work_chain,
     work_system,
 )
@@ -42,6 +49,7 @@ from kinematics.chains.urdf import read_urdf
 from kinematics.frames.orientations import RPY
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE
+from kinematics.frames.user_frame import UserFrame
 from kinematics.limits import turn_into, turn_near, wrap
 from kinematics.textbook.systems import MODEL_NAMES
 from kinematics.textbook.worked_example import example_posture
@@ -176,6 +184,30 @@ def test_what_is_not_as_many_numbers_as_needed_is_refused(name):
         for values in NO_NUMBERS:
             with pytest.raises(KinematicsError, match=r"needs \d numbers? \(|a finite number"):
                 take(values)
+
+
+MADE_OF_A_NUMBER = {
+    "rot_x": rot_x,
+    "rot_y": rot_y,
+    "rot_z": rot_z,
+    "a_matrix, theta": lambda value: a_matrix(value, 0.0, 0.0, 0.0),
+    "a_matrix, d": lambda value: a_matrix(0.0, value, 0.0, 0.0),
+    "a_matrix, a": lambda value: a_matrix(0.0, 0.0, value, 0.0),
+    "a_matrix, alpha": lambda value: a_matrix(0.0, 0.0, 0.0, value),
+    "a turning link": DHLink().matrix,
+    "a sliding link": DHLink(kind=JointKind.PRISMATIC).matrix,
+    "translation": lambda value: translation(0.0, value, 0.0),
+    "a frame on the bench": lambda value: UserFrame.turned((0.0, 0.0, 0.0), value),
+    "phi held in RPY": lambda value: solve_rpy(IDENTITY, value),
+    "phi held in Euler's angles": lambda value: solve_euler(IDENTITY, value),
+}
+
+
+@pytest.mark.parametrize("make", MADE_OF_A_NUMBER.values(), ids=MADE_OF_A_NUMBER)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "1", None, True])
+def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
+    with pytest.raises(BadNumber, match="must be a finite number"):
+        make(value)
 
 
 @pytest.mark.parametrize(
