@@ -85,7 +85,7 @@ class DHLink:
         return math.isfinite(self.low) and math.isfinite(self.high)
 
     def parameters(self, value: float) -> tuple[float, float, float, float]:
-        """Return theta, d, a and alpha with the joint at a value (rad or mm); raises `BadNumber`."""
+        """Return theta, d, a, alpha at a value of the joint in rad or mm; raises `BadNumber`."""
         value = number("a joint's value", value)
         if self.kind is JointKind.REVOLUTE:
             return self.theta_rad + value + self.offset, self.d_mm, self.a_mm, self.alpha_rad

@@ -29,6 +29,7 @@ from kinematics.chains.arm import ChainArm
 from kinematics.chains.goals import HandTask, Part, goal_of, pose_of
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import position_of, rotation_of
+from kinematics.paths.curves import straight_line
 
 FIVE = preset("minimover5").arm
 STEPS = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
@@ -181,7 +182,7 @@ def test_a_straight_line_of_six_joints_stays_straight_and_turns_the_hand_evenly(
     way = line_path(PUMA, START, goal)
     assert deviation_mm(PUMA, way, goal) <= 0.5
     assert way[0] == START
-    line = PUMA.line(START, goal)
+    line = straight_line(PUMA, START, goal)
     end = line.pose(1.0)
     assert (end.x_mm, end.y_mm, end.z_mm) == (goal.x_mm, goal.y_mm, goal.z_mm)
     angles = (end.pitch_rad, end.roll_rad, end.yaw_rad)

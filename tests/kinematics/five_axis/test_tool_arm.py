@@ -23,6 +23,7 @@ from kinematics import (
 from kinematics.five_axis.tool_arm import ToolArm, holding
 from kinematics.frames.vectors import cross
 from kinematics.geometry import Tool
+from kinematics.paths.curves import straight_line
 
 LENGTHS = st.floats(-80.0, 80.0)
 TOOLS = st.builds(Tool, along_mm=st.floats(0.0, 120.0), up_mm=LENGTHS, side_mm=LENGTHS)
@@ -90,7 +91,7 @@ def test_a_line_of_an_offset_tool_is_straight() -> None:
     start = arm.ik(Pose.of(x_mm=240, y_mm=-60, z_mm=140, pitch_deg=-60, roll_deg=30))
     goal = Pose.of(x_mm=260, y_mm=70, z_mm=100, pitch_deg=-80, roll_deg=-10)
     first = arm.fk(start)
-    line = arm.line(start, goal)
+    line = straight_line(arm, start, goal)
     for index, joints in enumerate(line_path(arm, start, goal, tolerance_mm=0.2)):
         pose = arm.fk(joints)
         off = (pose.x_mm - first.x_mm, pose.y_mm - first.y_mm, pose.z_mm - first.z_mm)
