@@ -133,8 +133,8 @@ MUTANTS = (
         old="    return turned if turned > -math.pi else math.pi",
         new="    return turned",
         tests=tests_of(
-            "tests/kinematics/test_limits.py",
-            "test_half_a_turn_is_always_the_positive_one",
+            "tests/kinematics/test_refused_arguments.py",
+            "test_an_angle_of_any_turns_is_wrapped_to_the_last_digit",
         ),
     ),
     Mutant(
