@@ -21,7 +21,7 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import IN_PLACE, Transform, homogeneous, position_of
-from kinematics.text import aligned, counted
+from kinematics.text import aligned, counted, plain
 from kinematics.textbook.notation import (
     GREEK,
     PLAIN,
@@ -172,14 +172,6 @@ def number_text(value: float, unit: str) -> str:
     if unit == JointKind.PRISMATIC.unit:
         return f"{plain(value, DIGITS_MM)} mm"
     return plain(value, DIGITS_RATIO)
-
-
-def plain(value: float, digits: int) -> str:
-    """Format with at most this many decimals, without trailing zeros or a minus before zero."""
-    text = f"{value:.{digits}f}"
-    if "." in text:
-        text = text.rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
 
 
 def frame_text(frame: Transform) -> list[str]:
