@@ -13,7 +13,7 @@ MUTANTS = (
         new="    return (direction + lift, bend), (direction - lift, -bend)",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
-            "test_ik_takes_the_branch_nearest_the_seed",
+            "test_every_branch_holds_the_pose_even_beyond_the_limits",
         ),
     ),
     Mutant(
@@ -24,7 +24,7 @@ MUTANTS = (
         new="        facing = math.atan2(x, y)\n    base",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
-            "test_ik_takes_the_branch_nearest_the_seed",
+            "test_every_branch_holds_the_pose_even_beyond_the_limits",
         ),
     ),
     Mutant(
@@ -57,7 +57,7 @@ MUTANTS = (
         new="            if best is None or change > least:",
         tests=tests_of(
             "tests/kinematics/five_axis/test_five_axis.py",
-            "test_ik_takes_the_branch_nearest_the_seed",
+            "test_no_branch_within_limits_is_nearer_to_the_seed",
         ),
     ),
     Mutant(
@@ -124,6 +124,17 @@ MUTANTS = (
         tests=tests_of(
             "tests/kinematics/chains/test_closed_form.py",
             "test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them",
+        ),
+    ),
+    Mutant(
+        name="a rotation is made of an angle that is no number",
+        promise="no matrix is made of what is no finite number",
+        path="kinematics/frames/rotations.py",
+        old='    angle = number("angle_rad", angle_rad)',
+        new="    angle = angle_rad",
+        tests=tests_of(
+            "tests/kinematics/test_refused_arguments.py",
+            "test_no_matrix_is_made_of_what_is_no_finite_number",
         ),
     ),
     Mutant(
