@@ -54,7 +54,7 @@ def test_the_points_end_at_the_tip_and_keep_the_lengths(case):
     lengths = [math.dist(a, b) for a, b in pairwise(points)]
     assert lengths == pytest.approx(arm.lengths)
     pose = arm.fk(joints)
-    assert points[4] == pytest.approx((pose.x_mm, pose.y_mm, pose.z_mm), abs=1e-9)
+    assert points[4] == pytest.approx(pose.position_mm, abs=1e-9)
 
 
 @given(arm_and_posture)
@@ -154,7 +154,7 @@ def test_on_the_base_axis_an_elevation_that_only_its_mirror_image_holds_is_held(
     arm = PRESETS["minimover5"].arm
     pose = Pose.of(x_mm=0.0, y_mm=0.0, z_mm=480.0, pitch_deg=70.0)
     reached = arm.fk(arm.ik(pose))
-    assert (reached.x_mm, reached.y_mm, reached.z_mm) == pytest.approx((0.0, 0.0, 480.0), abs=1e-6)
+    assert reached.position_mm == pytest.approx((0.0, 0.0, 480.0), abs=1e-6)
     assert math.sin(reached.pitch_rad) == pytest.approx(math.sin(pose.pitch_rad))
     assert arm.solve(pose) == arm.ik(pose)  # the same answer without a reason
 
@@ -275,7 +275,7 @@ def test_check_names_the_joint_that_passes_its_limit_furthest():
 def test_solving_on_bare_floats_is_the_same_as_solving_poses(case):
     arm, joints = case
     pose = arm.fk(joints)
-    goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+    goal = (*pose.position_mm, pose.pitch_rad, pose.roll_rad)
     assert arm.solve_angles(goal, joints.angles_rad) == arm.solve(pose, joints).angles_rad
     assert arm.solve_angles((2000.0, *goal[1:]), joints.angles_rad) is None
 

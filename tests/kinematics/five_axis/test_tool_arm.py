@@ -21,7 +21,7 @@ from kinematics import (
     line_path,
 )
 from kinematics.five_axis.tool_arm import ToolArm, holding
-from kinematics.frames.vectors import cross
+from kinematics.frames.vectors import cross, subtract
 from kinematics.geometry import Tool
 from kinematics.paths.curves import straight_line
 
@@ -50,7 +50,7 @@ def test_a_tool_along_the_hand_is_a_longer_hand(joints: Joints, along_mm: float)
 def test_up_is_up_and_side_is_to_the_right_of_a_level_hand() -> None:
     level = BARE.ik(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=0))
     pose = ToolArm(BARE, Tool(along_mm=5, up_mm=20, side_mm=30)).fk(level)
-    assert (pose.x_mm, pose.y_mm, pose.z_mm) == pytest.approx((255.0, -30.0, 170.0))
+    assert pose.position_mm == pytest.approx((255.0, -30.0, 170.0))
     up, side, along = zip(*BARE.hand_axes(level), strict=True)
     assert cross(up, side) == pytest.approx(along)
 
@@ -88,8 +88,8 @@ def test_a_line_of_an_offset_tool_is_straight() -> None:
     line = straight_line(arm, start, goal)
     for index, joints in enumerate(line_path(arm, start, goal, tolerance_mm=0.2)):
         pose = arm.fk(joints)
-        off = (pose.x_mm - first.x_mm, pose.y_mm - first.y_mm, pose.z_mm - first.z_mm)
-        way = (goal.x_mm - first.x_mm, goal.y_mm - first.y_mm, goal.z_mm - first.z_mm)
+        off = subtract(pose.position_mm, first.position_mm)
+        way = subtract(goal.position_mm, first.position_mm)
         across = cross(off, way)
         assert math.hypot(*across) / math.hypot(*way) < 0.2, index
     assert same_pose(pose, goal, mm=1e-3)

@@ -21,9 +21,7 @@ POSES = st.builds(Pose, MM, MM, MM, TURN, TURN)
 @given(FRAMES, POSES)
 def test_there_and_back_is_where_it_was(frame: UserFrame, pose: Pose) -> None:
     back = frame.from_base(frame.to_base(pose))
-    assert (back.x_mm, back.y_mm, back.z_mm) == pytest.approx(
-        (pose.x_mm, pose.y_mm, pose.z_mm), abs=1e-9
-    )
+    assert back.position_mm == pytest.approx(pose.position_mm, abs=1e-9)
     assert (back.pitch_rad, back.roll_rad) == (pose.pitch_rad, pose.roll_rad)
 
 
