@@ -170,10 +170,7 @@ def _measures(of: Study) -> Iterator[str]:
 
 
 def _singularities(of: Study, searched: tuple[NamedSingularity, ...] | None) -> Iterator[str]:
-    if of.subject.system is not None:
-        found: tuple[NamedSingularity, ...] | None = of.singularities
-    else:
-        found = searched
+    found = searched if of.subject.system is None else of.singularities
     if found is None:
         yield STILL_SEARCHING
     elif not found:
