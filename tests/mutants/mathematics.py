@@ -138,6 +138,17 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a small step is solved beyond a limit",
+        promise="a small step is met within the limits or not at all",
+        path="kinematics/chains/arm.py",
+        old="    return bounded if excess <= LIMIT_TOLERANCE_RAD else None  # more than rounding",
+        new="    return bounded",
+        tests=tests_of(
+            "tests/kinematics/chains/test_chain_arm.py",
+            "test_beyond_the_reach_or_a_limit_there_is_nothing",
+        ),
+    ),
+    Mutant(
         name="half a turn is minus half a turn",
         promise="angles are wrapped into (-pi, pi]",
         path="kinematics/limits.py",
