@@ -36,6 +36,7 @@ from kinematics.errors import KinematicsError
 from kinematics.five_axis import Posture, postures
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.path import Clearance, least_clearances
+from kinematics.paths.curves import straight_line
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 
@@ -167,7 +168,7 @@ def _parts(
     match move:
         case LineMove() if asked is not None:
             try:
-                line = arm.line(here.joints, asked)
+                line = straight_line(arm, here.joints, asked)
             except KinematicsError:
                 return None
             return lambda share: LineMove(line.pose(share), move.speed)
