@@ -189,9 +189,19 @@ def test_a_mark_that_says_nothing_right_is_an_error_that_shows_how(mark, passes)
     ended.stdout.re_match_lines([".*(armdrive\\(dialect=|not both)"])
 
 
-def test_an_unknown_dialect_is_one_sentence(passes):
-    ended = passes(MARKED.format("x"), "--armdrive-dialect=gerbil", passed=1, errors=1)
-    ended.stdout.re_match_lines([".*gerbil.*grbl"])
+def test_an_unknown_dialect_is_one_sentence_even_for_a_test_that_never_connects(passes):
+    source = """
+        import pytest
+
+        @pytest.mark.armdrive(dialect="gerbil")
+        def test_marked(arm_world):
+            pass
+
+        def test_unmarked(arm_world):
+            pass
+    """
+    ended = passes(source, "--armdrive-dialect=robko", passed=0, errors=2)
+    ended.stdout.re_match_lines([".*gerbil.*grbl", ".*robko.*robko01"])
 
 
 def test_a_coroutine_may_use_them_too(passes):
