@@ -19,7 +19,6 @@ from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import BYTE, an_instance, checks, whole_from
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
-
 # The `struct` codes of the types that a PDO can carry. The rarer integers of three, five, six and
 # seven bytes are left out: no object of the profile has one.
 _CODES = {
