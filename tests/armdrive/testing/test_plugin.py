@@ -128,11 +128,11 @@ MARKED = """
     import pytest
 
     @pytest.mark.armdrive(dialect="grbl")
-    def test_marked(sim_arm):
-        assert sim_arm.status.dialect == "grbl"
+    def test_marked(arm_world):
+        assert arm_world.twin.dialect == "grbl"
 
-    def test_unmarked(sim_arm):
-        assert sim_arm.status.dialect == "{}"
+    def test_unmarked(arm_world):
+        assert arm_world.twin.dialect == "{}"
 """
 
 
