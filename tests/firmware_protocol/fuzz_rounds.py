@@ -184,6 +184,7 @@ def grown_bytes(case: FuzzCase, seed: int, frames: int) -> int:
     """Return how much more memory is in use after twice as many frames, all events fetched."""
     rng = random.Random(f"{case.name} {seed} growth")
     machine = case.make()
+    case.good(rng)  # draws the frames now, since that takes memory
 
     def used_bytes() -> int:
         for _ in range(frames):
@@ -228,6 +229,7 @@ def flooded_bytes(case: FuzzCase, seed: int, frames: int) -> int:
     """Return the memory that frames take whose events nobody fetches."""
     rng = random.Random(f"{case.name} {seed} flood")
     machine = case.make()
+    case.good(rng)  # draws the frames now, since that takes memory
     tracemalloc.start(FRAMES_KEPT)
     try:
         for _ in range(frames):

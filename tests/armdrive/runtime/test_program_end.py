@@ -29,8 +29,8 @@ from armdrive import Arm
 from armdrive.status import Trust
 
 HOST = Path(__file__).parents[1] / "ending_host.py"
-UNDER_WAY = 60
-"""Steps of the base after which a motion has reached its speed."""
+UNDER_WAY = 25
+"""Steps of the base after which a motion is well under way, in its second burst."""
 
 SUSPENDED_S = 1.2
 """Longer than the driver takes for a pause of its own computer."""
