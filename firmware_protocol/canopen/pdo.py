@@ -16,7 +16,7 @@ from firmware_protocol.canopen.objects import DataType, Dictionary, Place
 from firmware_protocol.canopen.sdo import AbortCode
 from firmware_protocol.canopen.services import ONE_NODE, Service, cob_id
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, checks, whole_from
+from firmware_protocol.fields import BYTE, an_instance, message, whole_from
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
 # The `struct` codes of the types that a PDO can carry. The rarer integers of three, five, six and
@@ -182,8 +182,7 @@ def switched_off(direction: Direction, number: int, node: int) -> Write:
     return Write(Place(PARAMETERS[direction][0] + number - 1, _COB), DataType.U32, cob)
 
 
-@dataclass(frozen=True, slots=True)
-@checks(
+@message(
     direction=an_instance(Direction, "a Direction"),
     number=whole_from(1, PREDEFINED),
     node=ONE_NODE,
