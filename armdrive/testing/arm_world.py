@@ -287,6 +287,7 @@ class ArmWorld:
                 f"the arm for {target or 'this program'} is in use by another connection of this "
                 "test: close that connection, or place a second arm with arm_world.add(NAME)"
             )
+        # the same physical arm as before: a new connection finds it where the last one left it
         placed.twin.link.reopen()
         placed.arm = Arm(
             connect_simulated(

@@ -314,6 +314,7 @@ class DevicePdos:
 
     def sync(self, now_s: float) -> None:
         """Send the drive's present values, then apply the PDOs received before this SYNC."""
+        # In this order: what is sent was true at the SYNC, before any new target counts.
         for pdo, readers in self._by_sync:
             self._send_in_turn(pdo, pdo.mapping.pack([read(now_s) for read in readers]), now_s)
         for pdo in self._received.values():

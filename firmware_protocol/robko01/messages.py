@@ -271,31 +271,13 @@ class Outputs(_OfByte):
     op = Op.OUTPUTS
 
 
-@message(robot_id=_PAYLOAD)
-class _OfRobotId:
-    """A message with the robot's name. The firmware returns the name and does not store it."""
-
-    op: ClassVar[Op]
-    robot_id: bytes = b""
-
-    @property
-    def payload(self) -> bytes:
-        """The id, unchanged."""
-        return self.robot_id
-
-    @classmethod
-    def read(cls, payload: bytes) -> Self:
-        """Decode the message."""
-        return cls(payload)
-
-
-class SetRobotId(_OfRobotId):
-    """Set the robot's name. The firmware does not store it."""
+class SetRobotId(_OfBytes):
+    """Set the robot's name. The firmware returns it and does not store it."""
 
     op = Op.SET_ROBOT_ID
 
 
-class GetRobotId(_OfRobotId):
+class GetRobotId(_OfBytes):
     """Ask for the robot's name. Send no bytes, because the firmware would return those."""
 
     op = Op.GET_ROBOT_ID
