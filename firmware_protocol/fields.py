@@ -107,9 +107,7 @@ def row_of(rule: Rule, count: int | range, allowed: str) -> Rule:
             raise BadField(field, values, allowed)
         try:
             return tuple([rule(field, value) for value in values])
-        except BadField:
-            for index, value in enumerate(values):  # once more, to name the invalid one
-                rule(f"{field}[{index}]", value)
-            raise
+        except BadField:  # once more, to name the invalid one: names take longer than the rule
+            return tuple(rule(f"{field}[{index}]", value) for index, value in enumerate(values))
 
     return check

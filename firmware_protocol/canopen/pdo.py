@@ -111,10 +111,9 @@ class Mapping:
             raise BadField("values", values, f"{len(self.entries)} of them")
         try:
             return self._codec.pack(*values)
-        except (struct.error, OverflowError):
-            for entry, value in zip(self.entries, values, strict=True):
-                entry.type.pack(value)  # raises `BadField` for the value at fault
-            raise
+        except (struct.error, OverflowError):  # once more one by one, to name the invalid one
+            pairs = zip(self.entries, values, strict=True)
+            return b"".join(entry.type.pack(value) for entry, value in pairs)
 
     def unpack(self, data: bytes) -> tuple[Any, ...]:
         """Return a PDO's values. Raises `RemoteProtocolError` if it is too short.
