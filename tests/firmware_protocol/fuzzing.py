@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-DRAWN = 200
+DRAWN = 100
 """The number of good frames of a case: the damage makes each a new one."""
 
 
