@@ -220,7 +220,7 @@ def _held_bytes() -> int:
 
 
 def _is_a_codecs(trace: tracemalloc.Trace) -> bool:
-    """Return whether a codec or its test has allocated something; ten times as fast as a Filter."""
+    """Return whether a codec or its test has allocated something; faster than a `Filter`."""
     files = [frame.filename for frame in trace.traceback]
     return any("firmware_protocol" in file for file in files) and tracemalloc.__file__ not in files
 
