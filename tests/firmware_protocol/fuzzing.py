@@ -48,7 +48,7 @@ class FuzzCase:
 
 @functools.cache
 def _drawn(frames: st.SearchStrategy[bytes]) -> list[bytes]:
-    """Draw frames once: to draw one takes a hundred times as long as to pick one of them."""
+    """Draw frames once: to draw one takes a thousand times as long as to pick one of them."""
     found: list[bytes] = []
 
     @settings(
