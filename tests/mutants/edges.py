@@ -230,12 +230,23 @@ MUTANTS = (
     Mutant(
         name="two pasted line ends confirm a motion",
         promise="nothing moves by surprise",
-        path="tui/keys/presses.py",
-        old="        if self._hasty():\n            self.refuse()\n            return\n",
-        new="",
+        path="tui/app.py",
+        old="            if self._hasty:  #",
+        new="            if False:  #",
         tests=tests_of(
             "tests/tui/test_desk_suspended.py",
             "test_two_pasted_line_ends_confirm_no_motion",
+        ),
+    ),
+    Mutant(
+        name="the first letter of a paste turns a motor",
+        promise="nothing moves by surprise",
+        path="tui/keys/presses.py",
+        old="        if quiet_s < QUIET_S or (count",
+        new="        if (quiet_s < QUIET_S and self._needed == 2) or (count",
+        tests=tests_of(
+            "tests/tui/keys/test_presses.py",
+            "test_enough_presses_of_one_key_are_done_once[a step, too early]",
         ),
     ),
     Mutant(

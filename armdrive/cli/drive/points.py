@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.programs.teaching.export import program_of
-from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
+from armdrive.programs.teaching.shape import Offset, Reshape, mirrored, offset
 from armdrive.status import pose_view
 from armdrive.storage.files import write_named
 from armdrive.storage.point_file import Points, points_of
@@ -108,32 +109,26 @@ def _steps_view(steps: StepList) -> dict[str, Any]:
 def shape(options: argparse.Namespace) -> Result:
     """Derive new points and sequences, check every one, and write all or none."""
     config, book = _book(options)
-    taught = book.read()
-    points, sequences = shaped(
-        config,
-        options.name,
-        check_name(options.new),
-        (taught.points, taught.sequences),
-        _change(options, config),
-    )
-    book.put_all(points, sequences, again=options.again)
-    lines = [f"{name}: {point.joints}" for name, point in points.items()]
+    new = check_name(options.new)
+    made = _change(options, config).taught(options.name, new, book.read())
+    book.put_all(made.points, made.sequences, again=options.again)
+    lines = [f"{name}: {point.joints}" for name, point in made.points.items()]
     lines += [
         f"{name}: sequence of {counted(len(each.steps), 'step')}"
-        for name, each in sequences.items()
+        for name, each in made.sequences.items()
     ]
-    view = {"name": options.new, "points": list(points), "sequences": list(sequences)}
+    view = {"name": new, "points": list(made.points), "sequences": list(made.sequences)}
     return Result(view, lines)
 
 
-def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
-    """Return the change of a posture, and the words for the notes."""
+def _change(options: argparse.Namespace, config: ArmConfig) -> Reshape:
     if options.action == "copy":
-        return (lambda joints: joints), ""
+        return Reshape(config, lambda joints: joints)
     if options.action == "mirror":
-        return (lambda joints: mirrored(config, joints)), f"{options.name} mirrored"
+        return Reshape(config, partial(mirrored, config), f"{options.name} mirrored")
     by = Offset(options.x, options.y, options.z, math.radians(options.turn))
-    return (lambda joints: offset(config, joints, by)), f"{options.name} offset by {by}"
+    shape = partial(offset, config, by=by)
+    return Reshape(config, shape, f"{options.name} offset by {by}")
 
 
 # -- a sequence as a program ---------------------------------------------------------------------
