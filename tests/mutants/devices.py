@@ -641,6 +641,28 @@ MUTANTS = (
         ),
     ),
     Mutant(
+        name="a PDO has its bytes in the wrong order",
+        promise="values are encoded as CiA 301 requires",
+        path="firmware_protocol/canopen/pdo.py",
+        old='codec = struct.Struct("<" +',
+        new='codec = struct.Struct(">" +',
+        tests=tests_of(
+            "tests/firmware_protocol/canopen/test_canopen_pdo.py",
+            "test_a_target_and_its_controlword_are_these_bytes",
+        ),
+    ),
+    Mutant(
+        name="a test's arm is looked up only when the test connects",
+        promise="an unknown arm in a test's mark is an error, connected or not",
+        path="armdrive/testing/arm_world.py",
+        old="self._chosen = None if target is None else find(target).config",
+        new="self._chosen = None",
+        tests=tests_of(
+            "tests/armdrive/testing/test_plugin.py",
+            "test_an_unknown_arm_is_one_sentence_even_for_a_test_that_never_connects",
+        ),
+    ),
+    Mutant(
         name="a controlword enables nothing",
         promise="controlwords are encoded as CiA 402 requires",
         path="firmware_protocol/canopen/drives.py",

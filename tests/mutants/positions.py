@@ -114,7 +114,7 @@ MUTANTS = (
         new="            pass",
         tests=tests_of(
             "tests/armdrive/storage/test_record.py",
-            "test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture",
+            "test_an_arm_that_was_touched_between_programs_is_suspect[power_cut]",
         ),
     ),
     Mutant(

@@ -268,7 +268,7 @@ MUTANTS = (
         new='            self.stop_why = f": this',
         tests=tests_of(
             "tests/armdrive/runtime/test_suspended.py",
-            "test_a_motion_does_not_go_on_when_its_program_wakes[teachmover]",
+            "test_a_motion_does_not_go_on_when_its_program_wakes_and_the_arm_is_no_slower[teachmover]",
         ),
     ),
     Mutant(

@@ -5,7 +5,7 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from faults import ready_arm
+from faults import as_it_stands, ready_arm
 from waiting import returns, until
 
 from armdrive import Arm
@@ -187,7 +187,8 @@ def test_bytes_prepared_before_a_suspension_are_not_sent_after_it():
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid", "grbl"])
 def test_a_suspension_between_a_thought_and_its_word_leaves_the_word_unsaid(dialect):
     with Arm.connect(f"sim:{dialect}") as arm:
-        arm.home()
+        arm.enable()
+        as_it_stands(arm)
         handle = arm.move_j(base_deg=40, wait=False)
         arm.sleep(0.5)
         engine, think = arm.engine, arm.engine.controller.advance
