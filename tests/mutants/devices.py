@@ -704,7 +704,7 @@ MUTANTS = (
         new="            if False and any(",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_blocked.py",
-            "test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time[fast-0.005]",
+            "test_a_shaft_that_blocks_a_jog_is_held_where_it_stands_within_the_announced_time[cyclic-20000.0-0.005]",
         ),
     ),
     Mutant(
@@ -748,7 +748,7 @@ MUTANTS = (
         new="            elif False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_busy.py",
-            "test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_is[busy_program]",
+            "test_a_drive_that_is_read_off_its_target_is_blamed_however_late_the_report_is[program]",
         ),
     ),
     Mutant(

@@ -77,7 +77,7 @@ def test_another_master_on_the_bus_refuses_contact():
     assert "another program" in reply.reason
 
 
-@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(4, 2))])
+@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(8, 2))])
 @pytest.mark.parametrize("for_s", [1.5, 30.0])
 def test_a_program_that_is_suspended_while_it_looks_for_the_drives_finds_them(when_s, for_s):
     rig = Rig()
@@ -208,17 +208,6 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
     assert rig.states() == {canopen.DriveState.ENABLED}
 
 
-def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
-    rig = moving(steps(60_000))
-    rig.suspend(0.4)
-    reply = rig.finish()
-    assert isinstance(reply, RequestRejected)
-    assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
-    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
-    assert rig.do(ClearFault()) == Done()
-    rig.check_stands(0.3)
-
-
 @in_pairs(
     "strategy, late_s, quirk", ["cyclic", "profile"], [0.32, 0.5, 0.9], ["hold", "extrapolate"]
 )
@@ -231,6 +220,7 @@ def test_a_program_that_is_later_than_the_heartbeat_timeout_finds_the_motion_end
     reply = rig.finish()
     assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
+    assert rig.do(ClearFault()) == Done()
     rig.run(0.5)
     assert rig.positions == there
 
@@ -393,30 +383,22 @@ def connected() -> Arm:
     return Arm(connect_simulated(config, twin=simulate(config)))
 
 
-def test_drives_that_are_found_switched_off_are_reported_as_off():
+def test_the_current_follows_what_is_asked_for():
     arm = connected()
     assert arm.status.state is State.DISABLED
     assert arm.status.current is Current.OFF
-
-
-def test_drives_that_hold_are_reported_as_held_whichever_program_enabled_them():
-    rig = Rig()
-    assert rig.do(ReadPosition()).held is False
-    assert rig.ready().do(ReadPosition()).held is True
-
-
-def test_drives_that_hold_but_have_to_be_enabled_first_are_not_reported_as_held():
-    rig = Rig().ready()
-    rig.controller.group.on = False  # as behind a wire that was lost
-    assert rig.do(ReadPosition()).held is None
-
-
-def test_the_current_follows_what_is_asked_for():
-    arm = connected()
     arm.enable()
     assert arm.status.current is Current.HELD
     arm.disable()
     assert arm.status.current is Current.OFF
+
+
+def test_drives_that_hold_are_reported_as_held_unless_they_have_to_be_enabled_first():
+    rig = Rig()
+    assert rig.do(ReadPosition()).held is False
+    assert rig.ready().do(ReadPosition()).held is True
+    rig.controller.group.on = False  # as behind a wire that was lost
+    assert rig.do(ReadPosition()).held is None
 
 
 def test_drives_in_different_states_are_not_reported_as_held():
