@@ -434,7 +434,7 @@ MUTANTS = (
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_stops.py",
-            "test_a_stop_is_repeated_although_answers_are_lost_too",
+            "test_a_stop_is_repeated_until_the_drive_answers",
         ),
     ),
     Mutant(
