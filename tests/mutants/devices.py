@@ -549,7 +549,7 @@ MUTANTS = (
         ),
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_controller_motion.py",
-            "test_motors_keep_in_proportion",
+            "test_motors_keep_in_proportion_however_the_motion_ends",
         ),
     ),
     Mutant(
