@@ -143,9 +143,9 @@ class Steering:
     def _send(self, drive: ObservedDrive, target: int, rpm: int, share: float) -> None:
         most = self._wire.settings.acceleration
         again = drive.moving and target == drive.goal
-        kept = self._wire.orders[drive.node].acc if again else 0
+        kept = self._wire.orders[drive].acc if again else 0
         acc = ramp_to(drive.course, target, most, share, kept)
-        self._wire.send(drive.node, MoveAbsoluteAxis(target, rpm, acc))
+        self._wire.send(drive, MoveAbsoluteAxis(target, rpm, acc))
 
     def _in_time(self, trip: Trip, motor: int, target: int, rpm: int) -> tuple[int, int]:
         """Return a target and speed that a drive reaches in the announced time, by its reading.
