@@ -60,11 +60,15 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A motor's next stretch in one direction (0: it stands): its end, and when it gets there."""
+    """A motor's next stretch in one direction (0: it stands).
+
+    Its end, when it gets there, and its mean speed on the way.
+    """
 
     direction: int
     end: float
     until_s: float
+    speed: float
 
 
 class PlannedPath:
@@ -157,7 +161,8 @@ class PlannedPath:
 
     def heading(self, motor: int, from_s: float, until_s: float) -> Heading:
         """Return a motor's next stretch between two times, up to where it turns back."""
-        direction, end, end_s = 0, self.at(motor, from_s), from_s
+        direction, start, end_s = 0, self.at(motor, from_s), from_s
+        end = start
         for segment in self._segments:
             if segment.end_s <= from_s:
                 continue
@@ -170,7 +175,8 @@ class PlannedPath:
                 direction = 1 if turn > 0 else -1
                 end_s = min(segment.end_s, until_s)
                 end = segment.at(motor, end_s)
-        return Heading(direction, end, end_s)
+        distance = abs(end - start)
+        return Heading(direction, end, end_s, distance / (end_s - from_s) if distance else 0.0)
 
     def fastest(self, motor: int, from_s: float, until_s: float) -> float:
         """Return a motor's greatest speed between two times."""
@@ -180,11 +186,6 @@ class PlannedPath:
             if each.end_s > from_s and each.start_s < until_s
         )
         return max(speeds, default=0.0)
-
-    def speed(self, motor: int, from_s: float, heading: Heading) -> float:
-        """Return a motor's mean speed on a stretch."""
-        distance = abs(heading.end - self.at(motor, from_s))
-        return distance / (heading.until_s - from_s) if distance else 0.0
 
 
 class SegmentFeed:

@@ -6,7 +6,7 @@ whether it is alone, and why it does not move.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import NoReturn, TypeAlias
 
@@ -113,11 +113,6 @@ class MksInquiry:
 
     def __init__(self, wire: MksWire) -> None:
         self._wire = wire
-
-    def states(self) -> WireScript[Mapping[ObservedDrive, MotorState]]:
-        """Read the drives' motor states."""
-        found = yield from self._wire.read(ReadState())
-        return {drive: each.state for drive, each in found.items() if isinstance(each, StateRead)}
 
     def stalled(self, drives: Collection[ObservedDrive]) -> WireScript[list[ObservedDrive]]:
         """Return the drives whose stall protection has released the shaft."""
@@ -279,11 +274,14 @@ class MksContact:
     def _turning(self) -> WireScript[list[ObservedDrive]]:
         """Return the drives that turn. Raises `Obstructed` if one homes or calibrates."""
         wire = self._wire
-        states = yield from self._inquiry.states()
-        for drive, state in states.items():
+        turning = []
+        for drive, answer in (yield from wire.read(ReadState())).items():
+            state = answer.state if isinstance(answer, StateRead) else None
             if state in BUSY:
-                raise Obstructed(f"{drive} is {state.name.lower()}: wait until it has finished")
-        turning = [drive for drive, state in states.items() if state in TURNING]
+                words = state.name.lower()
+                raise Obstructed(f"{drive} is {words}: wait until it has finished")
+            if state in TURNING:
+                turning.append(drive)
         if turning:
             yield from wire.pause(wire.now_s + wire.settings.poll_s)
         return turning

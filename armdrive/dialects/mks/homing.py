@@ -121,8 +121,7 @@ class Searching:
             return self._due_s
         self._due_s = now_s + HOMING_POLL_S
         wire, left = self._wire, self._search.left
-        witness = [drive for drive in wire.drives if drive not in left][: len(left) == 1]
-        for drive in witness:
+        for drive in wire.witness(left) if len(left) == 1 else ():
             wire.put(drive, ReadEncoder())
         for drive in left:
             wire.states.pop(drive, None)

@@ -445,14 +445,13 @@ class Arriving:
         return Signal.SHORT if run.short else None
 
     def step(self, now_s: float) -> float:
-        """Ask the drives that are under way; if only one is, ask another as a witness."""
+        """Ask the drives that are under way."""
         wire = self._wire
         if now_s < self._due_s:
             return min(self._due_s, wire.observer.rejected_s)
         self._due_s, self._asked_s = now_s + STOP_POLL_S, now_s
         left = wire.under_way
-        witness = tuple(drive for drive in wire.drives if drive not in left)[: len(left) == 1]
-        for drive in (*left, *witness):
+        for drive in (*left, *(wire.witness(left) if len(left) == 1 else ())):
             wire.put(drive, ReadEncoder())
         for drive in left:
             wire.states.pop(drive, None)

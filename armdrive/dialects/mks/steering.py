@@ -118,8 +118,7 @@ class Steering:
         last = trip.ending and trip.time_s + period_s >= trip.path.end_s - 1e-9
         motors = range(len(wire.drives))
         headings = [trip.path.heading(motor, trip.time_s, ahead_s) for motor in motors]
-        speeds = [trip.path.speed(motor, trip.time_s, headings[motor]) for motor in motors]
-        shares = _shares_of(speeds)
+        shares = _shares_of([heading.speed for heading in headings])
         for motor, (drive, heading) in enumerate(zip(wire.drives, headings, strict=True)):
             drive.course.advance(wire.now_s)
             share = shares[motor]

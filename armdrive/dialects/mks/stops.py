@@ -94,8 +94,7 @@ class MksBrakes:
         if now_s >= self._due_s:
             if self._unconfirmed and now_s > self._began_s:
                 self._stops.send(self._unconfirmed, hard=self._hard)
-            witness = [drive for drive in wire.drives if drive not in left][:1]
-            for drive in (*left, *witness):
+            for drive in (*left, *wire.witness(left)):
                 wire.put(drive, ReadState())
                 wire.put(drive, ReadEncoder())
             wire.notify(Progress(wire.registers()))

@@ -123,6 +123,13 @@ class MksWire(ScriptIO[Event]):
         """The drives with a target that were not seen to stand since."""
         return tuple(drive for drive in self.drives if drive.moving)
 
+    def witness(self, others: Collection[ObservedDrive]) -> tuple[ObservedDrive, ...]:
+        """Return a drive to ask along with others, or none; its reply shows that the bus works.
+
+        Without it, one drive that falls silent looks like a bus that does.
+        """
+        return tuple(drive for drive in self.drives if drive not in others)[:1]
+
     def drive(self, node: int) -> ObservedDrive:
         """Return a drive by its id."""
         return self.observer[node]
