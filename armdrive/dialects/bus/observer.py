@@ -245,7 +245,7 @@ class ObservedDrive:
         One that has been silent may have missed its orders, and be where it was read last.
         """
         self.course.advance(now_s)
-        ends = [self.course.place, self.course.goal]
+        ends = [self.course.place, self.course.goal]  # the stop may be lost: then it goes on
         if now_s > self.read_s + self.bounds.late_s:
             ends.append(float(self.count or 0))
         margin = self.bounds.corridor + self._late(now_s)
@@ -434,6 +434,7 @@ class ObservedDrive:
         up = max((order.up for order in orders), default=0.0)
         down = max((order.down for order in orders), default=0.0)
         goals = [order.goal for order in orders] or [self.course.goal]
+        # no farther than its targets, plus the distance that it needs to brake and turn back
         brakes = self.course.braking
         high = count + min(_ran(up, now_s - since_s), max(max(goals) - count + brakes(up), 0.0))
         low = count - min(_ran(down, now_s - since_s), max(count - min(goals) + brakes(down), 0.0))
@@ -501,6 +502,7 @@ class ObservedDrive:
         if not self._readings:
             return None
         last, course = self._readings[-1], self.course
+        # the latest one that is surely older: it had arrived before the last one was asked for
         older = (each for each in reversed(self._readings) if each.read_s + APART_S <= last.asked_s)
         before = next(older, None)
         if before is None:
@@ -719,6 +721,7 @@ class Observer:
         if len(found) < 2:
             return None
         slowest = min(found, key=lambda motor: max(found[motor]))
+        # a share above 1 only makes up for an earlier delay
         best = min(max(sum(shares) / WEAK_LOOKS for shares in found.values()), 1.0)
         return slowest if max(found[slowest]) < WEAK_SHARE * best else None
 

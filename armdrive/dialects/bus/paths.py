@@ -136,7 +136,7 @@ class PlannedPath:
 
         Of several it is the earliest: repeating a part is safe, leaving one out is not.
         """
-        for step_s in (COARSE_S, FINE_S):
+        for step_s in (COARSE_S, FINE_S):  # the second search is around the find of the first
             steps = max(math.ceil((late_s - early_s) / step_s), 1)
             times = [min(early_s + step * step_s, late_s) for step in range(steps + 1)]
             found_s = min(times, key=lambda time_s: self._off(counts, time_s))
@@ -147,6 +147,7 @@ class PlannedPath:
         self, counts: Sequence[int], margins: Sequence[float], early_s: float, late_s: float
     ) -> bool:
         """Return whether a single path time explains the counts of all motors."""
+        # backwards, since drives are hardly ever late by much: the first looks decide
         time_s = late_s
         while time_s > early_s - COARSE_S:
             at_s = max(time_s, early_s)
@@ -293,6 +294,8 @@ class Course:
             self.place += math.copysign(min(self.max_speed * step_s, abs(left)), left)
             self.speed = math.copysign(self.max_speed, left) if self.place != self.goal else 0.0
             return
+        # The new speed v covers this step, at the mean of both speeds, and then brakes on the ramp:
+        # (speed + v) * step / 2 + v^2 / (2 * slope) = left. Solved for v, that is `fastest`.
         sign = math.copysign(1.0, left)
         change = self.slope * step_s
         room = 2.0 * self.slope * max(abs(left) - sign * self.speed * step_s / 2.0, 0.0)
@@ -301,6 +304,7 @@ class Course:
         speed = self.speed + min(max(wanted - self.speed, -change), change)
         self.place += (self.speed + speed) / 2.0 * step_s
         self.speed = speed
+        # within half a count, steps of this width would swing around the target for ever
         if abs(self.goal - self.place) < 0.5 and abs(speed) <= change:
             self.place, self.speed = self.goal, 0.0
 

@@ -212,6 +212,7 @@ class MotionRun:
         The others are stopped, and the reply names the missing drives.
         """
         wire = self.wire
+        # Some replies may only be late. So they are waited for before the second look.
         since_s = min(each.ledger.sent_s for each in wire.drives)
         missing = yield from wire.look()
         until_s = wire.now_s + REPLY_TIMEOUT_S
