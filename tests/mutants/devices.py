@@ -681,7 +681,7 @@ MUTANTS = (
         new="        self.time_s += 0.0 if stand else 3.0 * self._rate * period_s\n",
         tests=tests_of(
             "tests/armdrive/dialects/cia402/test_cia402_motion.py",
-            "test_a_late_host_slows_down_and_does_not_jump_ahead",
+            "test_a_motion_slows_down_for_a_moment_of_silence_and_does_not_jump_ahead[be_late]",
         ),
     ),
     Mutant(

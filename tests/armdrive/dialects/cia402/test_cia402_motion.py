@@ -64,27 +64,24 @@ def test_smoothing_makes_ramps_of_jumps_in_speed():
 # -- cyclic ---------------------------------------------------------------------------------------
 
 
-def test_targets_come_with_every_sync_and_never_jump():
+def test_targets_come_with_every_sync_never_jump_and_keep_the_motors_in_proportion():
     rig = Rig().ready()
     began_s, before = rig.now_s, rig.positions
-    assert rig.along(*LINE) == Done()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    while (reply := rig.reply()) is None:
+        rig.run(0.007)
+        base, shoulder, *_ = rig.positions - before
+        assert abs(base + 2 * shoulder) <= 12
+    assert reply == Done()
     assert rig.positions == before + steps(12_000, -6000)
     syncs = [at_s for at_s, _ in rig.frames(Service.SYNC, began_s)]
     gaps = [b - a for a, b in itertools.pairwise(syncs)]
     assert max(gaps) <= PERIOD_S + 1e-6
-    changes = differences(rig.targets(1, began_s))
-    assert max(map(abs, changes)) <= 20_000 * PERIOD_S + 1
+    check_targets_never_jump(rig, began_s)
 
 
-def test_the_motors_keep_in_proportion_all_the_way():
-    rig = Rig().ready()
-    before = rig.positions
-    rig.begin(MoveAlong(iter(LINE), 0.3))
-    while rig.reply() is None:
-        rig.run(0.007)
-        base, shoulder, *_ = rig.positions - before
-        assert abs(base + 2 * shoulder) <= 12
-    assert (rig.positions - before)[:2] == (12_000, -6000)
+def check_targets_never_jump(rig, since_s):
+    assert max(map(abs, differences(rig.targets(1, since_s)))) <= 20_000 * PERIOD_S + 1
 
 
 def test_a_drive_that_stands_while_others_turn_gets_its_target_too():
@@ -95,31 +92,27 @@ def test_a_drive_that_stands_while_others_turn_gets_its_target_too():
     assert rig.positions == before + steps(30_000, -15_000)
 
 
-def test_a_late_host_slows_down_and_does_not_jump_ahead():
-    rig = Rig().ready()
-    began_s = rig.now_s
-    rig.begin(MoveAlong(iter(LINE), 0.3))
-    rig.run(0.2)
-    rig.dead = True
-    rig.run(0.08)  # less than the drives' patience
-    rig.dead = False
-    assert rig.finish() == Done()
-    assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
-    assert rig.controller.underruns
+def be_late(rig):
+    """Suspend the program for less than the drives' patience."""
+    rig.suspend(0.08)
 
 
-def test_the_motion_waits_for_a_drive_that_is_silent_for_a_moment():
-    rig = Rig().ready()
-    before = rig.positions
-    rig.begin(MoveAlong(iter(LINE), 0.3))
-    rig.run(0.2)
-    began_s = rig.now_s
+def mute_one(rig):
     rig.device.board.drives.mute(1, True)
     rig.run(0.1)
     rig.device.board.drives.mute(1, False)
+
+
+@pytest.mark.parametrize("fail", [be_late, mute_one])
+def test_a_motion_slows_down_for_a_moment_of_silence_and_does_not_jump_ahead(fail):
+    rig = Rig().ready()
+    began_s, before = rig.now_s, rig.positions
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.2)
+    fail(rig)
     assert rig.finish() == Done()
     assert rig.positions == before + steps(12_000, -6000)
-    assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
+    check_targets_never_jump(rig, began_s)
     assert rig.controller.underruns
 
 

@@ -39,6 +39,8 @@ from armdrive.tasks import (
 from firmware_protocol import mks
 from kinematics import Motors
 
+FAST = (6000, -3000, 1500, 0, 700, 20)
+
 
 def test_a_thread_that_wakes_late_does_not_put_off_what_comes_after():
     bench = MksBench().ready()
@@ -56,25 +58,20 @@ def test_a_thread_that_wakes_late_does_not_put_off_what_comes_after():
 
 
 @pytest.mark.parametrize(
-    "way", [(6000, -3000, 1500, 0, 700, 20), (20, 0, 0, 0, 0, 3)], ids=["fast", "slow"]
+    ("way", "says_done"),
+    [(FAST, True), (FAST, False), ((20, 0, 0, 0, 0, 3), True)],
 )
-def test_a_motion_ends_where_it_should_in_its_time(way):
+def test_a_motion_ends_where_it_should_in_its_time(way, says_done):
+    """Also if no drive says "done": it has arrived when it stands."""
     bench = MksBench(starts=(5, -5, 0, 100, 0, 0)).ready()
+    for node in bench.nodes:
+        node.sim.port.withheld = not says_done
     moves = straight(way=way)
     start, began_s = bench.positions, bench.now_s
     assert isinstance(bench.do(along(moves)), Done)
     assert bench.positions == start + total(moves)
     assert bench.now_s - began_s == pytest.approx(1.0, abs=0.2)
     assert bench.controller.underruns == 0
-
-
-def test_drives_that_never_say_done_have_arrived_when_they_stand():
-    bench = MksBench().ready()
-    for node in bench.nodes:
-        node.sim.port.withheld = True
-    moves = straight(3)
-    assert isinstance(bench.do(along(moves)), Done)
-    assert bench.positions == total(moves)
 
 
 GENTLE = settings(max_examples=4, deadline=None, phases=(Phase.generate,), derandomize=True)
@@ -196,31 +193,24 @@ def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
     bench.check_stands()
 
 
-@pytest.mark.parametrize("hard", [False, True])
+@pytest.mark.parametrize("end", ["stop", "hard stop", "release"])
 @pytest.mark.parametrize("after_s", [0.05, 0.33, 0.71])
-def test_a_stop_ends_the_motion_within_the_bound_and_reports_where(hard, after_s):
-    bench = MksBench().ready()
-    bench.begin(along(straight(30)))
+def test_a_motion_that_is_stopped_ends_within_the_bound_and_reports_where(end, after_s):
+    bench, released = MksBench().ready(), []
+    bench.begin(along(straight(30), jog=end == "release", released=lambda: bool(released)))
     bench.run(after_s)
-    bench.controller.stop(hard=hard)
+    if end == "release":
+        released.append(True)
+    else:
+        bench.controller.stop(hard=end == "hard stop")
     asked_s = bench.now_s
     assert bench.finish() == Halted()
     assert bench.now_s - asked_s <= bench.controller.stopping(AHEAD_S).asked_s
     here = bench.positions
+    assert 0 < here[0] < 60_000
     assert bench.do(ReadPosition()) == Registers(here)
-    bench.run(1.0)
-    assert bench.positions == here
-    assert bool(requests(bench, mks.EmergencyStop)) == hard
-
-
-def test_a_jog_that_is_released_stops():
-    bench = MksBench().ready()
-    held = [True]
-    bench.begin(along(straight(50), jog=True, released=lambda: not held[0]))
-    bench.run(0.5)
-    held[0] = False
-    assert bench.finish() == Halted()
-    assert 0 < bench.positions[0] < 60_000
+    bench.check_stands(1.0)
+    assert bool(requests(bench, mks.EmergencyStop)) == (end == "hard stop")
 
 
 @pytest.mark.parametrize("seed", [4, 18, 31])
