@@ -366,7 +366,7 @@ MUTANTS = (
         new="        if False:\n",
         tests=tests_of(
             "tests/armdrive/dialects/mks/test_mks_following.py",
-            "test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause[-200-0.0-0.5]",
+            "test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause[-200-0.3-0.5]",
         ),
     ),
     Mutant(

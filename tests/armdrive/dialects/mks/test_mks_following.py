@@ -150,7 +150,7 @@ def beside(bench, way):
 @pytest.mark.parametrize(("speed", "share"), [(3000, 0.2), (3000, 0.4), (9000, 0.3), (9000, 0.8)])
 def test_a_slow_drive_never_leads_the_arm_far_off_its_path(speed, share):
     way = (speed, -speed, 0, 0, 0, 0)
-    bench = weakened(straight(24, way), share)
+    bench = weakened(straight(40, way), share)
     worst = 0.0
     while bench.controller.busy and not bench.alerts():
         bench.run(0.005)
