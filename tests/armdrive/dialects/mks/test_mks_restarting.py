@@ -57,8 +57,8 @@ def moving(start, speed, after_s, turns=False):
 @in_pairs(
     "start_speed, after_s, dead_s",
     [(9000, 9000), (-3000, 9000), (0, 3000), (20_000, 3000), (20_000, -3000), (60_000, 300)],
-    [0.21, 0.47, 0.6],
-    [0.0, 0.02, 0.05],
+    [0.21, 0.47],
+    [0.0, 0.05],
 )
 def test_a_short_restart_is_found_and_the_drive_goes_no_farther_than_sent(
     start_speed, after_s, dead_s
