@@ -17,7 +17,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import NewLink, Reconnector
 from armdrive.connect.target import DEFAULT_TARGET, find, simulation_forced, state_file
 from armdrive.dialog.operator import Operator
-from armdrive.errors import ArmError, BadRequest, LinkLost, NoAnswer, PortUnavailable, Stopped
+from armdrive.errors import BadRequest, LinkLost, NoAnswer, NotReferenced, PortUnavailable, Stopped
 from armdrive.motion import standing
 from armdrive.motion.context import MotionContext, alerted
 from armdrive.motion.plan import SpeedLimits
@@ -210,7 +210,7 @@ class Parts:
         """Return a value of the status; raises `NotReferenced` if it is None."""
         if value is None:
             self.core.require_reference("knowing where the arm is needs")
-            raise ArmError("the position is not known")
+            raise NotReferenced("the position has only just become known: ask again")
         return value
 
     # -- closing ------------------------------------------------------------------------------
