@@ -49,17 +49,24 @@ def number(name: str, value: object) -> object:
 
 def duration(name: str, value: object) -> object:
     """Accept a time in seconds from 0 to `LONGEST_TIME_S`."""
-    time_s = finite(name, value)
-    if time_s < 0.0:
-        raise wrong(name, value, "0 or more seconds")
-    if time_s > LONGEST_TIME_S:
+    if _time_s(name, value) > LONGEST_TIME_S:
         raise wrong(name, value, f"at most {LONGEST_TIME_S:.0f} seconds")
     return number(name, value)
 
 
+def _time_s(name: str, value: object) -> float:
+    time_s = finite(name, value)
+    if time_s < 0.0:
+        raise wrong(name, value, "0 or more seconds")
+    return time_s
+
+
 def limit(name: str, value: object) -> object:
-    """Accept a time that limits a wait; infinity means no limit."""
-    return value if value == math.inf and isinstance(value, float) else duration(name, value)
+    """Accept a time that limits a wait; beyond `LONGEST_TIME_S` it means no limit."""
+    endless = isinstance(value, float) and value == math.inf
+    if endless or _time_s(name, value) > LONGEST_TIME_S:
+        return math.inf
+    return number(name, value)
 
 
 def whole(name: str, value: object) -> int:

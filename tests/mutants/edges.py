@@ -330,8 +330,8 @@ MUTANTS = (
         name="a program may wait for longer than any computer runs",
         promise="every wait that a program asks for has an end",
         path="armdrive/errors/arguments.py",
-        old="    if time_s > LONGEST_TIME_S:\n",
-        new="    if time_s > 1e308:\n",
+        old="    if _time_s(name, value) > LONGEST_TIME_S:\n",
+        new="    if _time_s(name, value) > 1e308:\n",
         tests=tests_of(
             "tests/armdrive/runtime/test_pace.py",
             "test_a_time_that_no_simulation_reaches_the_end_of_is_refused",
