@@ -75,8 +75,8 @@ def test_a_paused_motion_stands_and_goes_on_to_the_same_step(dialect):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialect):
     arm = raised(dialect)
-    world, handle = arm.twin.world, arm.move_j(base_deg=80.0, speed=0.7, wait=False)
-    for after_s in (0.4, 0.02, 0.05, 0.09, 0.13, 0.21, 0.3):
+    world, handle = arm.twin.world, arm.move_j(base_deg=50.0, speed=0.7, wait=False)
+    for after_s in (0.4, 0.02, 0.09, 0.21):
         arm.sleep(after_s)
         status, tip = arm.status, world.tip
         assert status.state is State.MOVING
@@ -88,7 +88,7 @@ def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialec
         assert math.dist(world.tip, tip) <= status.pause_distance_mm
         arm.resume()
     handle.wait()
-    assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
+    assert arm.joints.deg["base"] == pytest.approx(50.0, abs=0.1)
     assert arm.status.acknowledged == world.motors
 
 
@@ -217,7 +217,7 @@ def test_an_override_makes_a_motion_last_as_much_longer(dialect):
     arm = raised(dialect)
     full_s = base_duration_s(arm, 1.0)
     assert base_duration_s(arm, 0.25) == pytest.approx(4.0 * full_s, rel=0.25)
-    assert base_duration_s(arm, 0.05) == pytest.approx(20.0 * full_s, rel=0.3)
+    assert base_duration_s(arm, 0.1) == pytest.approx(10.0 * full_s, rel=0.3)
 
 
 @pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
