@@ -343,9 +343,17 @@ class MotionContext:
         if not reply.moved and not difference.largest:
             core.position.believe_registers()
             raise self.fault(DeviceFault(alert or f"the controller refused the motion{words}"))
-        core.learn(_evidence(reply), self.now_s, reply.reason)
+        evidence = Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
+        if reply.silent:
+            evidence = Evidence.SILENT
+        core.learn(evidence, self.now_s, reply.reason)
         take_difference(core)
-        raise self.fault(DeviceFault(alert or _refused_words(reply)))
+        why = (
+            f"the motion was aborted: {reply.reason}"
+            if reply.reason
+            else "the controller refused a valid motion; a byte may have been corrupted"
+        )
+        raise self.fault(DeviceFault(alert or f"{why}. Look at the arm, then call `reset()`"))
 
 
 def without_reset(error: ArmError) -> str:
@@ -531,23 +539,6 @@ class StreamedCourse:
     def passes(self, position: Motors) -> bool:
         """Return whether a position lies within the segments drawn so far."""
         return way_between(self._low, self._high)(position)
-
-
-def _evidence(reply: RequestRejected) -> Evidence:
-    """Return the evidence of a refused motion about the position."""
-    if reply.silent:
-        return Evidence.SILENT
-    return Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
-
-
-def _refused_words(reply: RequestRejected) -> str:
-    """Return the error text of a refused motion, with the device's reason if it gave one."""
-    if reply.reason:
-        return f"the motion was aborted: {reply.reason}. Look at the arm, then call `reset()`"
-    return (
-        "the controller refused a valid motion; a byte may have been corrupted. Look at the arm, "
-        "then call `reset()`"
-    )
 
 
 def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:

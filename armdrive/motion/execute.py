@@ -315,7 +315,9 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
     motors, the burst is also short enough for its deviation.
     """
     left = 1.0 - done
-    count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
+    busiest = max(map(abs, leg.steps(wire.core.transmission)))
+    takes_s = true_duration_s(wire, busiest, leg.duration_s)
+    count = max(math.ceil(takes_s * left / burst_s - 1e-9), 1)
     while count < MOST_BURSTS:
         share = left / count
         target = leg.start.towards(leg.end, done + share).motors(wire.core.transmission)
@@ -326,11 +328,6 @@ def next_share(wire: MotionContext, leg: MotionSegment, burst_s: float, done: fl
             return share
         count += 1 + count // (10 if short else 50)
     raise WrongState(NOT_THERE.format("it is off the path"))
-
-
-def _leg_takes_s(wire: MotionContext, leg: MotionSegment) -> float:
-    busiest = max(map(abs, leg.steps(wire.core.transmission)))
-    return true_duration_s(wire, busiest, leg.duration_s)
 
 
 def true_duration_s(wire: MotionContext, steps: float, duration_s: float) -> float:

@@ -15,7 +15,7 @@ import struct
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive.errors import ArmInUse, HolderError
+from armdrive.errors import ArmError, ArmInUse, HolderError
 from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, create_lock, is_ours
@@ -184,7 +184,7 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
         raise HolderError(f"{holder_words(name)} cannot be asked: {reason_of(error)}") from None
 
 
-def _unserved(name: str) -> HolderError:
+def _unserved(name: str) -> ArmError:
     """Return the error for an arm whose holder, if it has one, has no socket."""
     if _is_locked(name):
         return ArmInUse(
