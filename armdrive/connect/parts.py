@@ -121,7 +121,7 @@ class TaskRunner:
         """Wait for a task to end; pauses and the speed override extend the timeout."""
         speed_override = self.core.speed_override
         simulated, delay_s = not isinstance(self.pace, RealPace), speed_override.delay_s
-        waited_s = -speed_override.waited_s
+        waited_s = -speed_override.waited_s  # pauses of earlier motions do not count
 
         def ended() -> bool:
             if simulated and not task.done:
@@ -252,7 +252,7 @@ async def assemble(
         operator, simulated,
     )  # fmt: skip
     tracer.begin(config, link.description, pace.now_s, core.condition)
-    pace.start(driven.engine)
+    pace.start(driven.engine)  # from here on another thread may call the engine
     try:
         await runner.perform(standing.connect(driven.wire))
         with pace.lock:

@@ -144,6 +144,7 @@ class ReplayBench:
     def _run(self, time_s: float) -> None:
         """Run the device up to a time on its own clock, and take each message when it is sent."""
         idle = 0
+        # a broken device may ask to be called at the same moment for ever
         while (due_s := self._line.next_s()) < time_s and idle < _STALLED:
             idle = 0 if due_s > self.now_s else idle + 1
             self._take(max(due_s, self.now_s))

@@ -291,7 +291,7 @@ def _serve(wire: MotionContext, speeds: SpeedLimits) -> TaskBody[None]:
     while not wire.stopping:
         if core.speed_override.paused:
             _give_up_paused(core)
-        if core.nudges:
+        if core.nudges:  # before the hold: an increment is what the key asked for first
             course.stand()
             yield from _increment(wire, speeds, core.nudges.pop(0))
         elif not (is_held(wire) and (yield from held_burst(wire, course))):
