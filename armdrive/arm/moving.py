@@ -344,7 +344,6 @@ class Moving:
             self._parts.speeds,
             core.position.coordinates if here is None else here,
             lambda name: self.points[name].joints,
-            core.transmission.has_gripper,
         )
 
     def _require(self, move: Move) -> None:

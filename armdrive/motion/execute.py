@@ -113,15 +113,6 @@ class _HeldBack:
         return speed_override.paused
 
 
-def stream_held(
-    wire: MotionContext, ways: Iterator[Way], ahead_s: float, released: Callable[[], bool]
-) -> TaskBody[bool]:
-    """Stream a jog until `ways` ends or `released()` is true."""
-    course = StreamedCourse(wire.core, ways)
-    request = MoveAlong(course.segments(), ahead_s, jog=True, released=released)
-    return (yield from wire.stream(request, course))
-
-
 def _slices(
     wire: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
 ) -> Iterator[Way]:
