@@ -348,16 +348,9 @@ class MotionContext:
         if not reply.moved and not difference.largest:
             core.position.believe_registers()
             raise self.fault(DeviceFault(alert or f"the controller refused the motion{words}"))
-        evidence = Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
-        if reply.silent:
-            evidence = Evidence.SILENT
+        evidence, why = refused_motion(reply)
         core.learn(evidence, self.now_s, reply.reason)
         take_difference(core)
-        why = (
-            f"the motion was aborted: {reply.reason}"
-            if reply.reason
-            else "the controller refused a valid motion; a byte may have been corrupted"
-        )
         raise self.fault(DeviceFault(alert or f"{why}. Look at the arm, then call `reset()`"))
 
 
@@ -545,6 +538,15 @@ class StreamedCourse:
     def passes(self, position: Motors) -> bool:
         """Return whether a position lies within the segments drawn so far."""
         return way_between(self._low, self._high)(position)
+
+
+def refused_motion(reply: RequestRejected) -> tuple[Evidence, str]:
+    """Return the evidence of a refused motion about the position, and what has happened."""
+    if not reply.reason:
+        evidence = Evidence.SILENT if reply.silent else Evidence.MOTION_REFUSED
+        return evidence, "the controller refused a valid motion; a byte may have been corrupted"
+    evidence = Evidence.SILENT if reply.silent else Evidence.BROKEN_OFF
+    return evidence, f"the motion was aborted: {reply.reason}"
 
 
 def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:
