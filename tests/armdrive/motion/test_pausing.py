@@ -79,7 +79,7 @@ def test_a_paused_motion_stands_and_goes_on_to_the_same_step(dialect):
 def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialect):
     arm = raised(dialect)
     world, handle = arm.twin.world, arm.move_j(base_deg=50.0, speed=0.7, wait=False)
-    for after_s in (0.4, 0.02, 0.09, 0.21):
+    for after_s in (0.4, 0.02, 0.05, 0.09, 0.13, 0.21, 0.3):
         arm.sleep(after_s)
         status, tip = arm.status, world.tip
         assert status.state is State.MOVING
