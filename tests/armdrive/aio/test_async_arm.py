@@ -36,7 +36,7 @@ async def test_it_can_be_awaited_or_entered_and_a_with_statement_leaves_a_still_
     assert arm.status.state is State.DISABLED
     async with arm:
         assert arm.status.state is State.STANDBY
-        await arm.home()
+        await arm.declare_posture(arm.twin.world.joints)
         handle = await arm.move_j(base_deg=60, wait=False)
         assert not handle.done
     assert handle.done

@@ -110,7 +110,7 @@ def test_the_same_program_gives_the_same_result_each_time():
 
 @pytest.mark.parametrize("creep_s", [0.0, 1e-15])
 def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s, monkeypatch):
-    monkeypatch.setattr("armdrive.runtime.clock.STUCK_TURNS", 1000)
+    monkeypatch.setattr("armdrive.runtime.clock.STUCK_TURNS", 200)
     clock = SimulatedClock()
     a, b = two(clock, second="sim:grbl")
     link, inner_s = a.twin.link, a.twin.link.next_s

@@ -67,8 +67,8 @@ def test_the_deadline_is_an_error_that_says_what_is_not_so_and_how_the_inputs_ar
 
 @pytest.mark.parametrize("within_s", [None, math.inf, 1e300])
 def test_on_simulated_time_a_wait_for_ever_ends(within_s, monkeypatch):
-    monkeypatch.setattr(signalling, "SIMULATED_S", 30.0)
-    with pytest.raises(InputTimeout, match="waited 30 s"):
+    monkeypatch.setattr(signalling, "SIMULATED_S", 5.0)
+    with pytest.raises(InputTimeout, match="waited 5 s"):
         ready_arm().wait_inputs(high=1, within_s=within_s)
 
 

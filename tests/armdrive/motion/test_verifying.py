@@ -72,7 +72,7 @@ def test_steps_that_a_drive_makes_up_for_are_no_drift(dialect):
     arm = driven(config, at=config.model.arm.ik(park_pose(config)))
     arm.twin.faults.add("lose-steps", "2", "400")
     here = arm.joints.deg
-    arm.move_j(base_deg=12.0, shoulder_deg=here["shoulder"] + 8.0)
+    arm.move_j(base_deg=4.0, shoulder_deg=here["shoulder"] + 3.0)
     assert arm.status.acknowledged == arm.twin.world.motors
     found = arm.verify(speed=1.0)
     assert found.verdict is Verdict.ROUNDING
