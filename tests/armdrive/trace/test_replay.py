@@ -16,7 +16,7 @@ from armdrive.trace.entries import EntryRing
 from armdrive.trace.files import read_recording
 from armdrive.trace.log import lines
 from armdrive.trace.recorder import FlightRecorder
-from armdrive.trace.replay import replay, replayed_view
+from armdrive.trace.replay import ReplayBench, replay, replayed_view
 
 SMALL = ("teachmover", "armdroid", "grbl")
 """The dialects whose recordings are short: a Robko is asked for its position all the time."""
@@ -82,6 +82,14 @@ def test_the_timeline_tells_every_entry_and_reads_every_message(days, dialect):
     unreadable = [text for text in told if "unreadable" in text]
     assert len(unreadable) <= 1, unreadable  # the first line to a TeachMover is one on purpose
     assert any("call: move_j(base_deg=6)" in text for text in told)
+
+
+def test_a_twin_is_placed_by_the_counts_and_by_where_the_motors_are():
+    bench = ReplayBench(simulated_config("teachmover"))
+    counts, motors = (1, 2, 3, 4, 5, 6), (10, 20, 30, 40, 50, 60)
+    bench.place(counts, motors)
+    assert tuple(bench.device.registers) == counts
+    assert tuple(bench.device.world.motors) == motors
 
 
 def test_a_slower_twin_gets_its_bytes_later_and_still_agrees(days):
