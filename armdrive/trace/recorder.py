@@ -11,8 +11,7 @@ import json
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -162,31 +161,32 @@ def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
 
         @functools.wraps(method)
         def call(self: Any, /, *arguments: Any, **named: Any) -> Any:
-            with _noted(self, name, arguments, named):
+            tracer = _tracer_of(self)
+            tracer.called(name, arguments, named)
+            try:
                 return method(self, *arguments, **named)
+            except BaseException as error:
+                tracer.raised(error)
+                raise
 
         return call
 
     @functools.wraps(waiting)
     async def waiting_call(self: Any, /, *arguments: Any, **named: Any) -> Any:
-        with _noted(self, name, arguments, named):
+        tracer = _tracer_of(self)
+        tracer.called(name, arguments, named)
+        try:
             return await waiting(self, *arguments, **named)
+        except BaseException as error:
+            tracer.raised(error)
+            raise
 
     return blocking(waiting_call)
 
 
-@contextmanager
-def _noted(
-    owner: Any, name: str, arguments: tuple[Any, ...], named: dict[str, Any]
-) -> Iterator[None]:
-    """A context in which a call is recorded. Takes no lock: an emergency stop never waits."""
-    tracer: Tracer = getattr(owner, "_arm", owner).tracer
-    tracer.called(name, arguments, named)
-    try:
-        yield
-    except BaseException as error:
-        tracer.raised(error)
-        raise
+def _tracer_of(owner: Any) -> Tracer:
+    tracer: Tracer = getattr(owner, "_arm", owner).tracer  # no lock: an emergency stop never waits
+    return tracer
 
 
 WRITE_TIMEOUT_S = 10.0  # closing the arm waits this long for a slow disk; the writer then goes on
