@@ -427,8 +427,10 @@ def preview_lines(preview: Preview) -> Iterator[str]:
         yield f"a stop on the way takes at most {stop}"
     if preview.hindrance is not None and preview.problem is not None:
         yield f"the motion itself would be refused: {preview.problem}"
-    if preview.nearest is not None:
-        yield nearest_words(preview)
+    nearest = preview.nearest
+    if nearest is not None:
+        part = "" if nearest.share >= 1.0 else f"{nearest.share:.0%} of this way is free: "
+        yield f"possible instead: {part}{nearest.pose}, at {nearest.joints}"
 
 
 def way_line(way: PostureOption) -> str:
@@ -463,15 +465,6 @@ def share_of_way(preview: Preview, index: int) -> float:
     """Return the share of the path at which one of its postures is."""
     last = len(preview.postures) - 1
     return index / last if last > 0 else 1.0
-
-
-def nearest_words(preview: Preview) -> str:
-    """Say where the arm could go instead."""
-    nearest = preview.nearest
-    if nearest is None:
-        return ""
-    part = "" if nearest.share >= 1.0 else f"{nearest.share:.0%} of this way is free: "
-    return f"possible instead: {part}{nearest.pose}, at {nearest.joints}"
 
 
 def preview_view(preview: Preview) -> dict[str, Any]:

@@ -292,7 +292,7 @@ MUTANTS = (
         name="trust is kept after a motion that was broken off",
         promise="a position is not trusted after evidence against it",
         path="armdrive/motion/context.py",
-        old="        core.learn(_evidence(reply), self.now_s, reply.reason)\n",
+        old="        core.learn(evidence, self.now_s, reply.reason)\n",
         new="",
         tests=tests_of(
             "tests/armdrive/runtime/test_wire_faults.py",

@@ -26,6 +26,21 @@ def test_sleep_follows_the_arms_own_clock():
     assert arm.status.time_s - began_s == pytest.approx(300.0)
 
 
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("duration_s", lambda arm, time_s: arm.jog_j(base=1, duration_s=time_s)),
+        ("time_s", lambda arm, time_s: arm.sleep(time_s)),
+    ],
+)
+@pytest.mark.parametrize("time_s", [1.1e6, 1e300])
+def test_a_time_that_no_simulation_reaches_the_end_of_is_refused(name, call, time_s):
+    arm = ready_arm()
+    with pytest.raises(BadRequest, match=f"^{name} must be at most 1000000 seconds, not"):
+        call(arm, time_s)
+    assert arm.status.state is State.STANDBY
+
+
 def test_a_wait_without_an_end_that_nothing_can_end_is_an_error_and_no_hang():
     class Nothing:
         broken = None

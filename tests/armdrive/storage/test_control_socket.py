@@ -328,6 +328,8 @@ def test_a_flaw_in_an_answer_ends_no_thread_in_a_traceback(arm, holding, monkeyp
     monkeypatch.setattr(threading, "excepthook", trouble.append)
     arm.program = lambda: 1 / 0
     assert "failed to answer: ZeroDivisionError" in ask_holder("bench", "status")["error"]
+    (said,) = watch_holder("bench", 0.05)
+    assert "failed to answer: ZeroDivisionError" in said["error"]
     assert trouble == []
 
 
